@@ -14,7 +14,7 @@ from scipy.stats import norm as normal
 from frictionloop.parameters.finger import FingerFriction, Skin
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.capable import capable, reach
-from frictionloop.physics.fingers import SLOTS, Fingers, fingers
+from frictionloop.physics.fingers import DRAWN_AT, SLOTS, Fingers, fingers
 from frictionloop.quantities import FrictionloopError
 
 MANY = fingers(4000, 1)
@@ -83,7 +83,7 @@ def test_a_population_names_its_dimension_and_seeds_differ():
     assert len({finger["friction.nominal_n"] for finger in MANY}) == len(MANY)
     drawn = len(DISTRIBUTIONS) + 1
     assert drawn <= SLOTS
-    assert len(MANY[0]) == drawn + 1
+    assert len(MANY[0]) == drawn + 1 + len(DRAWN_AT)
     assert [finger["motion.person"] for finger in MANY] == list(range(len(MANY)))
 
 

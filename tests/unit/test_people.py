@@ -8,6 +8,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.identification import people
 from frictionloop.parameters.population import Population
+from frictionloop.physics.fingers import DRAWN_AT
 
 F0, TAU = "friction.nominal_n", "friction.susceptibility_per_um2"
 S = np.array([[0.09, -0.04], [-0.04, 0.12]])
@@ -71,7 +72,9 @@ def test_fingers_of_a_measured_population():
     assert np.corrcoef(logs.T)[0, 1] == pytest.approx(population.correlation[0][1], abs=0.05)
     assumed = fl.fingers(5, 1)
     for one, other in zip(assumed, drawn, strict=False):
-        assert {k: v for k, v in one.items() if k not in (F0, TAU)} == {k: other[k] for k in one if k not in (F0, TAU)}
+        kept = one.keys() - {F0, TAU, *DRAWN_AT}
+        assert {k: one[k] for k in kept} == {k: other[k] for k in kept}
+        assert not DRAWN_AT.keys() & other.keys() and DRAWN_AT.items() <= one.items()
     fl.bench().evolve(drawn[0])
 
 

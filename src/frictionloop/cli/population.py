@@ -57,6 +57,9 @@ def population_of(
     return people
 
 
+MARGINS = "errors of runs, no margins: `frictionloop design check` has those of one finger"
+
+
 def metrics_of(system: System) -> list[str]:
     """Return the metrics that are kept of a population if none are named."""
     return [*METRICS, *["disturbance_left"] * (system.disturbance.kind in RECORDED)]
@@ -169,7 +172,7 @@ def slide_said(system: System) -> list[str]:
     if not (isinstance(motion, Strokes) and isinstance(finger, Skin)):
         return []
     said = f"all slide at {motion.speed_mm_s:g} mm/s (--motion.speed_mm_s) on contact {finger.contact}"
-    return [f"{said} (--finger.contact)"]
+    return [f"{said} (--finger.contact)", MARGINS]
 
 
 def _cell(value: float, units: str) -> str:

@@ -37,6 +37,8 @@ LOG_NORMAL = {  # median and standard deviation of the logarithm
     "finger.stiffness_n_m": (1000.0, 0.35),  # median: robomechjournal 10.1186/s40648-017-0080-8; spread assumed
     "motion.load_n": (0.55, 0.25),  # assumed, around the 0.49 to 0.64 N of Smith 2002
 }
+DRAWN_AT = {"friction.reference_load_n": 0.5, "friction.reference_speed_mm_s": 20.0}
+"""Load and speed at which the drawn ``friction.nominal_n`` is that of the finger, whatever those of a system are."""
 MOIST_LOSS = 0.3
 """Share of tau that a dry finger loses on its way to a wet one (direction: Gueorguiev 2017; assumed)."""
 
@@ -58,7 +60,9 @@ def fingers(
     Distributions are those of docs/finger.md, independent of each other but for moisture m, uniform from 0 to 1, which
     lowers ``friction.susceptibility_per_um2`` by 30 % m and leaves the rest of the 30 % to occlusion
     (``friction.moist_loss``). ``motion.person`` is i: at one seed of a run each has tremor and roughness of
-    its own. The system needs friction of kind "finger", a finger of kind "skin" and motion of kind "strokes".
+    its own. Friction is drawn as that at 0.5 N and 20 mm/s, so each finger brings this reference load and speed, but
+    not with a measured ``population``, whose friction is at those of the system. The system needs friction of kind
+    "finger", a finger of kind "skin" and motion of kind "strokes".
 
     Parameters
     ----------
@@ -82,9 +86,11 @@ def fingers(
     whole("n", n, 1, 2**32)
     whole("seed", seed, 0, 2**64 - 1)
     z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
-    found = Fingers(_finger(row) | {"motion.person": i} for i, row in enumerate(z))
+    found = Fingers(_finger(row) | DRAWN_AT | {"motion.person": i} for i, row in enumerate(z))
     if population is not None:
         found = _as_measured(found, z, read_population(population))
+        if any(each.path == "friction.nominal_n" for each in read_population(population).value):
+            found = Fingers({path: value for path, value in each.items() if path not in DRAWN_AT} for each in found)
     return found if loads_n is None else _pressed(found, z, loads_n)
 
 

@@ -180,10 +180,18 @@ def test_the_finger_is_held_as_long_as_it_touches():
 
 def test_values_of_the_system_that_no_finger_brings_count():
     people = fl.fingers(5, 0)
-    band, _ = reach_of(fl.bench().evolve({"friction.reference_load_n": 0.25}), people, 1.0)
-    plain, _ = reach_of(fl.bench(), people, 1.0)
-    ratio = 2.0 ** np.array([each["friction.load_exponent"] for each in people])
-    np.testing.assert_allclose(band.highest_n, ratio * plain.highest_n, rtol=1e-12)
+    quick, plain = (reach_of(fl.bench().evolve({"friction.occlusion_s": each}), people, 1.0)[0] for each in (2.0, 20.0))
+    named = fl.capable([{"friction.occlusion_s": 2.0} | each for each in people], 0.5, 0.7, contact_s=1.0)
+    assert quick.lowest_n.values.tolist() == named.lowest_n.values.tolist() != plain.lowest_n.values.tolist()
+
+
+def test_drawn_friction_is_that_at_the_load_and_speed_of_the_drawing_whatever_the_files():
+    people = fl.fingers(5, 0)
+    other = fl.bench().evolve({"friction.reference_load_n": 0.25, "friction.reference_speed_mm_s": 60.0})
+    there, plain = (reach_of(each, people, 1.0)[0] for each in (other, fl.bench()))
+    assert there.highest_n.values.tolist() == plain.highest_n.values.tolist()
+    errors = [fl.sweep(each, people, 1.0, metrics=["rms_error"]).rms_error.values for each in (other, fl.bench())]
+    np.testing.assert_array_equal(*errors)
 
 
 def test_a_recorded_set_point_is_judged_by_its_lowest_and_highest_value(frictionloop):
