@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,7 +9,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.analysis import operating_band
-from frictionloop.loop.bands import in_band
+from frictionloop.loop.bands import rms_by_band
 
 RATE_HZ = 5000.0
 TIME_S = np.arange(10000) / RATE_HZ
@@ -35,6 +33,19 @@ def test_each_band_is_the_linear_loops_response_to_its_tone():
     assert found.low_hz.values.tolist() == [0, 10, 100] and found.high_hz.values.tolist() == [10, 100, 1000]
 
 
+@pytest.mark.parametrize("shape", ["cosine", "noise and ramp"])
+def test_a_disturbance_that_begins_and_ends_anywhere_is_left_as_the_linear_loop_leaves_it(shape):
+    """A loop has not acted at t = 0: all of d is left there, which must not be taken for something slow."""
+    drawn = np.random.default_rng(5).normal(size=(2, TIME_S.size)).cumsum(axis=1)
+    d = {"cosine": np.cos(2 * np.pi * 2 * TIME_S), "noise and ramp": 0.02 * drawn[0] + 2.0 * TIME_S - 2.0}[shape]
+    signal = fl.Samples(values_n=0.02 * d / d.std(), rate_hz=RATE_HZ)
+    gains = {"controller.kp": 10.0, "controller.ki": 2.0}
+    steady = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": signal, **gains}
+    run = fl.simulate(fl.feasible().evolve(steady), 2.0)
+    slow = fl.disturbance_left_by_band(run, [0, 1, 4, 20]).values
+    assert np.nanmax(np.abs(slow - 1 / 11)) < 0.02
+
+
 def test_an_open_loop_leaves_all_and_a_band_without_anything_has_no_share():
     run = run_of(TONES_HZ[:2], **{"controller.kind": "lookup"})
     found = fl.disturbance_left_by_band(run, [0, 10, 100, 1000]).values
@@ -44,14 +55,25 @@ def test_an_open_loop_leaves_all_and_a_band_without_anything_has_no_share():
     assert np.isnan(fl.disturbance_left_by_band(constant, [0, 10])).all()
 
 
-@given(
-    st.lists(st.floats(0.5, 2400.0), min_size=1, max_size=6, unique=True), st.integers(0, 2**16), st.integers(50, 400)
-)
-def test_bands_from_0_on_add_up_to_the_signal(inner_hz, seed, samples):
-    values = np.cumsum(np.random.default_rng(seed).normal(size=samples))
-    edges = [0.0, *sorted(inner_hz), np.inf]
-    parts = [in_band(values, np.arange(samples) / RATE_HZ, *band) for band in itertools.pairwise(edges)]
-    np.testing.assert_allclose(sum(parts), values, atol=1e-9 * np.abs(values).max())
+EDGES = st.lists(st.floats(0.5, 2400.0), min_size=1, max_size=6, unique=True)
+
+
+@given(EDGES, st.integers(0, 2**16), st.integers(50, 400))
+def test_squares_of_bands_from_0_on_add_up_to_those_of_the_whole(inner_hz, seed, samples):
+    values, time_s = np.cumsum(np.random.default_rng(seed).normal(size=samples)), np.arange(samples) / RATE_HZ
+    parts = rms_by_band(values, time_s, slice(None), [0.0, *sorted(inner_hz), np.inf])
+    (whole,) = rms_by_band(values, time_s, slice(None), [0.0, np.inf])
+    assert np.sqrt(np.sum(parts**2)) == pytest.approx(whole, rel=1e-9)
+
+
+def test_the_rms_is_that_of_a_sine_and_gaps_are_bridged():
+    values = 3.0 + 0.2 * np.sin(2 * np.pi * 5 * TIME_S)
+    below, there, above = rms_by_band(values, TIME_S, slice(None), [0.0, 2.0, 10.0, 2500.0])
+    assert there == pytest.approx(0.2 / np.sqrt(2), rel=1e-6) and max(below, above) < 1e-6
+    keep = np.ones(TIME_S.size, bool)
+    keep[4000:4020] = False
+    bridged = rms_by_band(np.where(keep, values, 50.0), TIME_S, keep, [0.0, 2.0, 10.0, 2500.0])
+    np.testing.assert_allclose(bridged, [below, there, above], atol=2e-4)
 
 
 @pytest.mark.parametrize("edges_hz", [[1.0], [10, 4], [-1, 4], [0, 0, 1], 4.0])

@@ -10,9 +10,10 @@ import numpy as np
 
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.cli.recorded import WIDTH
-from frictionloop.cli.recorded_bands import searched
+from frictionloop.cli.recorded_bands import MOST, searched
 from frictionloop.cli.recorded_units import asked
-from frictionloop.loop.bands import LEAST, in_band
+from frictionloop.loop.bands import LEAST, rms_by_band
+from frictionloop.loop.metrics import out_of_reach
 from frictionloop.loop.record import system_of
 from frictionloop.parameters.still import stirring
 
@@ -50,15 +51,11 @@ class Part(NamedTuple):
 def error_by_band(run: xr.Dataset, mask: np.ndarray, split_hz: float) -> tuple[Part, Part]:
     """Return what f_r and f_a - f_r vary by (rms) below and above a frequency.
 
-    Both are split as by `in_band`, the error with a straight line where it is not scored, as in reversals. An
-    error that stays is none of a frequency, and does not count.
+    As `rms_by_band` has them. An error that stays is none of a frequency, and does not count.
     """
-    time = run["time"].values
-    error = np.interp(time, time[mask], (run["f_a"] - run["f_r"]).values[mask])
-    below, above = (
-        [float(np.std(in_band(values, time, *band)[mask])) for values in (run["f_r"].values, error)]
-        for band in ((0.0, split_hz), (split_hz, math.inf))
-    )
+    signals = (run["f_r"].values, (run["f_a"] - run["f_r"]).values)
+    found = [rms_by_band(each, run["time"].values, mask, (0.0, split_hz, math.inf)) for each in signals]
+    below, above = np.transpose(found).tolist()
     return Part(*below), Part(*above)
 
 
@@ -68,7 +65,7 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     if not mask.any() or system.setpoint.kind not in RECORDED or asked(system, "size", "signs"):
         return []
     to_hz = followed_to_hz(run, mask)
-    if to_hz is None:
+    if to_hz is None or float(out_of_reach(run, mask).mean()) > MOST:  # which the run says by itself
         return []
     below, above = error_by_band(run, mask, to_hz)
     said = f"The force follows the recorded set-point up to {to_hz:.3g} Hz (linear, within 3 dB at its mean). "

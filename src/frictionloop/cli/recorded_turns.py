@@ -32,7 +32,7 @@ def lines(run: xr.Dataset, system: System, duration_s: float) -> list[str]:
     said = f"Not scored are {at}{more} of this run: its finger starts, turns round or is lifted there, and the "
     said += "recording runs on."
     if any(a > 0 for a, _ in parts):
-        said += " What is left below and above a frequency is of the whole run, with what happens there."
+        said += " What is left below and above a frequency has a straight line there."
     stroke_mm = without_turn_mm(system, duration_s)
     if stroke_mm is not None:
         said += f" --motion.stroke_mm {stroke_mm:g} has no turn in this run: go by that."

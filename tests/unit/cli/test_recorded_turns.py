@@ -30,7 +30,7 @@ def test_the_seconds_are_those_of_the_run_and_the_stroke_has_no_turn():
     said = " ".join(lines(run, system, 3.0))
     named = [tuple(map(float, each)) for each in re.findall(r"([\d.]+) to ([\d.]+) s", said)]
     assert np.ravel(named) == pytest.approx(np.ravel(unscored_s(run)[:3]), rel=5e-3)
-    assert "below and above a frequency is of the whole run, with what happens there" in said
+    assert "below and above a frequency has a straight line there" in said
     stroke_mm = float(re.search(r"--motion\.stroke_mm (\S+) has no turn in this run", said)[1])
     longer = fl.simulate(slid(**{"motion.stroke_mm": stroke_mm}), 3.0)
     assert [start for start, _ in unscored_s(longer)] == [0.0]
