@@ -98,7 +98,9 @@ def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
     [("board.load_n_per_count", "touch.n_per_count"), ("board.position_m_per_count", "touch.m_per_count")],
 )
 def test_strokes_need_the_sensors_that_tell_them(name, word):
-    with pytest.raises(fl.FrictionloopError, match=rf'{name} = 0: .* motion\.kind must be "sliding"'):
+    with pytest.raises(
+        fl.FrictionloopError, match=rf'{name} = 0: .* motion\.kind = "sliding", .* finger\.kind = "rigid"'
+    ):
         firmware_words(fl.bench().evolve({name: 0.0}))
     assert words(fl.paper().evolve({name: 0.0}), word) == [0]
 
