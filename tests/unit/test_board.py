@@ -99,7 +99,8 @@ def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
 )
 def test_strokes_need_the_sensors_that_tell_them(name, word):
     with pytest.raises(
-        fl.FrictionloopError, match=rf'{name} = 0: .* motion\.kind = "sliding", .* finger\.kind = "rigid"'
+        fl.FrictionloopError,
+        match=rf'{name} = 0: .* no strokes .motion\.kind = "sliding", friction\.kind = "gaussian", finger\.kind = "rigid".',
     ):
         firmware_words(fl.bench().evolve({name: 0.0}))
     assert words(fl.paper().evolve({name: 0.0}), word) == [0]
