@@ -98,10 +98,8 @@ def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
     [("board.load_n_per_count", "touch.n_per_count"), ("board.position_m_per_count", "touch.m_per_count")],
 )
 def test_strokes_need_the_sensors_that_tell_them(name, word):
-    with pytest.raises(
-        fl.FrictionloopError,
-        match=rf'{name} = 0: .* no strokes .motion\.kind = "sliding", friction\.kind = "gaussian", finger\.kind = "rigid".',
-    ):
+    all_of_it = r'motion\.kind = "sliding", friction\.kind = "gaussian", finger\.kind = "rigid"'
+    with pytest.raises(fl.FrictionloopError, match=f"{name} = 0: .* no strokes .{all_of_it}"):
         firmware_words(fl.bench().evolve({name: 0.0}))
     assert words(fl.paper().evolve({name: 0.0}), word) == [0]
 
