@@ -9,9 +9,10 @@ import xarray as xr
 
 from frictionloop.design import retune
 from frictionloop.loop.progress import Bar
-from frictionloop.parameters import bench
+from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
+from frictionloop.report.cited import flags_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
 from frictionloop.report.figure_numbers import Table, of_strokes
 from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
@@ -25,8 +26,11 @@ OWN = ("setpoint.", "motion.stroke_mm")
 """What the protocol of the figure sets itself."""
 GAINS = ("controller.kp", "controller.ki")
 """Gains of one's own, which get a panel of Fig. 5a."""
-OTHER = {"fig-5a-population": "; for many fingers: frictionloop sweep --preset bench --fingers 26 --fingers-seed 1"}
-"""What does the same on a changed bench."""
+OTHER = {
+    "fig-5a-population": "; by another protocol, with the re-tuned gains: frictionloop sweep --preset bench "
+    "--controller.kp {kp:g} --controller.ki {ki:g} --setpoint.amplitude_n 0.3 --fingers 26 --fingers-seed 1 {changes}"
+}
+"""What does nearly the same on a changed bench."""
 KEPT = ("controller.kind", "friction.kind", "finger.kind", "motion.kind")
 
 
@@ -44,7 +48,7 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
     for name in names:
         if name not in SHOWN:
             raise FrictionloopError(
-                f"only = {name!r}: is of the paper's own bench; a changed one has {has} alone{OTHER.get(name, '')}"
+                f"only = {name!r}: is of the paper's own bench; a changed one has {has} alone{_other(name, changes)}"
             )
     for path in changes:
         if path.startswith(OWN) or path in KEPT:
@@ -58,6 +62,12 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
     if given and "fig-5a-printed" in names:
         raise FrictionloopError('only = "fig-5a-printed": is of the printed gains; gains of your own are for fig-5a')
     bench().evolve(changes)
+
+
+def _other(name: str, changes: Mapping[str, Any]) -> str:
+    """Return the command that does nearly the same as a figure with the changes; empty where none does."""
+    kp, ki = RETUNED.values()
+    return OTHER.get(name, "").format(kp=kp, ki=ki, changes=" ".join(flags_of(changes)))
 
 
 class Drawn(NamedTuple):
