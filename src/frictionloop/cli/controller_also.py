@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 TOLD = 0.05
 """Share by which the friction at the mean load is off what a law believes, from which it is told (chosen)."""
+AGAIN = "contacts of"
+"""Begins the line on a finger that lands again and again."""
 SETTLED = 3.0
 """Time constants after which occlusion is called complete: 95 %."""
 MATTER = {
@@ -33,16 +35,23 @@ MATTER = {
 
 
 def fully_moist(system: System, wanted: Wanted) -> str:
-    """Return how the loop is on a finger that never lifts, at complete occlusion; empty for any other."""
+    """Return how the loop is on the moistest finger, that never lifts or lands again and again; empty of another."""
     friction, motion = system.friction, system.motion
-    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
         return ""
+    state = moistest(friction, motion)
     said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
+    if motion.contact_s > 0:
+        as_long_s = math.ceil(-friction.occlusion_s * math.log(1.0 - state))
+        said = (
+            f"{AGAIN} {motion.contact_s:g} s, {motion.lifted_s:g} s apart, leave it {state:.0%} occluded, as one of "
+            f"{as_long_s} s does (`--motion.contact_s {as_long_s}` designs for it): "
+        )
     there = wanted.over(3, 3).systems(system)
     try:
-        found = _peaks(there, wanted, 1.0)
+        found = _peaks(there, wanted, state)
     except FrictionloopError as error:
-        beyond = [each for place in there for each in missed(place, [1.0])]
+        beyond = [each for place in there for each in missed(place, [state])]
         if not beyond:
             return f"{said}it cannot be looked at: {error}"
         forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for each in beyond))
@@ -58,10 +67,27 @@ def fully_moist(system: System, wanted: Wanted) -> str:
         dry = [each for each in there if any(math.isinf(peak) for peak, _, _ in _peaks([each], wanted, 0.0))]
         if dry:
             return f"{how}, as on a finger just landed{_contact(dry, there)}"
-        return f"{how}: lift the finger before, or give `motion.contact_s`"
+        return f"{how}: lift the finger before, or give `motion.contact_s`" if motion.contact_s == 0 else how
     peak, off, limit = max(found, key=lambda each: each[0] / each[2])
     how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
-    return f"{said}{how}: Ms is {peak:.3g}{_off(off)}; {limit:.3g} is the limit of a finger that lifts in time"
+    lifts = " of a finger that lifts in time" if motion.contact_s == 0 else ""
+    return f"{said}{how}: Ms is {peak:.3g}{_off(off)}; {limit:.3g} is the limit{lifts}"
+
+
+def moistest(friction: FingerFriction, motion: Strokes) -> float:
+    """Return the largest occlusion: 1 without lifting, else that at the end of many contacts one after another.
+
+    w = (1 - a) / (1 - a b),   a = e^(-contact/T),   b = e^(-lifted/T_drying)
+    """
+    if motion.contact_s == 0:
+        return 1.0
+    a, b = math.exp(-motion.contact_s / friction.occlusion_s), math.exp(-motion.lifted_s / friction.drying_s)
+    return (1.0 - a) / (1.0 - a * b)
+
+
+def moist_row(said: str) -> list[Row]:
+    """Return the row of a verdict with that line; none of an empty one."""
+    return [("moister" if said.startswith(AGAIN) else "fully moist", said)] if said else []
 
 
 def _contact(some: Sequence[System], there: Sequence[System]) -> str:

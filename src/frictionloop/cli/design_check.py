@@ -55,7 +55,7 @@ def command(
     designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
     given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
     given = " ".join([given, *_bench_flags(overrides)])
-    about = [("fully moist", moist)] if moist else []
+    about = controller_also.moist_row(moist)
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli.controller_also import moistest
 
 CHECK = ("design", "check")
 RIGID = ("--finger.kind", "rigid")
@@ -138,3 +140,20 @@ def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones
         "with 0.5 N alone BEYOND LIMITS contact dahl at 80 mm/s"
     )
     assert "everywhere in the table, the slower and faster places too, pressed with 0.5 N alone" in said
+
+
+@pytest.mark.parametrize(("contact_s", "lifted_s"), [(5.0, 0.5), (2.0, 10.0), (30.0, 3.0)])
+def test_a_finger_that_lands_again_and_again_is_as_moist_as_contact_after_contact_leaves_it(contact_s, lifted_s):
+    bench = fl.bench().evolve({"motion.contact_s": contact_s, "motion.lifted_s": lifted_s, "friction.drying_s": 8.0})
+    friction, occluded = bench.friction, 0.0
+    for _ in range(2000):
+        occluded *= np.exp(-lifted_s / friction.drying_s)  # in the air
+        occluded = 1.0 - (1.0 - occluded) * np.exp(-contact_s / friction.occlusion_s)
+    assert moistest(friction, bench.motion) == pytest.approx(occluded, rel=1e-9)
+    assert moistest(friction, fl.bench().motion) == 1.0
+
+
+def test_contacts_that_follow_each_other_are_looked_at_besides_the_first(frictionloop):
+    said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "dahl", "--motion.contact_s", "5").out.split())
+    assert "occluded 22%" in said and "moister contacts of 5 s, 0.5 s apart, leave it 92% occluded" in said
+    assert "as one of 51 s does (`--motion.contact_s 51` designs for it)" in said and "fully moist" not in said
