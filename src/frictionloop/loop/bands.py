@@ -21,9 +21,9 @@ LEAST = 0.01
 def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Sequence[float]) -> np.ndarray:
     """Return the rms of a signal about its mean in bands of frequency, shape (bands,), in the signal's unit.
 
-    It is that of a Hann-windowed periodogram from the first period that counts to the last. Both ends weigh nothing
-    there, so neither the moment at which a loop starts nor a jump from the last to the first value spreads over the
-    bands. Across periods that do not count, as reversals, stands a straight line.
+    It is that of a Hann-windowed periodogram, without its bin at 0 Hz, from the first period that counts to the last.
+    Both ends weigh nothing there, so neither the moment at which a loop starts nor a jump from the last to the first
+    value spreads over the bands. Across periods that do not count, as reversals, stands a straight line.
     """
     at = time_s[keep]
     inside = time_s[(time_s >= at[0]) & (time_s <= at[-1])]
