@@ -53,9 +53,8 @@ def verdict(
     if found.holds:
         rows = [("HOLDS", but(beyond, moist) + rows[0][1])]
     elif wanted.speeds_mm_s and found.holds_as_asked:
-        worse = [name for name, how in NOT_HELD if any(place.how == how for place in found.places)]
-        first = f"but elsewhere {', '.join(worse)}, as below. Within its limits: at every contact and speed asked for"
-        rows = [("HOLDS", first + load)]
+        worse = [(name, "") for name, how in NOT_HELD if any(place.how == how for place in found.places)]
+        rows = [("HOLDS", f"{but([*beyond, *worse], moist)}at every contact and speed asked for{load}")]
     rows += beyond
     for name, how in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)

@@ -87,7 +87,12 @@ def moistest(friction: FingerFriction, motion: Strokes) -> float:
 
 def moist_row(said: str) -> list[Row]:
     """Return the row of a verdict with that line; none of an empty one."""
-    return [("moister" if said.startswith(AGAIN) else "fully moist", said)] if said else []
+    return [(moist_name(said), said)] if said else []
+
+
+def moist_name(said: str) -> str:
+    """Return what a finger is called that such a line is about."""
+    return "moister" if said.startswith(AGAIN) else "fully moist"
 
 
 def _contact(some: Sequence[System], there: Sequence[System]) -> str:

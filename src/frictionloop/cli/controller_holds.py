@@ -65,14 +65,15 @@ def beyond_said(designed: Designed) -> list[str]:
 
 
 def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
-    """Return the flags that check a controller for what it was designed for: contacts, speeds, loads, limits."""
+    """Return the flags that check a controller for what it was designed for: contacts to errors."""
     contacts = dict.fromkeys(each.loop.system.finger.contact for each in found
                              if isinstance(each.loop.system.finger, Skin))  # fmt: skip
-    limits = {"sensitivity-peak": wanted.sensitivity_peak, "resonance-error": wanted.resonance_error}
-    usual = type(wanted)()
+    limits = {"sensitivity_peak": wanted.sensitivity_peak, "resonance_error": wanted.resonance_error}
+    usual, shares = type(wanted)(), {name: f"{share:g}" for name, share in wanted.lean.shares.items() if share}
     flags = {"contacts": ",".join(contacts), "speeds": _ends(wanted.speeds_mm_s), "loads": _ends(wanted.loads_n)}
-    flags |= {name: f"{value:g}" for name, value in limits.items() if value != getattr(usual, name.replace("-", "_"))}
-    return "".join(f" --{name} {value}" for name, value in flags.items() if value)
+    flags |= {name: f"{value:g}" for name, value in limits.items() if value != getattr(usual, name)} | shares
+    flags |= {"corners": "CERTIFICATE"} if wanted.lean.ends else {}
+    return "".join(f" --{name.replace('_', '-')} {value}" for name, value in flags.items() if value)
 
 
 def _ends(values: Sequence[float]) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.controller_also import AGAIN, fully_moist, moist_row, noisy, range_said
+from frictionloop.cli.controller_also import fully_moist, moist_name, moist_row, noisy, range_said
 from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, strokes_said
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
@@ -72,8 +72,7 @@ def but(worse: Sequence[Row], moist: str = "") -> str:
     apart = [k for k, name in enumerate(names) if name in dict(NOT_HELD)]
     if apart:
         names[apart[0]] = f"elsewhere {names[apart[0]]}"
-    state = "moister" if moist.startswith(AGAIN) else "fully moist"
-    names += [f"{how} when {state}" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
+    names += [f"{how} when {moist_name(moist)}" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
     return f"but {', '.join(names)}, as below. Within its limits: " if names else ""
 
 

@@ -88,8 +88,9 @@ def fingers(
     z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
     found = Fingers(_finger(row) | DRAWN_AT | {"motion.person": i} for i, row in enumerate(z))
     if population is not None:
-        found = _as_measured(found, z, read_population(population))
-        if any(each.path == "friction.nominal_n" for each in read_population(population).value):
+        measured = read_population(population)
+        found = _as_measured(found, z, measured)
+        if any(each.path == "friction.nominal_n" for each in measured.value):
             found = Fingers({path: value for path, value in each.items() if path not in DRAWN_AT} for each in found)
     return found if loads_n is None else _pressed(found, z, loads_n)
 

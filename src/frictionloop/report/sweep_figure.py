@@ -129,7 +129,8 @@ def _sorted(panel: Axes, metric: xr.DataArray, able: np.ndarray | None) -> None:
         panel.axhline(middle, color=GREY, linewidth=0.9, linestyle="--", label=f"median {middle:.3g}")
         panel.legend(loc="best")
     panel.set(xlabel="fingers, sorted by this value", ylabel=label)
-    if str(metric.name).startswith("r2_") and (low := int(np.sum(mean < LOWEST_R2))):  # what few have hides the rest
+    low = int(np.sum(mean < LOWEST_R2))
+    if str(metric.name).startswith("r2_") and 0 < low < mean.size / 2:  # what few have hides the rest
         panel.set_ylim(LOWEST_R2, 1.05)
         panel.set_xlabel(f"fingers, sorted by this value; {low} below {LOWEST_R2:g} not shown")
 

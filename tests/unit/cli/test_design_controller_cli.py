@@ -17,7 +17,9 @@ import frictionloop as fl
 from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.operating import law_at
 from frictionloop.cli import main, screen
+from frictionloop.cli.controller_holds import wanted_flags
 from frictionloop.design import synthesis
+from frictionloop.design.leaning import Lean
 from frictionloop.design.synthesis import SYNTHESES, design_controller
 from frictionloop.design.wanted import Wanted
 from frictionloop.report.figures.controller import figure_sensitivity, step_run, stepped
@@ -348,3 +350,13 @@ def test_the_estimate_counts_the_errors_that_are_asked_for(frictionloop, monkeyp
     counts = [int(re.search(r"on up to (\d+) loops", text)[1]) for text in said if "loops" in text]
     # A share off either way is two more of each loop, and a range of loads is looked at three.
     assert counts[1:] == [3 * counts[0], 9 * counts[0]]
+
+
+def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
+    lean = Lean(sensor_error=0.1, gain_error=0.2, ends=(("sensor.q", 15.0),))
+    asked = Wanted(1.5, 0.1, (15.0, 60.0), lean, ("dahl",), (0.4, 1.0))
+    assert wanted_flags([], asked) == (
+        " --speeds 15,60 --loads 0.4,1 --sensitivity-peak 1.5 --resonance-error 0.1 --sensor-error 0.1 --gain-error 0.2"
+        " --corners CERTIFICATE"
+    )
+    assert wanted_flags([], Wanted()) == ""
