@@ -91,3 +91,14 @@ def test_a_certificate_that_is_none_is_one_line(tmp_path, capsys, text, says):
         main(["design", "controller", "--corners", str(tmp_path / "a.html")])
     said = capsys.readouterr().err
     assert left.value.code == 2 and says in said and said.strip().count("\n") == 0
+
+
+def test_a_q_that_may_be_off_is_looked_at_on_both_sides_one_at_a_time():
+    points, q = band_of(BENCH.evolve({"controller.kind": "pi"})), BENCH.sensor.q
+    lean = Lean(q_error=0.3)
+    found = leaning(points, lean)
+    assert len(found) == lean.loops_each * len(points) == 3 * len(points)
+    assert {loop.system.sensor.q for loop in found[len(points) :]} == {0.7 * q, 1.3 * q}
+    assert {loop.system.controller.delay_s for loop in found} == {BENCH.controller.delay_s}
+    with pytest.raises(fl.FrictionloopError, match=r"q_error = 0.9: must be from 0 to 0.5"):
+        Wanted(lean=Lean(q_error=0.9))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from frictionloop.analysis.state_space import Array, Complex
@@ -111,17 +112,12 @@ def sensitivity_peak(loop_gain: LoopGain, grid: Array, nyquist_hz: float) -> flo
 def gain_factor(loop_gain: LoopGain, grid: Array, nyquist_hz: float, peak: float) -> float:
     """Return the factor k on G up to which Ms of a loop that is stable at little gain stays within a peak.
 
-    |1 + k G|^2 = 1/peak^2 has its smaller root at k = (1 - 1/peak^2)/(-Re G + sqrt(Re^2 G - |G|^2 (1 - 1/peak^2))), if
-    any. Below the least root of all frequencies no |1 + k G| is smaller than 1/peak and none is 0, so no pole crosses
-    the unit circle: every smaller factor holds as well. Infinite if every factor does.
+    It is the least of `gain_roots`: below it no |1 + k G| is smaller than 1/peak and none is 0, so no pole crosses the
+    unit circle, and every smaller factor holds as well. Infinite if every factor does.
     """
-    room = 1.0 - peak**-2
 
     def root(frequency_hz: Array) -> Array:
-        gains = loop_gain(frequency_hz)
-        inside = gains.real**2 - np.abs(gains) ** 2 * room
-        there = (gains.real < 0) & (inside >= 0)
-        return np.where(there, room / np.where(there, np.sqrt(np.maximum(inside, 0.0)) - gains.real, 1.0), np.inf)
+        return gain_roots(loop_gain(frequency_hz), peak)
 
     full = np.append(grid, nyquist_hz)
     roots = root(full)
@@ -135,6 +131,17 @@ def gain_factor(loop_gain: LoopGain, grid: Array, nyquist_hz: float, peak: float
         options={"xatol": 1e-9 * around[1]},
     )  # fmt: skip
     return min(float(refined.fun), float(roots[least]))
+
+
+def gain_roots(gains: Complex, peak: ArrayLike) -> Array:
+    """Return the least factor k on each G that takes |1 + k G| down to 1/peak, infinite where none does.
+
+    |1 + k G|^2 = 1/peak^2 has its smaller root at k = (1 - 1/peak^2)/(-Re G + sqrt(Re^2 G - |G|^2 (1 - 1/peak^2))).
+    """
+    room = 1.0 - 1.0 / np.square(peak)
+    inside = gains.real**2 - np.abs(gains) ** 2 * room
+    there = (gains.real < 0) & (inside >= 0)
+    return np.where(there, room / np.where(there, np.sqrt(np.maximum(inside, 0.0)) - gains.real, 1.0), np.inf)
 
 
 def _gain_margin(loop_gain: LoopGain, grid: Array, gains: Complex, nyquist_hz: float) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from frictionloop.cli.scores import between
 from frictionloop.design.corners import at_mean
 from frictionloop.design.elsewhere import alike
 from frictionloop.design.synthesis import SYNTHESES
-from frictionloop.parameters import Strokes
+from frictionloop.parameters import FingerFriction, Strokes
 from frictionloop.perception.thresholds import LOWEST_HZ
 
 if TYPE_CHECKING:
@@ -33,11 +33,12 @@ EACH_S = (0.03, 0.2)
 
 
 def verdict(
-    found: Checked, system: System, wanted: Wanted, given: str, moist: str = "", designed: str = ""
-) -> list[Row]:
+    found: Checked, system: System, wanted: Wanted, given: str, moist: str = "", designed: str = "",
+    fingers: Sequence[Row] = (),
+) -> list[Row]:  # fmt: skip
     """Return rows of the verdict: holds or not, where and by how much, what would hold, and what else to look at.
 
-    ``designed`` are the flags of what the file says that it was designed for.
+    ``designed`` are the flags of what the file says that it was designed for, ``fingers`` the rows of other fingers.
     """
     count, held = len(found.places), sum(place.how == "within" for place in found.places)
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
@@ -51,11 +52,10 @@ def verdict(
     states = sorted({each.loop.elements.occluded for each in corners})
     beyond = beyond_reach(loads_of(corners), states)
     if found.holds:
-        rows = [("HOLDS", but(beyond, moist) + rows[0][1])]
+        rows = [("HOLDS", but([*beyond, *fingers], moist) + rows[0][1])]
     elif wanted.speeds_mm_s and found.holds_as_asked:
         worse = [(name, "") for name, how in NOT_HELD if any(place.how == how for place in found.places)]
-        rows = [("HOLDS", f"{but([*beyond, *worse], moist)}at every contact and speed asked for{load}")]
-    rows += beyond
+        rows = [("HOLDS", f"{but([*beyond, *worse, *fingers], moist)}at every contact and speed asked for{load}")]
     for name, how in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)
         first = "" if found.holds else name
@@ -64,8 +64,14 @@ def verdict(
             for k, (where, place) in enumerate(groups)
         ]
     forces = [each.loop.elements.force_n for each in corners]
-    rows += [("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}")]
+    rows += [
+        *beyond,
+        *fingers,
+        ("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}"),
+    ]
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
+    if not fingers and isinstance(system.friction, FingerFriction):
+        rows += [("other people", "`--fingers 100` counts the fingers of other people on which all that holds")]
     if designed:
         return [*rows, ("designed for", f"`{designed}`, by the file, looks at what it was designed for")]
     return [*rows, *_other_loads(system, wanted)]

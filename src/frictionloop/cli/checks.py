@@ -110,6 +110,19 @@ def check_workers(jobs: int | None, resume: bool, out: Path | None, what: str) -
         raise FrictionloopError(f"resume: needs --out FILE.h5, the file of the {what} to continue")
 
 
+def check_fingers(count: int | None, seed: int | None, most: int, **more: Any) -> None:
+    """Refuse a number or a seed of fingers out of range, and what says where fingers come from without any."""
+    for name, given in more.items():
+        if given is not None and not count:
+            raise FrictionloopError(f"{name}: says where fingers come from; accepted: with --fingers N")
+    if count is None:
+        if seed is not None:
+            raise FrictionloopError(f"fingers_seed = {seed}: needs --fingers N, which it is the seed of")
+        return
+    check_count("fingers", count, 1, most)
+    check_count("fingers_seed", seed or 0, 0)
+
+
 def check_score(score_from_s: float, duration_s: float) -> None:
     """Refuse a scored part that is empty."""
     # A wrong duration is complained about where it is used.

@@ -63,7 +63,7 @@ def fully_moist(system: System, wanted: Wanted) -> str:
         )
     unstable = [off for peak, off, _ in found if math.isinf(peak)]
     if unstable:
-        how = f"{said}UNSTABLE{_off(min(unstable, key=abs))}"
+        how = f"{said}UNSTABLE{off_said(min(unstable, key=abs))}"
         dry = [each for each in there if any(math.isinf(peak) for peak, _, _ in _peaks([each], wanted, 0.0))]
         if dry:
             return f"{how}, as on a finger just landed{_contact(dry, there)}"
@@ -71,7 +71,7 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     peak, off, limit = max(found, key=lambda each: each[0] / each[2])
     how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
     lifts = " of a finger that lifts in time" if motion.contact_s == 0 else ""
-    return f"{said}{how}: Ms is {peak:.3g}{_off(off)}; {limit:.3g} is the limit{lifts}"
+    return f"{said}{how}: Ms is {peak:.3g}{off_said(off)}; {limit:.3g} is the limit{lifts}"
 
 
 def moistest(friction: FingerFriction, motion: Strokes) -> float:
@@ -107,7 +107,8 @@ def _peaks(there: Sequence[System], wanted: Wanted, occluded: float) -> list[tup
     return [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
 
 
-def _off(share: float) -> str:
+def off_said(share: float) -> str:
+    """Return how far the resonance is off, behind what is told; nothing where it is as described."""
     return f" with the resonance {100 * abs(share):.3g} % {'higher' if share > 0 else 'lower'}" if share else ""
 
 

@@ -22,6 +22,10 @@ AGAIN = "Look again: frictionloop design check FILE"
 """Begins the line of a saved controller with the flags that it was designed for."""
 MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
 LARGER = ", or give a larger max_amplitude_um to plate and controller.model, or a shorter motion.contact_s."
+OFF = {
+    "sensor_error": "the pole of the sensor's electronics", "delay_error": "the delay",
+    "gain_error": "the sensor's sensitivity", "q_error": "the Q of the sensor's resonance",
+}  # fmt: skip
 CONTACT_SAID = f"A moist finger is one after {CONTACT_S:g} s on the plate, or after motion.contact_s."
 
 
@@ -87,12 +91,14 @@ def also_said(designed: Designed) -> list[str]:
 
 
 def ends_said(wanted: Wanted) -> list[str]:
-    """Return a line with the values that may be at the ends of their intervals, none without."""
+    """Return lines with the shares by which a bench may be off, and the values that may be at an end; none without."""
     by_path: dict[str, list[float]] = {}
     for path, value in wanted.lean.ends:
         by_path.setdefault(path, []).append(value)
     listed = [f"{path} {min(values):.6g} to {max(values):.6g}" for path, values in by_path.items()]
-    return [f"One value at a time at an end of its interval: {', '.join(listed)}."] if listed else []
+    off = [f"{OFF[name]} {100 * share:.3g} %" for name, share in wanted.lean.shares.items() if share]
+    lines = [f"The same limits with the bench off, either way: {', '.join(off)}."] if off else []
+    return [*lines, *([f"One value at a time at an end of its interval: {', '.join(listed)}."] if listed else [])]
 
 
 def loads_of(found: Sequence[Corner]) -> list[System]:

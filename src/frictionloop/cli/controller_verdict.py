@@ -108,13 +108,22 @@ def _others(system: System, wanted: Wanted) -> list[Row]:
     return [("wider", said)]
 
 
+def _other_fingers(system: System, file: str) -> list[Row]:
+    """Return the command that looks at other people's fingers, which a design is not made for."""
+    if not (isinstance(system.finger, Skin) and isinstance(system.motion, Strokes)):
+        return []
+    said = f"frictionloop design check {file} --fingers 100 counts the fingers of other people on which all that holds"
+    return [("other people", said)]
+
+
 def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
     """Return the command to go on with, and at which speed it simulates; with several, that for the others too."""
     if out is None:
         return [("go on with", "this command and `--out my-controller.toml`, which saves the controller")]
     file = shlex.quote(str(out))
     said = f"frictionloop simulate {file} --plot run.svg"
-    return [("go on with", said), *(("", each) for each in speeds_said(system, wanted, file))]
+    simulated = [("", each) for each in speeds_said(system, wanted, file)]
+    return [("go on with", said), *simulated, *_other_fingers(system, file)]
 
 
 def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 
-from frictionloop.cli import flags, screen
+from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import MustHold
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -13,8 +14,11 @@ EXAMPLES = r"""Examples
   frictionloop design check my-controller.toml
   frictionloop design check my-bench.toml --controller.kp 0.05 --controller.ki 60
   frictionloop design check my-controller.toml --speeds 20,60 --json
+  frictionloop design check my-controller.toml --fingers 100
 """
 AS_USUAL = MustHold()
+MOST_FINGERS = 100_000
+"""More than a population needs for the worst of a thousand, at some 0.1 s each."""
 
 
 def command(
@@ -24,17 +28,42 @@ def command(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     must: MustHold = AS_USUAL,
+    fingers: flags.Run[flags.Whole | None] = None,
+    fingers_seed: flags.Run[flags.Whole | None] = None,
+    population: flags.Run[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
     """Check the controller of a system as it is: where it holds, where it does not and by how much, and what would.
 
     No other controller is searched for. It is looked at on both contacts, at its speed, half and four times that, on a
     dry and a moist finger, with the resonance off.
+
+    Parameters
+    ----------
+    fingers
+        Look at so many random fingers besides, each with its own friction, skin and load: on how many do the limits
+        hold? With --loads each is pressed with both ends of them.
+    fingers_seed
+        Seed of the fingers; 0 if not given.
+    population
+        Draw the fingers from this measured population (.toml, from ``identify bench --population``) in place of the
+        assumed one.
     """
+    checks.check_fingers(fingers, fingers_seed, MOST_FINGERS, population=population)
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.analysis.levels import at_levels
-    from frictionloop.cli import check_table, check_text, controller_also, controller_holds, recorded, recorded_units
+    from frictionloop.cli import (
+        check_fingers,
+        check_table,
+        check_text,
+        controller_also,
+        controller_holds,
+        recorded,
+        recorded_units,
+    )
+    from frictionloop.cli.population import population_of
+    from frictionloop.design import on_fingers
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
 
@@ -47,21 +76,28 @@ def command(
         f"checking {system.controller.kind} on up to {count} loops; this takes {check_text.takes(count)}"
     ):
         found = check_controller(system, wanted)
+    many = None
+    if fingers:
+        people = population_of(system, fingers, fingers_seed or 0, overrides, population)
+        many = on_fingers.check_fingers(system, people, wanted)
     if json:
-        screen.show_json(check_text.as_json(found, system, wanted))
+        more = {} if many is None else {"fingers": check_fingers.as_json(many, fingers_seed or 0)}
+        screen.show_json(check_text.as_json(found, system, wanted) | more)
         return
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
     given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
     given = " ".join([given, *_bench_flags(overrides)])
+    whose = "" if population is None else f" of {population}"
+    others = [] if many is None else check_fingers.rows(many, system, fingers_seed or 0, whose)
     about = controller_also.moist_row(moist)
     about += [("range", said)] if (said := controller_also.range_said(system)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
-        screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed), *about]),
+        screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed, others), *about]),
         "",
         screen.columns([("bench", origin), *check_text.controller_rows(system)]),
         "",

@@ -43,6 +43,9 @@ class MustHold:
     ] = 0.0
     delay_error: Annotated[float, _asked("Share by which the delay may be off.")] = 0.0
     gain_error: Annotated[float, _asked("Share by which the sensor's sensitivity may be off.")] = 0.0
+    q_error: Annotated[
+        float, _asked("Share by which the Q of the sensor's resonance may be off, either way, all else as described.")
+    ] = 0.0
     corners: Annotated[
         Path | None,
         _asked(
@@ -83,8 +86,9 @@ class MustHold:
         loads = checks.two_values("loads", self.loads, checks.LOADS)
         named = None if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
         shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
-        shares["controller.delay_s"] = self.delay_error
-        lean = Lean(self.sensor_error, self.delay_error, self.gain_error, _ends(self.corners, shares))
+        shares |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}
+        ends = _ends(self.corners, shares)
+        lean = Lean(self.sensor_error, self.delay_error, self.gain_error, self.q_error, ends)
         return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, named, loads)
 
 

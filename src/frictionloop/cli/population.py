@@ -57,7 +57,7 @@ def population_of(
     return people
 
 
-MARGINS = "errors of runs, no margins: `frictionloop design check` has those of one finger"
+MARGINS = "errors of runs, no margins: `frictionloop design check FILE --fingers 100` has those"
 
 
 def metrics_of(system: System) -> list[str]:

@@ -95,10 +95,8 @@ def command(
     checks.check_count("seeds", seeds, 1, 1_000_000)
     checks.check_workers(jobs, resume, out, "sweep")
     checks.check_score(score_from_s, duration_s)
-    _check_points(over, fingers, fingers_seed, seeds)
-    for name, given in (("population", population), ("loads", loads)):
-        if given is not None and not fingers:
-            raise FrictionloopError(f"{name}: says where fingers come from; accepted: with --fingers N")
+    _check_points(over, fingers)
+    checks.check_fingers(fingers, fingers_seed, MOST_FINGERS // max(seeds, 1), population=population, loads=loads)
     between = checks.two_values("loads", loads, checks.LOADS) or None
     from frictionloop.cli.plausible import ask_of_axes
 
@@ -166,18 +164,12 @@ def _swept(system: System, points: Any, duration_s: float, seeds: int, names: An
     return found
 
 
-def _check_points(over: list[str] | None, fingers: int | None, fingers_seed: int | None, seeds: int) -> None:
+def _check_points(over: list[str] | None, fingers: int | None) -> None:
     """Refuse a sweep of nothing, or of two things at once."""
     if over and fingers is not None:
         raise FrictionloopError("over and fingers: give one; --fingers sweeps a population at the values of the system")
     if not over and fingers is None:
         raise FrictionloopError("over: give --over NAME=VALUES, such as controller.kp=1,2,5, or --fingers N")
-    if fingers is None:
-        if fingers_seed is not None:
-            raise FrictionloopError(f"fingers_seed = {fingers_seed}: needs --fingers N, which it is the seed of")
-        return
-    checks.check_count("fingers", fingers, 1, MOST_FINGERS // seeds)
-    checks.check_count("fingers_seed", fingers_seed or 0, 0)
 
 
 ACCEPTED = "accepted: NAME=a,b,c or NAME=start:stop:count or NAME=start:stop:count:log"

@@ -102,9 +102,8 @@ def loops(system: System, wanted: Wanted) -> int:
     close, few = wanted.over(CHECKED, LOADS), wanted.over(ENDS, LOADS)
     strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.touched), max(1, len(few.loads_n))
     places = len(close.systems(system)) + loads * len(strokes)
-    lean = 1 + 2 * any(wanted.lean.shares.values()) + len(wanted.lean.ends)
     band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))
-    return places * lean * len(shifted(band, wanted.limits))
+    return places * wanted.lean.loops_each * len(shifted(band, wanted.limits))
 
 
 def _notes(system: System) -> tuple[str, ...]:

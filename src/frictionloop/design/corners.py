@@ -102,16 +102,25 @@ def corners(system: System, limits: Mapping[float, float], over: Over = ITSELF, 
     FrictionloopError
         A law that has no linear analysis there.
     """
+    cases = cases_of(system, limits, over, lean)
+    found = []
+    for k, (loop, off, limit) in enumerate(cases, 1):
+        step(f"loop {k} of {len(cases)} there{stroke_of(loop.system)}")
+        found.append(Corner(off, limit, loop, loop.sensitivity_peak()))
+    return found
+
+
+def cases_of(
+    system: System, limits: Mapping[float, float], over: Over = ITSELF, lean: Lean = NOTHING
+) -> list[tuple[LinearLoop, float, float]]:
+    """Return the loops of `corners` with their laws, how far the resonance is off, and the largest Ms there."""
     laws: dict[tuple[str, float | None, float, float], StateSpace] = {}
     found = []
-    cases = shifted(leaning(band_of(system, over), lean), limits)
-    for k, (loop, off, limit) in enumerate(cases, 1):
-        step(f"checking, loop {k} of {len(cases)}{stroke_of(loop.system)}")
+    for loop, off, limit in shifted(leaning(band_of(system, over), lean), limits):
         at = (stroke_of(loop.system), load_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law
-        there = replace(loop, known_law=laws[at])
-        found.append(Corner(off, limit, there, there.sensitivity_peak()))
+        found.append((replace(loop, known_law=laws[at]), off, limit))
     return found
 
 

@@ -23,6 +23,8 @@ class Lean(NamedTuple):
     delay_error: float = 0.0
     gain_error: float = 0.0
     """Of the sensor's sensitivity, which is in the gain of the loop."""
+    q_error: float = 0.0
+    """Of the quality factor of the sensor's resonance, at one end or the other with all else as described."""
     ends: tuple[tuple[str, float], ...] = ()
     """Values that the bench may have instead, by dotted name, one at a time: ends of intervals."""
 
@@ -30,6 +32,22 @@ class Lean(NamedTuple):
     def shares(self) -> dict[str, float]:
         """The shares, by name."""
         return {name: value for name, value in self._asdict().items() if name != "ends"}
+
+    @property
+    def loops_each(self) -> int:
+        """How many loops come of one."""
+        return 1 + 2 * self.sideways + 2 * bool(self.q_error) + len(self.ends)
+
+    @property
+    def sideways(self) -> bool:
+        """Whether loops are slow and strong, or fast and weak."""
+        return any((self.sensor_error, self.delay_error, self.gain_error))
+
+    def ends_of(self, loop: LinearLoop) -> list[tuple[str, float]]:
+        """Return the values that a loop may have instead, one at a time."""
+        q = getattr(loop.system.sensor, "q", 0.0)
+        off = (1.0 - self.q_error, 1.0 + self.q_error) if self.q_error else ()
+        return [*(("sensor.q", q * factor) for factor in off), *self.ends]
 
     def checked(self) -> Lean:
         """Return itself; refuses a share outside 0 to 0.5."""
@@ -45,7 +63,8 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
         slow: sensor_hz (1 - e_s), delay_s (1 + e_d), gain (1 + e_g);   fast: the other way round
 
     More lag and more gain both take phase margin, so one end of each together is at least as bad as one at a time. The
-    law does not change, since the controller does not know. Then follow the loops with one value at an end.
+    law does not change, since the controller does not know. Then follow the loops with one value at an end, the
+    resonance's Q among them.
 
     Parameters
     ----------
@@ -60,11 +79,11 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
         An end whose name or value the System refuses.
     """
     found = list(points)
-    if any(lean.shares.values()):
+    if lean.sideways:
         found += [_leant(point, side, lean) for side in (1.0, -1.0) for point in points]
-    for path, value in lean.ends:
-        for point in points:
-            at = point.elements
+    for point in points:
+        at = point.elements
+        for path, value in lean.ends_of(point):
             found += operating_band(point.system.evolve({path: value}), [at.force_n], [at.occluded])
     return found
 

@@ -110,8 +110,7 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--loads", "0.4,1.2").out.split())
     assert said.startswith(
         "HOLDS but OUT OF REACH, as below. Within its limits: at every contact and speed looked at, "
-        "pressed with 0.4 to 1.2 N "
-        "OUT OF REACH 0.15 N of"
+        "pressed with 0.4 to 1.2 N contact slider at 10, 20, 80 mm/s OUT OF REACH 0.15 N of"
     )
     assert f"a finger just landed pressed with 0.693, 1.2 N: 0.203, {least:.3g} N are looked at" in said
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--motion.load_n", "1.2").out.split())
@@ -157,3 +156,36 @@ def test_contacts_that_follow_each_other_are_looked_at_besides_the_first(frictio
     said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "dahl", "--motion.contact_s", "5").out.split())
     assert "occluded 22%" in said and "moister contacts of 5 s, 0.5 s apart, leave it 92% occluded" in said
     assert "as one of 51 s does (`--motion.contact_s 51` designs for it)" in said and "fully moist" not in said
+
+
+def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    given = (
+        *CHECK,
+        *PI[:2],
+        "--controller.kp",
+        "0.03",
+        "--controller.ki",
+        "20",
+        "--fingers",
+        "8",
+        "--contacts",
+        "dahl",
+    )
+    found = frictionloop(*given, "--json").json()["fingers"]
+    held, rings = found["hold"], sum(not each for each in found["stable"])
+    assert found["count"] == 8 and sum(found["holds"]) == held and 0 < held < 8
+    answer = frictionloop(*given)
+    said = " ".join(answer.out.split())
+    assert f"the limits hold on {held} of 8 fingers of seed 0" in said and "NOT ON ALL FINGERS" in said
+    assert f"on {8 - held - rings} the loop is stable, beyond a limit; on {rings} it is unstable" in said
+    least = min(range(8), key=lambda k: found["gain_factor"][k])
+    assert f"the worst is finger {least}:" in said and "on all the limits hold with `--controller.kp" in said
+    assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 80
+
+
+def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
+    given = (*CHECK, *PI, "7", "--contacts", "dahl")
+    assert "`--fingers 100` counts the fingers of other people" in " ".join(frictionloop(*given).out.split())
+    refused = frictionloop(*given, "--population", "people.toml")
+    assert "population: says where fingers come from; accepted: with --fingers N" in refused.err

@@ -1,0 +1,90 @@
+"""A controller that was checked on a population of fingers, as rows of the verdict and as a program is shown it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.cli.comparison_text import number
+from frictionloop.cli.controller_also import off_said
+from frictionloop.cli.controller_holds import finger
+from frictionloop.design.checking import ROUNDING
+from frictionloop.parameters import PiController
+from frictionloop.parameters.filtered import FeedForward
+
+if TYPE_CHECKING:
+    from frictionloop.parameters import System
+
+Row = tuple[str, ...]
+MOST = 0.9
+"""Share of the fingers for which gains are proposed beside those for all."""
+
+
+def rows(found: xr.Dataset, system: System, seed: int, whose: str = "") -> list[Row]:
+    """Return rows of a verdict: on how many fingers the limits hold, the worst of them, and gains for more of them.
+
+    ``whose`` names the file of a measured population.
+    """
+    count = found.sizes["finger"]
+    seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
+    held, rings = int(seen["holds"].sum()), int((~seen["stable"]).sum())
+    beyond, unseen = seen.sizes["finger"] - held, count - seen.sizes["finger"]
+    who = f"{count} fingers of seed {seed}{whose}, each with its own friction, skin and load"
+    said = f"the limits hold on {held} of {who}"
+    said += f"; on {beyond - rings} the loop is stable, beyond a limit; on {rings} it is unstable" if beyond else ""
+    said += f"; {unseen} cannot be looked at: {_first(found)}" if unseen else ""
+    name = "on fingers" if held == count else "NOT ON ALL FINGERS"
+    told: list[Row] = [(name, said)]
+    if beyond:
+        told += [("", _worst(seen)), *_less(seen, system)]
+    if missed := int((~seen["in_reach"]).sum()):
+        told.append(("", f"{missed} cannot be given all forces asked for; the nearest was looked at"))
+    return told
+
+
+def _first(found: xr.Dataset) -> str:
+    return next(said for said in found["unseen"].values.tolist() if said)
+
+
+def _worst(seen: xr.Dataset) -> str:
+    """Return which finger is the worst, and where."""
+    worst = seen.isel(finger=_worst_of(seen))
+    value = {str(name): worst[name].item() for name in worst}
+    where = [f"contact {value['contact']}"] if value["contact"] else []
+    where += [f"{value['speed_mm_s']:g} mm/s"] if math.isfinite(value["speed_mm_s"]) else []
+    where += [f"pressed with {value['load_n']:.2g} N"] if math.isfinite(value["load_n"]) else []
+    where += [f"at {value['force_n']:.3g} N, {finger(value['occluded'])}{off_said(value['resonance_off'])}"]
+    how = f"Ms is {value['sensitivity_peak']:.3g}, {value['limit']:.3g} the limit" if value["stable"] else "unstable"
+    return f"the worst is finger {worst['finger'].item()}: {how}, {', '.join(where)}"
+
+
+def _worst_of(seen: xr.Dataset) -> int:
+    """Return the place of the finger that needs least gain."""
+    return int(np.nanargmin(seen["gain_factor"].values))
+
+
+def _less(seen: xr.Dataset, system: System) -> list[Row]:
+    """Return rows on which gains hold on nine fingers in ten, and on all."""
+    factors = np.sort(seen["gain_factor"].values)[::-1]
+    most = float(factors[math.ceil(MOST * factors.size) - 1])
+    wanted = [("on nine fingers in ten", min(1.0, most)), ("on all", float(factors[-1]))]
+    return [("", _gains(who, factor, system)) for who, factor in wanted if factor < 1.0]
+
+
+def _gains(who: str, factor: float, system: System) -> str:
+    controller: Any = system.controller
+    if not isinstance(controller, PiController | FeedForward):
+        return f"{who} the limits hold with {number(factor)} times the gain of the loop"
+    less = {name: f"{(1.0 - ROUNDING) * factor * getattr(controller, name):.4g}" for name in ("kp", "ki")}
+    flags = " ".join(f"--controller.{name} {value}" for name, value in less.items() if float(value))
+    return f"{who} the limits hold with `{flags}`, {number(factor)} times the gain"
+
+
+def as_json(found: xr.Dataset, seed: int) -> dict[str, Any]:
+    """Return everything by name, a list over fingers each; NaN is what cannot be looked at."""
+    values: dict[str, Sequence[Any]] = {str(name): each.values.tolist() for name, each in found.data_vars.items()}
+    return {"count": found.sizes["finger"], "seed": seed, "hold": int(found["holds"].sum()), **values}

@@ -1,0 +1,146 @@
+"""One controller on many fingers: how far each is from its limits, at the corners that a design is checked at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.margins import gain_roots
+from frictionloop.analysis.reach import missed
+from frictionloop.analysis.state_space import StateSpace
+from frictionloop.design.corners import MET, cases_of, load_of, occlusions
+from frictionloop.design.held import ENDS, SEARCHED
+from frictionloop.design.limit_linear import learnt
+from frictionloop.design.plants import Plants
+from frictionloop.design.wanted import Wanted
+from frictionloop.loop.progress import progress_bar
+from frictionloop.parameters import Skin, System
+from frictionloop.quantities import FrictionloopError
+
+
+class _Found(NamedTuple):
+    """One finger: its worst corner, and what limits the gain."""
+
+    sensitivity_peak: float = math.nan
+    limit: float = math.nan
+    gain_factor: float = math.nan
+    contact: str = ""
+    speed_mm_s: float = math.nan
+    load_n: float = math.nan
+    force_n: float = math.nan
+    occluded: float = math.nan
+    resonance_off: float = math.nan
+    in_reach: bool = True
+    unseen: str = ""
+
+
+ABOUT = {
+    "sensitivity_peak": ("1", "Ms where it is farthest beyond its limit, infinite if the loop is unstable"),
+    "limit": ("1", "largest Ms there"),
+    "gain_factor": ("1", "factor on the loop gain up to which the limits hold everywhere, with every smaller one"),
+    "contact": ("", "contact there"),
+    "speed_mm_s": ("mm/s", "speed there"),
+    "load_n": ("N", "mean load there"),
+    "force_n": ("N", "friction force there"),
+    "occluded": ("1", "how far occlusion has come there"),
+    "resonance_off": ("1", "share by which the resonance is off there"),
+    "in_reach": ("", "whether all forces asked for can be had; the nearest counts in place of others"),
+    "unseen": ("", "why a finger was not looked at"),
+}
+"""Variables of `check_fingers`, with units and meaning."""
+
+
+def check_fingers(
+    system: System, people: Sequence[Mapping[str, Any]], wanted: Wanted | None = None, *, progress: bool | None = None
+) -> xr.Dataset:
+    """Return how near the loop of each finger of a population comes to instability, with one controller for all.
+
+    Each finger is looked at as `check_controller` looks at that of the system: at lowest, mean and highest force, just
+    landed and moist, with the resonance off, on the contacts and speeds that are asked for. It is pressed with its own
+    load, or with the ends of the loads that are asked for. What the controller believes stays as it is.
+
+    Parameters
+    ----------
+    system : System
+        The bench with its controller, of any law that has a linear analysis.
+    people : sequence of mappings
+        Overrides, one finger each, as of `fingers`.
+    wanted : Wanted, optional
+        What must hold. None: `Wanted` as it is.
+    progress : bool, optional
+        Show a progress bar; None: on a terminal.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``finger``: ``holds``, ``stable`` and the variables of `ABOUT`, those of the corner farthest beyond its
+        limit. A finger that cannot be looked at has NaN, holds nowhere, and ``unseen`` says why.
+
+    Raises
+    ------
+    FrictionloopError
+        No finger, or a law that has no linear analysis: the reason is that of the first finger.
+    """
+    asked = wanted or Wanted()
+    if not len(people):
+        raise FrictionloopError("people: needs one finger at least, such as fl.fingers(100, 0)")
+    found: list[_Found] = []
+    with progress_bar("margins of fingers", len(people), progress) as bar:
+        for person in people:
+            try:
+                found.append(_of(learnt(system.evolve(dict(person))), asked))
+            except FrictionloopError as error:
+                found.append(_Found(unseen=str(error)))
+            bar()
+    if all(each.unseen for each in found):
+        raise FrictionloopError(f"no finger can be looked at; the first: {found[0].unseen}")
+    values = {name: ("finger", np.array([getattr(each, name) for each in found]),
+                     {"units": units, "long_name": said}) for name, (units, said) in ABOUT.items()}  # fmt: skip
+    result = xr.Dataset(values, {"finger": np.arange(len(found))})
+    result["stable"] = np.isfinite(result["sensitivity_peak"])
+    result["holds"] = result["sensitivity_peak"] <= (1.0 + MET) * result["limit"]
+    return result
+
+
+def _of(there: System, asked: Wanted) -> _Found:
+    """Return one finger's worst corner."""
+    over = asked.over(SEARCHED, ENDS)
+    cases = cases_of(there, asked.limits, over, asked.lean)
+    loops, limits = [loop for loop, _, _ in cases], np.array([limit for _, _, limit in cases])
+    plants = Plants.of(loops, fine=False)
+    laws = _responses([loop.law for loop in loops], plants.frequency_hz)
+    stable = np.array([loop.is_stable() for loop in loops])
+    peaks = np.where(stable, 1.0 / plants.distances(laws), np.inf)
+    gains = np.min(gain_roots(laws * plants.responses, limits[:, None]), axis=1)
+    # The shared grid finds where to look, within a percent; there all of it is looked at closely.
+    worst, least = _worst(peaks, limits, [off for _, off, _ in cases]), int(np.argmin(gains))
+    loop, off, limit = cases[worst]
+    gain = cases[least][0].gain_factor(cases[least][2])
+    reach = [missed(each, occlusions(each)) for each in over.systems(there)]
+    return _Found(loop.sensitivity_peak(), limit, gain, *_where(loop), off, not any(reach))
+
+
+def _worst(peaks: np.ndarray, limits: np.ndarray, offs: Sequence[float]) -> int:
+    """Return the corner farthest beyond its limit; of unstable ones that with the smallest error of the resonance."""
+    rings = np.flatnonzero(np.isinf(peaks))
+    return int(rings[np.argmin(np.abs(np.array(offs)[rings]))]) if rings.size else int(np.argmax(peaks / limits))
+
+
+def _where(loop: LinearLoop) -> tuple[str, float, float, float, float]:
+    """Return contact, speed, load, force and occlusion of a loop."""
+    system, at = loop.system, loop.elements
+    contact = system.finger.contact if isinstance(system.finger, Skin) else ""
+    load_n = load_of(system)
+    speed = getattr(system.motion, "speed_mm_s", math.nan)
+    return contact, speed, math.nan if load_n is None else load_n, at.force_n, at.occluded
+
+
+def _responses(laws: Sequence[StateSpace], frequency_hz: np.ndarray) -> np.ndarray:
+    """Return the response of each law from minus the measured force to its command, shape (laws, frequencies)."""
+    own = {id(law): -law.response(frequency_hz)[:, 1, 1] for law in laws}
+    return np.array([own[id(law)] for law in laws])

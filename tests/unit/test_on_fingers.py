@@ -1,0 +1,75 @@
+"""One controller on many fingers: each as one check would find it, and gains that hold on all."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.design.corners import MET, corners
+from frictionloop.design.on_fingers import check_fingers
+from frictionloop.design.wanted import Wanted
+
+PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})
+PEOPLE = fl.fingers(8, 0)
+FEW = Wanted(contacts=("dahl",), resonance_error=0.05)
+
+
+def test_each_finger_is_as_a_check_of_it_alone_finds_it():
+    found = check_fingers(PI, PEOPLE[:4], FEW)
+    for k, person in enumerate(PEOPLE[:4]):
+        alone = corners(PI.evolve(person), FEW.limits, FEW.over(3, 2))
+        worst = max(alone, key=lambda each: each.excess)
+        mine = found.isel(finger=k)
+        if np.isfinite(worst.sensitivity_peak):
+            assert mine.sensitivity_peak / mine.limit == pytest.approx(worst.excess, rel=0.01)
+        assert bool(mine.stable) == np.isfinite(worst.sensitivity_peak)
+        assert bool(mine.holds) == (worst.excess <= 1.0 + MET)
+        least = min(each.loop.gain_factor(each.limit) for each in alone)
+        assert float(mine.gain_factor) == pytest.approx(least, rel=0.01)
+        assert float(mine.load_n) == person["motion.load_n"]
+
+
+def test_the_gains_proposed_for_all_hold_on_all_and_more_do_not():
+    least = float(check_fingers(PI, PEOPLE).gain_factor.min())
+    assert least < 1.0
+
+    def held(factor):
+        gains = {f"controller.{name}": factor * getattr(PI.controller, name) for name in ("kp", "ki")}
+        return int(check_fingers(PI.evolve(gains), PEOPLE).holds.sum())
+
+    assert held(0.999 * least) == len(PEOPLE)
+    assert held(1.02 * least) < len(PEOPLE)
+
+
+def test_a_finger_that_cannot_be_looked_at_is_told_and_holds_nowhere():
+    people = [PEOPLE[0], PEOPLE[1] | {"motion.load_n": 0.001}]
+    found = check_fingers(PI, people, FEW)
+    assert found.unseen.values[0] == "" and "motion.load_n = 0.001 N" in str(found.unseen.values[1])
+    assert not found.holds.values[1] and np.isnan(found.sensitivity_peak.values[1])
+    with pytest.raises(fl.FrictionloopError, match=r"no finger can be looked at; the first: motion.load_n = 0.001"):
+        check_fingers(PI, people[1:], FEW)
+    with pytest.raises(fl.FrictionloopError, match=r"people: needs one finger"):
+        check_fingers(PI, [], FEW)
+
+
+def test_forces_out_of_a_fingers_reach_are_told():
+    weak = PEOPLE[0] | {"friction.nominal_n": 0.3}
+    found = check_fingers(PI, [PEOPLE[0] | {"friction.nominal_n": 0.95}, weak], FEW)
+    assert not found.in_reach.values[1]
+
+
+def test_loads_asked_for_replace_the_load_of_each_finger():
+    found = check_fingers(PI, PEOPLE[:3], Wanted(contacts=("dahl",), loads_n=(0.4, 0.9)))
+    assert set(found.load_n.values) <= {0.4, 0.9}
+    own = check_fingers(PI, PEOPLE[:3], FEW)
+    assert (found.gain_factor.values < own.gain_factor.values).any()
+
+
+def test_a_law_of_higher_order_has_its_own_response():
+    observer = fl.bench().evolve({"controller.kind": "observer", "controller.bandwidth_hz": 4.0})
+    found = check_fingers(observer, PEOPLE[:2], FEW)
+    for k, person in enumerate(PEOPLE[:2]):
+        alone = max(corners(observer.evolve(person), FEW.limits), key=lambda each: each.excess)
+        mine = found.isel(finger=k)
+        assert mine.sensitivity_peak / mine.limit == pytest.approx(alone.excess, rel=0.01)
