@@ -360,7 +360,7 @@ def test_rows_columns_and_what_is_there(tmp_path, name):
     assert read(path, " /dataQ [ : ,1] ").tolist() == TABLE[:, 1].tolist()
     accepted = "'dataQ[:, 0]' to 'dataQ[:, 2]' or a row 'dataQ[0, :]'"
     for column in ("dataQ", "dataQ[:, 3]", "dataQ[4, :]"):
-        why = "has 3 columns" if column == "dataQ" else "is not there"
+        why = "takes the array 'dataQ', which has 3 columns" if column == "dataQ" else "is not there"
         assert refusal(path, column) == f"column = {column!r} {why}; accepted: {accepted}"
     assert "'dataQ' (4 x 3)" in refusal(path, "dataq[:, 0]")
     assert "'dataQ' (4 x 3)" in refusal(path, "dataQ[0]")

@@ -162,7 +162,7 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> t
         raise no_column(recording, [repr(name)])
     whole = column is None and row is None
     if whole or k >= shape[axis]:
-        why = f"has {shape[1]} columns" if whole else "is not there"
+        why = f"takes the array {name!r}, which has {shape[1]} columns" if whole else "is not there"
         raise no_column(recording, [f"'{name}[:, 0]' to '{name}[:, {shape[1] - 1}]' or a row '{name}[0, :]'"], why)
     lines = [f"'{name}[:, {i}]'" for i in range(shape[1]) if i != k] if axis else []
     return name, array[(slice(None), k)[:: order if axis else -order]], lines
