@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from frictionloop.analysis import command_noise_rms_n, linearise, operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.analysis.reach import missed
+from frictionloop.design.corners import moistest
 from frictionloop.design.elsewhere import NEAR
 from frictionloop.design.plants import shifted
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 TOLD = 0.05
 """Share by which the friction at the mean load is off what a law believes, from which it is told (chosen)."""
-AGAIN = "contacts of"
-"""Begins the line on a finger that lands again and again."""
 SETTLED = 3.0
 """Time constants after which occlusion is called complete: 95 %."""
 MATTER = {
@@ -35,23 +34,16 @@ MATTER = {
 
 
 def fully_moist(system: System, wanted: Wanted) -> str:
-    """Return how the loop is on the moistest finger, that never lifts or lands again and again; empty of another."""
+    """Return how the loop is on a finger that never lifts, once it is fully moist; empty of another."""
     friction, motion = system.friction, system.motion
-    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
         return ""
-    state = moistest(friction, motion)
     said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
-    if motion.contact_s > 0:
-        as_long_s = math.ceil(-friction.occlusion_s * math.log(1.0 - state))
-        said = (
-            f"{AGAIN} {motion.contact_s:g} s, {motion.lifted_s:g} s apart, leave it {state:.0%} occluded, as one of "
-            f"{as_long_s} s does (`--motion.contact_s {as_long_s}` designs for it): "
-        )
     there = wanted.over(3, 3).systems(system)
     try:
-        found = _peaks(there, wanted, state)
+        found = _peaks(there, wanted, 1.0)
     except FrictionloopError as error:
-        beyond = [each for place in there for each in missed(place, [state])]
+        beyond = [each for place in there for each in missed(place, [1.0])]
         if not beyond:
             return f"{said}it cannot be looked at: {error}"
         forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for each in beyond))
@@ -67,32 +59,25 @@ def fully_moist(system: System, wanted: Wanted) -> str:
         dry = [each for each in there if any(math.isinf(peak) for peak, _, _ in _peaks([each], wanted, 0.0))]
         if dry:
             return f"{how}, as on a finger just landed{_contact(dry, there)}"
-        return f"{how}: lift the finger before, or give `motion.contact_s`" if motion.contact_s == 0 else how
+        return f"{how}: lift the finger before, or give `motion.contact_s`"
     peak, off, limit = max(found, key=lambda each: each[0] / each[2])
     how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
-    lifts = " of a finger that lifts in time" if motion.contact_s == 0 else ""
-    return f"{said}{how}: Ms is {peak:.3g}{off_said(off)}; {limit:.3g} is the limit{lifts}"
+    return f"{said}{how}: Ms is {peak:.3g}{off_said(off)}; {limit:.3g} is the limit of a finger that lifts in time"
 
 
-def moistest(friction: FingerFriction, motion: Strokes) -> float:
-    """Return the largest occlusion: 1 without lifting, else that at the end of many contacts one after another.
-
-    w = (1 - a) / (1 - a b),   a = e^(-contact/T),   b = e^(-lifted/T_drying)
-    """
-    if motion.contact_s == 0:
-        return 1.0
-    a, b = math.exp(-motion.contact_s / friction.occlusion_s), math.exp(-motion.lifted_s / friction.drying_s)
-    return (1.0 - a) / (1.0 - a * b)
-
-
-def moist_row(said: str) -> list[Row]:
-    """Return the row of a verdict with that line; none of an empty one."""
-    return [(moist_name(said), said)] if said else []
-
-
-def moist_name(said: str) -> str:
-    """Return what a finger is called that such a line is about."""
-    return "moister" if said.startswith(AGAIN) else "fully moist"
+def moist_row(system: System, said: str) -> list[Row]:
+    """Return the row of a verdict with that line, or with what a moist finger is that lands again and again."""
+    friction, motion = system.friction, system.motion
+    if said or not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return [("fully moist", said)] if said else []
+    one = -math.expm1(-motion.contact_s / friction.occlusion_s)
+    return [
+        (
+            "moist",
+            f"contacts of {motion.contact_s:g} s, {motion.lifted_s:g} s apart, in the end leave a finger "
+            f"{moistest(friction, motion):.0%} occluded, a single one {one:.0%}",
+        )
+    ]
 
 
 def _contact(some: Sequence[System], there: Sequence[System]) -> str:
@@ -137,16 +122,30 @@ def noisy(after: System) -> str:
     )
 
 
-def range_said(system: System) -> str:
-    """Return a line where friction without vibration exceeds the range of the sensor; empty where it does not."""
+def range_said(system: System, wanted: Wanted) -> str:
+    """Return a line where friction without vibration exceeds the range of the sensor; empty where it does not.
+
+    That is of the moistest finger, pressed with the largest load that is looked at.
+    """
+    friction, motion = system.friction, system.motion
     if not isinstance(system.sensor, SuspendedSensor):
         return ""
-    state = 1.0 if isinstance(system.friction, FingerFriction) else 0.0
-    top_n, range_n = reach_n(system, law_at(system, state))[1], system.sensor.range_n
+    who, state = "the finger", 0.0
+    if isinstance(friction, FingerFriction):
+        who, state = "a fully moist finger", 1.0
+    if isinstance(motion, Strokes):
+        load_n = max((*wanted.loads_n, motion.load_n))
+        there, pressed = system.evolve({"motion.load_n": load_n}), f" pressed with {load_n:g} N"
+        if state and isinstance(friction, FingerFriction) and motion.contact_s > 0:
+            state = moistest(friction, motion)
+            who = f"a finger {state:.0%} occluded"
+    else:
+        there, pressed = system, ""
+    top_n, range_n = reach_n(there, law_at(there, state))[1], system.sensor.range_n
     if top_n <= range_n:
         return ""
     return (
-        f"a fully moist finger has {top_n:.3g} N without vibration, and sensor.range_n is {range_n:.3g} N; the "
+        f"{who}{pressed} has {top_n:.3g} N without vibration, and sensor.range_n is {range_n:.3g} N; the "
         "board stops with a fault when its sensor saturates"
     )
 

@@ -21,12 +21,17 @@ if TYPE_CHECKING:
 AGAIN = "Look again: frictionloop design check FILE"
 """Begins the line of a saved controller with the flags that it was designed for."""
 MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
-LARGER = ", or give a larger max_amplitude_um to plate and controller.model, or a shorter motion.contact_s."
+LARGER = (
+    ", or give a larger max_amplitude_um to plate and controller.model, a shorter motion.contact_s or a longer "
+    "motion.lifted_s."
+)
 OFF = {
     "sensor_error": "the pole of the sensor's electronics", "delay_error": "the delay",
     "gain_error": "the sensor's sensitivity", "q_error": "the Q of the sensor's resonance",
 }  # fmt: skip
-CONTACT_SAID = f"A moist finger is one after {CONTACT_S:g} s on the plate, or after motion.contact_s."
+CONTACT_SAID = (
+    f"A moist finger is one after {CONTACT_S:g} s on the plate, or after contact upon contact of motion.contact_s."
+)
 
 
 def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
@@ -130,11 +135,12 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
             here = [(there, each) for there, each in beyond if (each.force_n < each.instead_n) == low]
             if here:
                 forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for _, each in here))
-                instead = list(dict.fromkeys(each.in_words[1] for _, each in here))
-                rows.append(f"{forces} of {finger(state)}{_pressed(systems, [there for there, _ in here])}: "
-                            f"{', '.join(instead)} N {'are' if len(instead) > 1 else 'is'} looked at, near the {end} "
-                            f"it can be given; a run does not follow there. Ask for {other} (setpoint.offset_n, "
-                            f"amplitude_n){LARGER * low}")  # fmt: skip
+                instead = list(
+                    dict.fromkeys(each.in_words[1] + f" N{_pressed(systems, [there])}" for there, each in here)
+                )
+                rows.append(f"{forces} of {finger(state)}: {', '.join(instead)} {'are' if len(instead) > 1 else 'is'} "
+                            f"looked at, near the {end} it can be given; a run does not follow there. Ask for {other} "
+                            f"(setpoint.offset_n, amplitude_n){LARGER * low}")  # fmt: skip
     return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate([*rows, _many(systems)])] if rows else []
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.controller_also import fully_moist, moist_name, moist_row, noisy, range_said
+from frictionloop.cli.controller_also import fully_moist, moist_row, noisy, range_said
 from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, strokes_said
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
@@ -60,9 +60,9 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]
-    rows += moist_row(moist)
+    rows += moist_row(after, moist)
     rows += [("noisy", said)] if (said := noisy(after)) else []
-    rows += [("range", said)] if (said := range_said(after)) else []
+    rows += [("range", said)] if (said := range_said(after, wanted)) else []
     return [*rows, *_others(after, wanted), *_next(after, wanted, out)]
 
 
@@ -72,7 +72,7 @@ def but(worse: Sequence[Row], moist: str = "") -> str:
     apart = [k for k, name in enumerate(names) if name in dict(NOT_HELD)]
     if apart:
         names[apart[0]] = f"elsewhere {names[apart[0]]}"
-    names += [f"{how} when {moist_name(moist)}" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
+    names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
     return f"but {', '.join(names)}, as below. Within its limits: " if names else ""
 
 

@@ -91,8 +91,8 @@ def command(
     given = " ".join([given, *_bench_flags(overrides)])
     whose = "" if population is None else f" of {population}"
     others = [] if many is None else check_fingers.rows(many, system, fingers_seed or 0, whose)
-    about = controller_also.moist_row(moist)
-    about += [("range", said)] if (said := controller_also.range_said(system)) else []
+    about = controller_also.moist_row(system, moist)
+    about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]

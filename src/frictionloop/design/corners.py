@@ -61,11 +61,21 @@ class Corner(NamedTuple):
 
 
 def occlusions(system: System) -> tuple[float, ...]:
-    """Return how far occlusion is looked at, 0 to 1: just landed, and at the end of a contact."""
+    """Return how far occlusion is looked at, 0 to 1: landed for the first time, and `moistest`."""
     friction, motion = system.friction, system.motion
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
         return (0.0,)
-    return 0.0, -math.expm1(-(motion.contact_s or CONTACT_S) / friction.occlusion_s)
+    return 0.0, moistest(friction, motion)
+
+
+def moistest(friction: FingerFriction, motion: Strokes) -> float:
+    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s.
+
+    w = (1 - a) / (1 - a b),   a = e^(-contact/T),   b = e^(-lifted/T_drying)
+    """
+    a = math.exp(-(motion.contact_s or CONTACT_S) / friction.occlusion_s)
+    b = math.exp(-motion.lifted_s / friction.drying_s) if motion.contact_s > 0 else 0.0
+    return (1.0 - a) / (1.0 - a * b)
 
 
 def band_of(system: System, over: Over = ITSELF) -> list[LinearLoop]:

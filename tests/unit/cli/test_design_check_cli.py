@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.controller_also import moistest
+from frictionloop.design.corners import moistest
 
 CHECK = ("design", "check")
 RIGID = ("--finger.kind", "rigid")
@@ -112,7 +112,7 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
         "HOLDS but OUT OF REACH, as below. Within its limits: at every contact and speed looked at, "
         "pressed with 0.4 to 1.2 N contact slider at 10, 20, 80 mm/s OUT OF REACH 0.15 N of"
     )
-    assert f"a finger just landed pressed with 0.693, 1.2 N: 0.203, {least:.3g} N are looked at" in said
+    assert f"a finger just landed: 0.203 N pressed with 0.693 N, {least:.3g} N pressed with 1.2 N are looked at" in said
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--motion.load_n", "1.2").out.split())
     assert f"0.15 N of a finger just landed: {least:.3g} N is looked at" in said
 
@@ -149,13 +149,18 @@ def test_a_finger_that_lands_again_and_again_is_as_moist_as_contact_after_contac
         occluded *= np.exp(-lifted_s / friction.drying_s)  # in the air
         occluded = 1.0 - (1.0 - occluded) * np.exp(-contact_s / friction.occlusion_s)
     assert moistest(friction, bench.motion) == pytest.approx(occluded, rel=1e-9)
-    assert moistest(friction, fl.bench().motion) == 1.0
+    never = -np.expm1(-10.0 / friction.occlusion_s)
+    assert moistest(friction, fl.bench().motion) == pytest.approx(never, rel=1e-9), "one that never lifts, after 10 s"
 
 
-def test_contacts_that_follow_each_other_are_looked_at_besides_the_first(frictionloop):
-    said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "dahl", "--motion.contact_s", "5").out.split())
-    assert "occluded 22%" in said and "moister contacts of 5 s, 0.5 s apart, leave it 92% occluded" in said
-    assert "as one of 51 s does (`--motion.contact_s 51` designs for it)" in said and "fully moist" not in said
+def test_contacts_that_follow_each_other_are_looked_at_with_what_moisture_they_leave(frictionloop):
+    given = (*CHECK, *PI, "60", "--contacts", "dahl", "--motion.contact_s", "5")
+    said = " ".join(frictionloop(*given).out.split())
+    assert "a moist finger (occluded 92%)" in said and "fully moist" not in said
+    assert "moist contacts of 5 s, 0.5 s apart, in the end leave a finger 92% occluded, a single one 22%" in said
+    found = frictionloop(*given, "--json").json()
+    states = {corner["occluded"] for place in found["places"] for corner in place["corners"]}
+    assert sorted(states) == [0.0, pytest.approx(0.92, abs=0.005)]
 
 
 def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch):

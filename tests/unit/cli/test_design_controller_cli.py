@@ -192,7 +192,9 @@ def test_a_saved_controller_begins_with_where_it_holds(designed):
     assert said[0].startswith(f"# Law {answer['law']} from frictionloop design controller.")
     assert said[1] == "# Strokes: contacts dahl and slider, 20 mm/s."
     assert said[2].startswith(f"# Forces: {min(forces):.3g} to {max(forces):.3g} N, a finger just landed and a moist")
-    assert said[3] == "# A moist finger is one after 10 s on the plate, or after motion.contact_s."
+    assert (
+        said[3] == "# A moist finger is one after 10 s on the plate, or after contact upon contact of motion.contact_s."
+    )
     assert said[4] == (
         "# Resonance of the sensor: Ms up to 1.7 as described, 2 with it +-5 % off, 2.6 with it +-10 % off."
     )

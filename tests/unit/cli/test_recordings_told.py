@@ -151,7 +151,10 @@ def test_files_of_numpy_are_read(tmp_path):
     )
     for recording, factor in ((one, 1), (two, 2), (more, 1)):
         np.testing.assert_array_equal(read_recording(recording, RATE_HZ), factor * values())
-    for name, said in (("two.npy", r"takes the array 'array', which has 2 columns; accepted: 'array\[:, 0\]'"), ("more.npz", "any of 2 signals")):
+    for name, said in (
+        ("two.npy", r"takes the array 'array', which has 2 columns; accepted: 'array\[:, 0\]'"),
+        ("more.npz", "any of 2 signals"),
+    ):
         with pytest.raises(FrictionloopError, match=said):
             found(fl.Recording(path=str(tmp_path / name), rate_hz=RATE_HZ))
     np.save(tmp_path / "any.npy", np.array([object()]), allow_pickle=True)
