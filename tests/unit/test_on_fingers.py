@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.corners import MET, corners
+from frictionloop.design.corners import MET, band_of, corners
 from frictionloop.design.on_fingers import check_fingers
 from frictionloop.design.wanted import Wanted
 
@@ -54,9 +54,22 @@ def test_a_finger_that_cannot_be_looked_at_is_told_and_holds_nowhere():
 
 
 def test_forces_out_of_a_fingers_reach_are_told():
-    weak = PEOPLE[0] | {"friction.nominal_n": 0.3}
-    found = check_fingers(PI, [PEOPLE[0] | {"friction.nominal_n": 0.95}, weak], FEW)
-    assert not found.in_reach.values[1]
+    strong, weak = (PEOPLE[0] | {"friction.nominal_n": nominal_n} for nominal_n in (0.95, 0.3))
+    found = check_fingers(PI, [strong, weak], FEW)
+    assert "no force asked for is in reach" in str(found.unseen.values[1]) and not found.holds.values[1]
+    there = [loop.elements for loop in band_of(PI.evolve(strong))]
+    few = PI.evolve({"setpoint.amplitude_n": 0.0, "setpoint.offset_n": max(at.force_n for at in there)})
+    assert check_fingers(few, [strong], FEW).in_reach.values[0]
+    wide = PI.evolve({"setpoint.amplitude_n": 0.4})
+    assert not check_fingers(wide, [strong], FEW).in_reach.values[0]
+
+
+def test_a_force_that_is_the_nearest_but_not_asked_for_counts_for_nothing():
+    # A moist finger that cannot be given as little as is asked for: its command stays at the limit, and cannot ring.
+    sticky = PEOPLE[0] | {"friction.nominal_n": 0.9, "friction.occlusion_ratio": 5.0, "friction.moist_loss": 0.7}
+    low = PI.evolve({"setpoint.amplitude_n": 0.02, "setpoint.offset_n": 0.4, "motion.contact_s": 30.0})
+    found = check_fingers(low, [sticky], FEW)
+    assert found.unseen.values[0] == "" and found.occluded.values[0] == 0.0 and not found.in_reach.values[0]
 
 
 def test_loads_asked_for_replace_the_load_of_each_finger():

@@ -42,7 +42,7 @@ def rows(found: xr.Dataset, system: System, seed: int, whose: str = "") -> list[
     if beyond:
         told += [("", _worst(seen)), *_less(seen, system)]
     if missed := int((~seen["in_reach"]).sum()):
-        told.append(("", f"{missed} cannot be given all forces asked for; the nearest was looked at"))
+        told.append(("", f"{missed} cannot be given all forces asked for; they were looked at where they can"))
     return told
 
 

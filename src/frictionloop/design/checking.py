@@ -11,15 +11,17 @@ import numpy as np
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.state_space import StateSpace, close
-from frictionloop.design.corners import Corner, corners, occlusions
+from frictionloop.design.corners import Corner, corners, occlusions, stroke_of
 from frictionloop.design.elsewhere import Place, elsewhere, strokes_of
 from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
+from frictionloop.design.least_gain import least_gain
 from frictionloop.design.limit_linear import compliance_of, largest_gain, learnt
 from frictionloop.design.observed import GUARD, LOWEST_HZ
 from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.synthesis import SMALL_SIGNALS
 from frictionloop.design.wanted import Wanted
+from frictionloop.loop.progress import step
 from frictionloop.parameters import PiController, System
 from frictionloop.parameters.filtered import FeedForward
 from frictionloop.quantities import FrictionloopError
@@ -92,9 +94,14 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
         raise FrictionloopError(f"{error}; {what}") from None
     more = elsewhere(judged, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.touched)
     places = (*own, *more.places)
-    gains = tuple(min(each.loop.gain_factor(each.limit) for each in place.corners) for place in places)
+    gains = tuple(_least_gain(place) for place in places)
     found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system), len(own))
     return found if found.holds else found._replace(instead=_instead(judged, found))
+
+
+def _least_gain(place: Place) -> float:
+    step(f"what gain would hold{stroke_of(place.corners[0].loop.system)}")
+    return least_gain([each.loop for each in place.corners], [each.limit for each in place.corners])
 
 
 def loops(system: System, wanted: Wanted) -> int:

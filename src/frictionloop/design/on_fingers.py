@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.linear import LinearLoop
-from frictionloop.analysis.margins import gain_roots
-from frictionloop.analysis.reach import missed
-from frictionloop.analysis.state_space import StateSpace
+from frictionloop.analysis.operating import asked
+from frictionloop.analysis.reach import ROUNDING, missed
 from frictionloop.design.corners import MET, cases_of, load_of, occlusions
 from frictionloop.design.held import ENDS, SEARCHED
+from frictionloop.design.least_gain import laws_on, least_gain
 from frictionloop.design.limit_linear import learnt
 from frictionloop.design.plants import Plants
 from frictionloop.design.wanted import Wanted
@@ -49,7 +49,7 @@ ABOUT = {
     "force_n": ("N", "friction force there"),
     "occluded": ("1", "how far occlusion has come there"),
     "resonance_off": ("1", "share by which the resonance is off there"),
-    "in_reach": ("", "whether all forces asked for can be had; the nearest counts in place of others"),
+    "in_reach": ("", "whether all forces asked for can be had; the nearest of them counts in place of others"),
     "unseen": ("", "why a finger was not looked at"),
 }
 """Variables of `check_fingers`, with units and meaning."""
@@ -62,7 +62,8 @@ def check_fingers(
 
     Each finger is looked at as `check_controller` looks at that of the system: at lowest, mean and highest force, just
     landed and moist, with the resonance off, on the contacts and speeds that are asked for. It is pressed with its own
-    load, or with the ends of the loads that are asked for. What the controller believes stays as it is.
+    load, or with the ends of the loads that are asked for. What the controller believes stays as it is. Where none of
+    the forces can be had, on a moist finger say, the command stays at its limit, and nothing is looked at.
 
     Parameters
     ----------
@@ -86,14 +87,14 @@ def check_fingers(
     FrictionloopError
         No finger, or a law that has no linear analysis: the reason is that of the first finger.
     """
-    asked = wanted or Wanted()
+    must = wanted or Wanted()
     if not len(people):
         raise FrictionloopError("people: needs one finger at least, such as fl.fingers(100, 0)")
     found: list[_Found] = []
     with progress_bar("margins of fingers", len(people), progress) as bar:
         for person in people:
             try:
-                found.append(_of(learnt(system.evolve(dict(person))), asked))
+                found.append(_of(learnt(system.evolve(dict(person))), must))
             except FrictionloopError as error:
                 found.append(_Found(unseen=str(error)))
             bar()
@@ -107,22 +108,29 @@ def check_fingers(
     return result
 
 
-def _of(there: System, asked: Wanted) -> _Found:
+def _of(there: System, wanted: Wanted) -> _Found:
     """Return one finger's worst corner."""
-    over = asked.over(SEARCHED, ENDS)
-    cases = cases_of(there, asked.limits, over, asked.lean)
+    over = wanted.over(SEARCHED, ENDS)
+    cases = [case for case in cases_of(there, wanted.limits, over, wanted.lean) if _asked_for(case[0])]
+    if not cases:
+        raise FrictionloopError("no force asked for is in reach of this finger, so the command stays at its limit")
     loops, limits = [loop for loop, _, _ in cases], np.array([limit for _, _, limit in cases])
     plants = Plants.of(loops, fine=False)
-    laws = _responses([loop.law for loop in loops], plants.frequency_hz)
+    laws = laws_on(plants.frequency_hz, loops)
     stable = np.array([loop.is_stable() for loop in loops])
     peaks = np.where(stable, 1.0 / plants.distances(laws), np.inf)
-    gains = np.min(gain_roots(laws * plants.responses, limits[:, None]), axis=1)
     # The shared grid finds where to look, within a percent; there all of it is looked at closely.
-    worst, least = _worst(peaks, limits, [off for _, off, _ in cases]), int(np.argmin(gains))
+    worst = _worst(peaks, limits, [off for _, off, _ in cases])
     loop, off, limit = cases[worst]
-    gain = cases[least][0].gain_factor(cases[least][2])
+    gain = least_gain(loops, limits.tolist(), plants)
     reach = [missed(each, occlusions(each)) for each in over.systems(there)]
     return _Found(loop.sensitivity_peak(), limit, gain, *_where(loop), off, not any(reach))
+
+
+def _asked_for(loop: LinearLoop) -> bool:
+    """Tell whether a loop is at a force that is asked for: elsewhere its command stays at a limit, and cannot ring."""
+    band, force_n = asked(loop.system), loop.elements.force_n
+    return band.low_n * (1.0 - ROUNDING) <= force_n <= band.high_n * (1.0 + ROUNDING)
 
 
 def _worst(peaks: np.ndarray, limits: np.ndarray, offs: Sequence[float]) -> int:
@@ -138,9 +146,3 @@ def _where(loop: LinearLoop) -> tuple[str, float, float, float, float]:
     load_n = load_of(system)
     speed = getattr(system.motion, "speed_mm_s", math.nan)
     return contact, speed, math.nan if load_n is None else load_n, at.force_n, at.occluded
-
-
-def _responses(laws: Sequence[StateSpace], frequency_hz: np.ndarray) -> np.ndarray:
-    """Return the response of each law from minus the measured force to its command, shape (laws, frequencies)."""
-    own = {id(law): -law.response(frequency_hz)[:, 1, 1] for law in laws}
-    return np.array([own[id(law)] for law in laws])
