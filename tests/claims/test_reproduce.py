@@ -158,6 +158,13 @@ def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_be
     assert check_controller(bench().evolve(found.places.instead)).holds
 
 
+def test_how_friction_of_the_finger_goes_with_speed_is_told(results, claims):
+    text = " ".join(render(results, claims, dict.fromkeys(DRAWINGS, EMPTY)).split())
+    slope = the_finger()["friction.speed_slope"]
+    assert slope < 0
+    assert f"its friction falls with speed (<code>friction.speed_slope</code> −{-slope:.3g})" in text
+
+
 def test_an_ideal_sensors_loop_is_stable_from_the_force_on_that_is_told(results):
     system = protocol.finger_system(the_finger()).evolve(CONTROLLERS[IDEAL])
     at = {force_n: linearise(system, force_n=force_n).is_stable() for force_n in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)}

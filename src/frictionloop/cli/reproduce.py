@@ -131,6 +131,7 @@ def _figure(figure: Shown) -> list[Any]:
     return [
         figure.name + (f", not the paper's {other}: {words(figure.changed)}" if figure.changed else ""),
         *([_table(figure.numbers)] if figure.numbers else []),
+        *(f"  {line}" for line in figure.told),
         *before,
         *(STROKES if strokes else []),
         *_scored(figure.numbers),

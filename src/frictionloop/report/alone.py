@@ -38,6 +38,8 @@ class Shown(NamedTuple):
     """The same numbers of the bench that is not changed; empty where it is that."""
     checked: dict[str, Places]
     """What ``design check`` says of the gains on a changed bench."""
+    told: list[str]
+    """What the numbers do not say of the change."""
 
 
 class Alone(NamedTuple):
@@ -87,17 +89,17 @@ def alone(
         shown = []
         for name in wanted:
             if given:
-                figure, numbers, before, checked = changed.drawn(name, given, bar.inner())
+                figure, numbers, before, checked, told = changed.drawn(name, given, bar.inner())
                 file, seeds = changed.file_name(name, given), FIELDS["tracked"].seeds
             else:
                 watched = results.watched()
                 figure, file = DRAWINGS[name](watched), name
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
-                before, checked = {}, {}
+                before, checked, told = {}, {}, []
             path = target / "figures" / f"{file}.svg"
             write_svg(figure, file, path)
             cited = cited_version(), command_of(name, given)
-            shown.append(Shown(name, path, seeds, *cited, given, numbers, before, checked))
+            shown.append(Shown(name, path, seeds, *cited, given, numbers, before, checked, told))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 

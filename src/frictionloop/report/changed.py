@@ -12,6 +12,7 @@ from frictionloop.loop.progress import Bar
 from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
+from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
 from frictionloop.report.figure_numbers import Table, of_strokes
@@ -79,6 +80,8 @@ class Drawn(NamedTuple):
     """The same numbers of the bench that is not changed."""
     checked: dict[str, Places]
     """What ``design check`` says of each pair of gains on the changed bench."""
+    told: list[str]
+    """What the numbers do not say of the change."""
 
 
 def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
@@ -100,7 +103,8 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
             bar.doing(f"design check of the {each}")
             gains = {"controller.kp": row["kp"], "controller.ki": row["ki"]}
             found[each] = checked(bench().evolve({**changes, **gains}))
-    return Drawn(figure, numbers, _tracked(name, {}, bar)[1] if bench_of(changes) else {}, found)
+    before = _tracked(name, {}, bar)[1] if bench_of(changes) else {}
+    return Drawn(figure, numbers, before, found, told(changes, protocol.finger_system(the_finger()), numbers))
 
 
 def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
