@@ -230,6 +230,7 @@ def test_parts_of_names_are_found():
     values = {"a, b": 1.0, "b": 2.0, "ab": 3.0, "c, d": 4.0}
     assert having(values, ["b"]) == {"a, b": 1.0, "b": 2.0}
     assert lacking(values, ["b", "d"]) == {"ab": 3.0}
+    assert having({"c, d, e": 1.0, "c, e": 2.0, "cc, d": 3.0}, ["c, d"]) == {"c, d, e": 1.0}
 
 
 def test_the_device_is_judged_with_gains_that_are_stable_on_the_bench(claims):

@@ -6,7 +6,7 @@ import pytest
 
 from frictionloop.report import protocol
 from frictionloop.report.changed_told import told
-from frictionloop.report.device import OPEN, RETUNED_GAINS
+from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS
 
 ROWS = (OPEN, RETUNED_GAINS)
 
@@ -31,3 +31,14 @@ def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_noth
     assert told({"motion.speed_mm_s": 40.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS) == []
     assert told({"motion.speed_mm_s": base.motion.speed_mm_s}, base, ROWS) == []
     assert told({"plate.q": 100.0}, base, ROWS) == []
+
+
+def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):
+    changes = {"sensor.resonance_hz": 200.0, "plate.q": 100.0, "controller.delay_s": 9e-4}
+    assert told(changes, base, (PRINTED, IDEAL)) == [
+        'sensor.resonance_hz and controller.delay_s do not reach "ideal sensor, no delay"'
+    ]
+    assert told({"controller.delay_s": 9e-4}, base, (PRINTED, IDEAL))[0].startswith("controller.delay_s does not reach")
+    assert told({"plate.q": 100.0}, base, (PRINTED, IDEAL)) == told({"sensor.q": 5.0}, base, ROWS) == []
+    other_kind = {"sensor.kind": "lowpass", "sensor.noise_rms_n": 1e-4}
+    assert told(other_kind, base, (PRINTED, IDEAL)) == ['sensor.kind does not reach "ideal sensor, no delay"']

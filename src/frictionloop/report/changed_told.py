@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from frictionloop.parameters import System
-from frictionloop.report.device import OPEN
+from frictionloop.quantities import FrictionloopError
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN
 
 SPEED = "motion.speed_mm_s"
 
@@ -23,7 +24,7 @@ def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
     rows
         The controllers of the figure, by name.
     """
-    return _speed(changes, base, rows)
+    return [*_speed(changes, base, rows), *_unreached(changes, base, rows)]
 
 
 def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
@@ -35,3 +36,19 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     does = "rises" if slope > 0 else "falls"
     what = "the open loop" if OPEN in rows else "what the controllers work against"
     return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
+
+
+def _unreached(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
+    """Return which changes the ideal sensor takes away again."""
+    if IDEAL not in rows:
+        return []
+    paths = [path for path, to in changes.items() if _taken_away({path: to}, base)]
+    return [f'{" and ".join(paths)} {"do" if len(paths) > 1 else "does"} not reach "{IDEAL}"'] if paths else []
+
+
+def _taken_away(change: Mapping[str, Any], base: System) -> bool:
+    ideal = CONTROLLERS[IDEAL]
+    try:
+        return base.evolve(change).evolve(ideal) == base.evolve(ideal)
+    except FrictionloopError:  # has a meaning only beside another one, as noise_rms_n beside its kind of sensor
+        return False

@@ -51,14 +51,14 @@ def checked(system: System) -> Places:
 
 
 class Held(NamedTuple):
-    """Where the re-tuned gains hold, and the printed ones with an ideal sensor."""
+    """Where the re-tuned gains hold, and the printed ones with an ideal sensor and no delay."""
 
     sensitivity_peak: float
     """Ms where the gains were chosen: at 0.5 N on a dry finger, Dahl contact, 20 mm/s."""
     of_finger: float
     """The largest at the forces of the sines, on the finger that Fig. 5a shows."""
     ideal_from_n: float | None
-    """Lowest force from which on the printed gains are stable on that finger, with an ideal sensor."""
+    """Lowest force from which on the printed gains are stable on that finger, with an ideal sensor and no delay."""
     places: Places
     instead_n: float
     """Error in N on the finger that Fig. 5a shows, with what would hold at all places."""

@@ -143,7 +143,7 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     check = "frictionloop design check --preset bench --sensor.resonance_hz 200 --controller.kp 10 --controller.ki 2"
     assert more == f"  More, and what would hold: {check}"
     assert before == "  the bench unchanged:"
-    assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor"]
+    assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor, no delay"]
     command = "frictionloop reproduce --only fig-5a-printed --sensor.resonance_hz 200"
     assert (cite, where) == (
         f"  cite: frictionloop {cited_version()} · {command} · seeds 0 to 14",

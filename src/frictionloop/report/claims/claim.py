@@ -83,7 +83,7 @@ class Claim:
     """Where ``accepted`` comes from."""
     explanation: str
     assumed: Mapping[str, Value] = field(default_factory=dict)
-    """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor.
+    """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor without delay.
 
     These can help a claim, not harm it.
     """
@@ -162,8 +162,8 @@ class Claim:
 
 
 def having(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
-    """Return the entries of which one part of the name, between commas, is one of ``names``."""
-    return {name: value for name, value in values.items() if not set(names).isdisjoint(name.split(", "))}
+    """Return the entries of which a part of the name, between commas, is one of ``names``, which may have commas."""
+    return {name: value for name, value in values.items() if any(f", {each}, " in f", {name}, " for each in names)}
 
 
 def lacking(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:

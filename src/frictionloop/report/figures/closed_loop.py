@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.figures.tracking import GROUND
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
@@ -25,12 +25,12 @@ HERE = "re-tuned here"
 GIVEN = "gains as given"
 """Gains of one's own."""
 TITLES = {
-    "open loop": "open loop: the lookup alone",
-    "printed gains": "closed loop, printed gains",
-    "re-tuned gains": "closed loop, re-tuned gains",
-    "ideal sensor": "printed gains, ideal sensor",
+    OPEN: "open loop: the lookup alone",
+    PRINTED: "closed loop, printed gains",
+    RETUNED_GAINS: "closed loop, re-tuned gains",
+    IDEAL: "printed gains,\nideal sensor, no delay",
     HERE: "re-tuned for this bench",
-    GIVEN: "gains as given",
+    GIVEN: GIVEN,
 }
 
 
