@@ -33,12 +33,25 @@ def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_noth
     assert told({"plate.q": 100.0}, base, ROWS) == []
 
 
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"controller.delay_s": 1e-3}, "controller.delay_s = 0.001, with half a period of hold: 1.1 ms in all"),
+        ({"controller.rate_hz": 2e3}, "controller.delay_s = 0.0002, with half a period of hold: 0.45 ms in all"),
+    ],
+)
+def test_a_changed_delay_or_rate_tells_the_delay_with_the_hold(base, changes, said):
+    assert told(changes, base, ROWS) == [said]
+    same = {"controller.delay_s": base.controller.delay_s, "controller.rate_hz": base.controller.rate_hz}
+    assert told(same, base, ROWS) == []
+
+
 def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):
     changes = {"sensor.resonance_hz": 200.0, "plate.q": 100.0, "controller.delay_s": 9e-4}
-    assert told(changes, base, (PRINTED, IDEAL)) == [
+    assert told(changes, base, (PRINTED, IDEAL))[1:] == [
         'sensor.resonance_hz and controller.delay_s do not reach "ideal sensor, no delay"'
     ]
-    assert told({"controller.delay_s": 9e-4}, base, (PRINTED, IDEAL))[0].startswith("controller.delay_s does not reach")
+    assert told({"controller.delay_s": 9e-4}, base, (PRINTED, IDEAL))[1].startswith("controller.delay_s does not reach")
     assert told({"plate.q": 100.0}, base, (PRINTED, IDEAL)) == told({"sensor.q": 5.0}, base, ROWS) == []
     other_kind = {"sensor.kind": "lowpass", "sensor.noise_rms_n": 1e-4}
     assert told(other_kind, base, (PRINTED, IDEAL)) == ['sensor.kind does not reach "ideal sensor, no delay"']

@@ -24,7 +24,7 @@ def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
     rows
         The controllers of the figure, by name.
     """
-    return [*_speed(changes, base, rows), *_unreached(changes, base, rows)]
+    return [*_speed(changes, base, rows), *_delay(changes, base), *_unreached(changes, base, rows)]
 
 
 def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
@@ -36,6 +36,15 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     does = "rises" if slope > 0 else "falls"
     what = "the open loop" if OPEN in rows else "what the controllers work against"
     return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
+
+
+def _delay(changes: Mapping[str, Any], base: System) -> list[str]:
+    """Return the delay with what the hold adds to it."""
+    before, now = base.controller, base.evolve(changes).controller
+    if (now.delay_s, now.rate_hz) == (before.delay_s, before.rate_hz):
+        return []
+    whole_ms = 1e3 * (now.delay_s + 0.5 / now.rate_hz)
+    return [f"controller.delay_s = {now.delay_s:g}, with half a period of hold: {whole_ms:.3g} ms in all"]
 
 
 def _unreached(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
