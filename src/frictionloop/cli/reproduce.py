@@ -150,11 +150,12 @@ def _checked(figure: Shown) -> list[str]:
         return []
     from frictionloop.report.changed import bench_of
 
-    where = " on the changed bench" if bench_of(figure.changed) else ""
-    lines = [f"  What frictionloop design check says of them{where}:"]
+    changed = " on the changed bench" if bench_of(figure.changed) else ""
+    lines = [f"  What frictionloop design check says of them{changed}:"]
     for name, found in figure.checked.items():
-        ringing = f", unstable at {found.unstable}" if found.unstable else ""
+        ringing = f", unstable at {found.unstable}:" if found.unstable else ""
         lines.append(f"  {name}: hold at {found.held} of {found.places} contacts and speeds{ringing}")
+        lines += [f"    {where}" for where in found.unstable_on]
     gains = {f"controller.{each}": figure.numbers[name][each] for each in ("kp", "ki")}
     given = figure.changed | {path: float(f"{value:.4g}") for path, value in gains.items() if value is not None}
     command = "frictionloop design check --preset bench"

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
 from frictionloop.design.checking import check_controller
+from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, System, bench
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
@@ -41,13 +42,16 @@ class Places(NamedTuple):
     places: int
     instead: Mapping[str, float]
     """What would hold at all of them, as overrides."""
+    unstable_on: list[str]
+    """Contacts and speeds at which they are unstable, in words."""
 
 
 def checked(system: System) -> Places:
     """Return what ``design check`` says of a system's gains."""
     found = check_controller(system)
     how = [place.how for place in found.places]
-    return Places(how.count("within"), how.count("unstable"), len(how), found.instead)
+    rings = in_words(place for place in found.places if place.how == "unstable")
+    return Places(how.count("within"), how.count("unstable"), len(how), found.instead, rings)
 
 
 class Held(NamedTuple):

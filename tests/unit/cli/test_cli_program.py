@@ -136,10 +136,16 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     changes = ("--sensor.resonance_hz", "200", "--only", "fig-5a-printed")
     answer = frictionloop("reproduce", *changes)
     assert answer.code == 0
-    first, head, *rows, before, again, _, _, _, _, _, _, _, printed, more, cite, where = answer.out.splitlines()
+    first, head, *rows, unreached, before, again, _, _, _, _, _, _, _, printed, dahl, slider, more, cite, where = (
+        answer.out.splitlines()
+    )
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
     assert head.split()[-2:] == ["spread", "error"] and again.split()[:5] == ["kp", "ki", "Ms", "from", "R2"]
-    assert re.fullmatch(r"  printed gains: hold at 0 of 6 contacts and speeds, unstable at [1-6]", printed)
+    assert re.fullmatch(r"  printed gains: hold at 0 of 6 contacts and speeds, unstable at 6:", printed)
+    assert [where.split(" mm/s")[0] for where in (dahl, slider)] == [
+        f"    contact {contact} at 10, 20, 80" for contact in ("dahl", "slider")
+    ]
+    assert unreached == '  sensor.resonance_hz does not reach "ideal sensor, no delay"'
     check = "frictionloop design check --preset bench --sensor.resonance_hz 200 --controller.kp 10 --controller.ki 2"
     assert more == f"  More, and what would hold: {check}"
     assert before == "  the bench unchanged:"
