@@ -14,6 +14,7 @@ from frictionloop.design.checking import check_controller
 from frictionloop.loop.progress import Bar
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.version import cited_version
 from frictionloop.report import build, protocol
 from frictionloop.report.claims import THESIS, Group
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
@@ -109,7 +110,12 @@ def test_figures_are_svg_without_dates(folder):
     "name", ["fig-1a", "fig-1b", "fig-2a-reachable", "fig-2c-printed", "fig-2e", "fig-3", "fig-4b", "fig-5a", "fig-5c"]
 )
 def test_a_figure_is_the_same_bytes_twice(results, folder, name):
-    assert svg(DRAWINGS[name](results), name) == (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+    written = (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+    (source,) = re.findall(r"<dc:source>(.*)</dc:source>", written)
+    version, command, seeds = source.split(" · ")
+    assert (version, command) == (f"frictionloop {cited_version()}", f"frictionloop reproduce --only {name}")
+    assert seeds.startswith("seeds ") or seeds == "no random numbers"
+    assert svg(DRAWINGS[name](results), name, source) == written
 
 
 def test_the_page_is_the_same_text_twice(results, claims):

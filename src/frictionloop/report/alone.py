@@ -13,7 +13,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import changed
 from frictionloop.report.build import prepare
-from frictionloop.report.cited import command_of
+from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import Claim, claim_ids, one_claim
 from frictionloop.report.figure_numbers import NUMBERS, Table
 from frictionloop.report.figures import DRAWINGS
@@ -97,9 +97,9 @@ def alone(
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
                 before, checked, told = {}, {}, []
             path = target / "figures" / f"{file}.svg"
-            write_svg(figure, file, path)
-            cited = cited_version(), command_of(name, given)
-            shown.append(Shown(name, path, seeds, *cited, given, numbers, before, checked, told))
+            write_svg(figure, file, path, " · ".join(cited(command_of(name, given), seeds)))
+            made = cited_version(), command_of(name, given)
+            shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, told))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import Claim, all_claims
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, provenance, render
@@ -93,7 +94,9 @@ def _draw(results: Results, folder: Path, bar: Bar, started: Started) -> dict[st
     drawn = {}
     for name, draw in DRAWINGS.items():
         watched = results.watched()
-        text = started(write_svg, draw(watched), name, folder / f"{name}.svg")
+        figure = draw(watched)
+        source = " · ".join(cited(command_of(name), watched.seeds()))
+        text = started(write_svg, figure, name, folder / f"{name}.svg", source)
         text.add_done_callback(lambda _: bar())
         drawn[name] = text, watched.seeds()
         for earlier, _ in drawn.values():

@@ -101,20 +101,23 @@ def arrow(axes: Axes, start: tuple[float, float], stop: tuple[float, float], col
     axes.annotate("", stop, start, arrowprops=look)
 
 
-def svg(figure: Figure, name: str) -> str:
-    """Return a figure as SVG text: no date, ids fixed and starting with ``name`` so that several share a page."""
+def svg(figure: Figure, name: str, source: str = "") -> str:
+    """Return a figure as SVG text: no date, ids fixed and starting with ``name`` so that several share a page.
+
+    ``source`` goes into its metadata: version, command and seeds that make it again.
+    """
     text = io.StringIO()
     with mpl.rc_context(STYLE | {"svg.hashsalt": name}):
         # Not savefig, which draws once more beforehand to see how large everything is: the layout has seen to that.
-        metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        metadata = dict.fromkeys(("Date", "Creator", "Format", "Type")) | ({"Source": source} if source else {})
         FigureCanvasSVG(figure).print_svg(text, metadata=metadata)  # type: ignore[no-untyped-call]
     prefixed = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text.getvalue())
     return "\n".join(line.rstrip() for line in prefixed.splitlines()) + "\n"
 
 
-def write_svg(figure: Figure, name: str, path: Path) -> str:
+def write_svg(figure: Figure, name: str, path: Path, source: str = "") -> str:
     """Write a figure as SVG text and return the text; nobody meets half a file."""
-    text = svg(figure, name)
+    text = svg(figure, name, source)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return text
@@ -132,7 +135,7 @@ def inline(text: str, label: str) -> str:
 
     The page's style knows how wide it was drawn (``--pt``), and so how small its letters may become.
     """
-    element = text[text.index("<svg") :]
+    element = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     width, height = re.findall(r'(?:width|height)="([\d.]+)pt"', element)[:2]
     sized = re.sub(r' (?:width|height)="[\d.]+pt"', "", element, count=2)
     attributes = f'role="img" aria-label="{escape(label)}" style="aspect-ratio:{width}/{height};--pt:{width}"'
