@@ -85,6 +85,19 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
     assert {"controller.kp": before["kp"], "controller.ki": before["ki"]} == fl.retune(fl.bench()).overrides
     drawn, *_ = changed.drawn("fig-5a", changes, alone.Results()._bar)
     assert drawn.get_suptitle() == "Not the paper's bench: sensor.resonance_hz = 200, finger.contact = slider"
+    said = [axes.texts[0].get_text() for axes in drawn.axes]
+    for text, row in zip(said, figure.numbers.values(), strict=True):
+        assert f"$R^2$ {row['r2_regression']:.3f}\n" in text and "mN rms" in text
+    assert "$M_s$" not in said[0] and "unstable" not in said[0]
+    assert all("$M_s$" in text or "unstable" in text for text in said[1:])
+
+
+@pytest.mark.parametrize(
+    ("peak", "from_n", "said"),
+    [(2.75, 0.3, "$M_s$ 2.75"), (np.inf, None, "unstable"), (np.inf, 0.5, "unstable below 0.5 N"), (None, None, "")],
+)
+def test_a_panel_says_how_stable_its_loop_is(peak, from_n, said):
+    assert changed._stable({"sensitivity_peak": peak, "stable_from_n": from_n}) == said
 
 
 def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path, results):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
+from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
 from frictionloop.report.figure_numbers import Table, of_strokes
 from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
@@ -90,7 +92,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
     runs, numbers = _tracked(name, changes, bar)
-    figure = figure_closed_loop(runs, list(runs))
+    figure = figure_closed_loop(runs, list(runs), {each: _stable(row) for each, row in numbers.items()})
     for axes, row in zip(figure.axes, numbers.values(), strict=True):
         if row["kp"] is not None and row["ki"] is not None:
             title = f"{axes.get_title(loc='left')}\n$K_p$ {number(row['kp'])}, $K_i$ {number(row['ki'])} 1/s"
@@ -105,6 +107,16 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
             found[each] = checked(bench().evolve({**changes, **gains}))
     before = _tracked(name, {}, bar)[1] if bench_of(changes) else {}
     return Drawn(figure, numbers, before, found, told(changes, protocol.finger_system(the_finger()), numbers))
+
+
+def _stable(row: Mapping[str, Value]) -> str:
+    """Return Ms at the forces asked for, or where the loop is unstable; empty for the open loop."""
+    peak, from_n = row["sensitivity_peak"], row["stable_from_n"]
+    if peak is None:
+        return ""
+    if math.isfinite(peak):
+        return f"$M_s$ {number(peak)}"
+    return "unstable" if from_n is None else f"unstable below {number(from_n)} N"
 
 
 def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:

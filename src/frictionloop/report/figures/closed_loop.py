@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ DOTS = 100
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 LIMITS_N = (0.25, 0.95)
+LEAST_TOP_N = 1.3
+"""Upper end of the axis of forces where no force is as large: the scores stand above the forces then."""
 HERE = "re-tuned here"
 """Gains found for a bench that is not the paper's."""
 GIVEN = "gains as given"
@@ -35,16 +38,20 @@ TITLES = {
 
 
 @styled
-def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str]) -> Figure:
+def figure_closed_loop(
+    tracked: Mapping[str, xr.Dataset], names: Sequence[str], stable: Mapping[str, str] = MappingProxyType({})
+) -> Figure:
     """Return force against set-point for some controllers, a panel each, with the regression and both kinds of R2.
 
+    Where it is told of a controller how stable it is, its panel says that too.
     The axis of forces is that of all controllers, so that figures can stand side by side.
     """
     figure = new_figure(2.3 * len(names), 3.5)
     panels = figure.subplots(1, len(names), sharex=True, sharey=True)
-    top_n = 1.05 * max(float(tracked[name]["f_a"].quantile(0.999)) for name in tracked if name in TITLES)
+    top_n = max(1.05 * float(tracked[name]["f_a"].quantile(0.999)) for name in tracked if name in TITLES)
+    top_n = max(top_n, LEAST_TOP_N)
     for axes, name in zip(panels, names, strict=True):
-        _cloud(axes, tracked[name], top_n)
+        _cloud(axes, tracked[name], top_n, stable.get(name))
         axes.set_title(TITLES[name], fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
@@ -53,7 +60,7 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str]) 
     return figure
 
 
-def _cloud(axes: Axes, runs: xr.Dataset, top_n: float) -> None:
+def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str | None) -> None:
     # Multiples of the golden ratio: spread evenly over the stroke and over the period of the set-point.
     some = np.sort((np.arange(DOTS) * GOLDEN % 1.0 * runs.sizes["time"]).astype(int))
     for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=True):
@@ -73,16 +80,19 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float) -> None:
     ends = np.array([r.min(), r.max()])
     axes.plot(LIMITS_N, LIMITS_N, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
     axes.plot(ends, offset + found.slope * ends, color=BLACK, lw=1.6, label="regression")
-    scores = (
-        f"regression $R^2$ {found.regression:.2f}\nto $f_a = f_r$: {_score(found.identity)}\n"
-        f"error {number(1e3 * found.rms_n)} mN rms"
-    )
-    axes.text(0.04, 0.97, scores, transform=axes.transAxes, va="top", linespacing=1.4, fontsize=8, bbox=GROUND)
+    scores = [
+        f"regression $R^2$ {found.regression:.3f}",
+        f"to $f_a = f_r$: {_score(found.identity)}",
+        f"error {number(1e3 * found.rms_n)} mN rms",
+        *([stable] if stable else []),
+    ]
+    look = {"va": "top", "linespacing": 1.4, "fontsize": 8, "bbox": GROUND}
+    axes.text(0.04, 0.97, "\n".join(scores), transform=axes.transAxes, **look)
     axes.set(xlim=LIMITS_N, ylim=(0, top_n))
 
 
 def _score(r2: float) -> str:
-    return f"{r2:.2f}" if r2 > -1 else number(r2, 2)
+    return f"{r2:.3f}".replace("-", "−") if r2 > -1 else number(r2)
 
 
 @styled
