@@ -30,7 +30,8 @@ def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
 def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
     """Return that the friction of the finger itself changes with the speed."""
     there = base.evolve(changes)
-    slope = float(there.friction.speed_slope)  # type: ignore[union-attr]  # of a finger, which the protocol sets
+    friction: Any = there.friction  # of a finger, which the protocol sets
+    slope = float(friction.speed_slope)
     if not slope or there.motion.speed_mm_s == base.motion.speed_mm_s:  # type: ignore[union-attr]
         return []
     does = "rises" if slope > 0 else "falls"
