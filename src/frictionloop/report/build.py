@@ -76,7 +76,7 @@ def prepare(folder: Path) -> None:
             raise FrictionloopError(f"{place}: is not writable; choose another folder")
 
 
-Started = Callable[[Callable[..., str], Figure, str, Path], "Future[str]"]
+Started = Callable[[Callable[..., str], Figure, str, Path, str], "Future[str]"]
 """Has a figure written, in a second process."""
 
 
