@@ -33,7 +33,7 @@ def at_levels(system: System, run: xr.Dataset | None = None, mask: np.ndarray | 
     """
     levels: dict[str, Any] = {}
     if (asked := _range_and_mean("setpoint", system, run, mask)) is not None:
-        low_n, high_n, _ = asked
+        low_n, high_n, *_ = asked
         levels["setpoint"] = Sine(offset_n=(high_n + low_n) / 2, amplitude_n=(high_n - low_n) / 2)
     if (added := _range_and_mean("disturbance", system, run, mask)) is not None:
         levels["disturbance"] = Constant(offset_n=0.0 if left_in(system, added[2]) else added[2])
@@ -77,7 +77,9 @@ def _kept_mean(system: System) -> Doubt | None:
         return None
     some_n = ENDS * (wanted.high_n - wanted.low_n)
     lowest_n, highest_n = wanted.low_n + some_n, wanted.high_n - some_n
-    within = low_n <= lowest_n and highest_n <= high_n
+    within = (
+        low_n <= lowest_n and highest_n <= high_n and added[3] < (high_n - low_n) / 2.0
+    )  # else the swing is too wide
     if not within or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n):
         return None
     said = f"The recorded disturbance has a mean of {added[2]:.3g} N, which puts the set-point out of reach, and the "
@@ -88,8 +90,8 @@ def _kept_mean(system: System) -> Doubt | None:
 
 def _range_and_mean(
     name: str, system: System, run: xr.Dataset | None, mask: np.ndarray | None
-) -> tuple[float, float, float] | None:
-    """Return lowest, highest and mean value in N of a recorded signal; None of another, or where it is not known."""
+) -> tuple[float, float, float, float] | None:
+    """Return lowest, highest, mean and rms about it in N of a recorded signal; None of another, or if not known."""
     signal = getattr(system, name)
     if signal.kind not in RECORDED:
         return None
@@ -100,7 +102,7 @@ def _range_and_mean(
         values = run[column].values[mask]
     elif signal.kind == "recording":
         read = found_in(signal)
-        return read.lowest_n, read.highest_n, read.mean_n
+        return read.lowest_n, read.highest_n, read.mean_n, read.rms_n
     else:
         values = signal.values_n
-    return float(np.min(values)), float(np.max(values)), float(np.mean(values))
+    return float(np.min(values)), float(np.max(values)), float(np.mean(values)), float(np.std(values))

@@ -152,8 +152,13 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     for name, force in (("disturbance", level), ("setpoint", abs(float(r.mean())))):
         if force > FINGERS_N:
             return [*said, f"The {name} is {force:.3g} N on average; did you mean mN?"]
-    without = (r < floor) | (r > top)
-    if level > OFTEN_N and not without.mean() >= UNREACHED:
+    around_0 = d - d.mean()
+    without = (r < floor + around_0) | (r > top + around_0)
+    if float(np.std(d)) >= float(np.median(top - floor)) / 2.0:
+        said.append(
+            f"The disturbance varies by {np.std(d):.3g} N rms, more than vibration can make up for at any level."
+        )
+    elif level > OFTEN_N and not without.mean() >= UNREACHED:
         recorded = system.disturbance.kind == "recording" and left_in(system, level)
         mean = " --disturbance.remove_mean true" if recorded else ""
         hint = f"did you mean{mean or ' a disturbance around 0'}?"

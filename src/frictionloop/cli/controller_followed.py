@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from frictionloop.cli import screen
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import Recording, System
+from frictionloop.parameters import PiController, Recording, System
 from frictionloop.recordings.read import read_held
 
 SECONDS = 10.0
@@ -23,6 +23,8 @@ class Followed(NamedTuple):
     rms_error_n: float
     before_rms_error_n: float
     """The same with the controller that the system had."""
+    open_loop_rms_error_n: float
+    """The same with the lookup table alone, in open loop."""
 
 
 def followed(before: System, after: System) -> Followed | None:
@@ -30,7 +32,8 @@ def followed(before: System, after: System) -> Followed | None:
     seconds = min(SECONDS, *(_seconds(each, after.controller.rate_hz) for each in (after.setpoint, after.disturbance)))
     if seconds < LEAST_S:
         return None
-    runs = (simulate(each, seconds, seed=0) for each in (after, before))
+    alone = after.evolve({"controller.kind": "lookup"})
+    runs = (simulate(each, seconds, seed=0) for each in (after, before, alone))
     return Followed(seconds, *(float(rms_error(run)) for run in runs))
 
 
@@ -51,12 +54,15 @@ def followed_text(before: System, found: Followed | None) -> list[Any]:
     at = f", contact {before.finger.contact}" if hasattr(before.finger, "contact") else ""
     at += f", {motion.speed_mm_s:g} mm/s" if hasattr(motion, "speed_mm_s") else ""
     head = f"how the set-point ({before.setpoint.kind}) is followed, {found.seconds:.3g} s of this finger simulated{at}"
+    law: Any = before.controller
+    gains = f" (kp {law.kp:.4g}, ki {law.ki:.4g} 1/s)" if isinstance(law, PiController) else ""
     rows = [
         ("error", f"{1e3 * found.rms_error_n:.3g} mN", "rms of f_a - f_r with this law"),
+        ("open loop", f"{1e3 * found.open_loop_rms_error_n:.3g} mN", "with the lookup table alone"),
         (
             "before",
             f"{1e3 * found.before_rms_error_n:.3g} mN",
-            f"with the controller that was there, {before.controller.kind}",
+            f"with the controller that was there, {law.kind}{gains}",
         ),
     ]
     return [screen.wrapped(head), screen.columns(rows)]

@@ -57,7 +57,7 @@ def population_of(
     return people
 
 
-MARGINS = "errors of runs, no margins: `frictionloop design check FILE --fingers 100` has those"
+MARGINS = "errors of runs; margins: `frictionloop design check FILE --fingers 100`"
 
 
 def metrics_of(system: System) -> list[str]:

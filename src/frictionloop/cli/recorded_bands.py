@@ -13,6 +13,7 @@ from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import asked
 from frictionloop.loop.bands import disturbance_left_by_band
 from frictionloop.loop.metrics import out_of_reach, reach_of
+from frictionloop.loop.open_loop import disturbance_left
 from frictionloop.loop.record import system_of
 from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 MOST = 0.5
 """Share of the time out of reach from which on no frequency tells what is left."""
 
+START_S, APART = 0.1, 0.05
+"""Time in which a loop begins, and the share of what is left from which on it is told (both chosen)."""
 OWN = "the finger's own taken off: "
 
 
@@ -62,9 +65,24 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
         return []
     if asked(system, "size", "signs"):
         return ["What is left by frequency is not told while it is not clear what the recording is."]
-    entry = textwrap.wrap(entered(run, mask), WIDTH)
     said = _by_band(run, mask, system)
-    return [*entry, *textwrap.wrap(said, WIDTH)] if said else []
+    told = [entered(run, mask), said, at_the_start(run, mask)] if said else []
+    return [line for each in told for line in textwrap.wrap(each, WIDTH)]
+
+
+def at_the_start(run: xr.Dataset, mask: np.ndarray) -> str:
+    """Return how much less is left without the first moments, before a loop has acted; empty where that is as much."""
+    time_s = run["time"].values
+    late = mask & (time_s >= time_s[0] + START_S)
+    if not (mask & ~late).any() or np.count_nonzero(late) <= np.count_nonzero(mask) / 2:
+        return ""
+    whole, rest = disturbance_left(run, mask), disturbance_left(run, late)
+    if not rest < whole / (1.0 + APART):
+        return ""
+    return (
+        f"Without the first {START_S:g} s, in which the loop begins, {rest:.3g} of the disturbance is left: "
+        f"--score-from-s {START_S:g} leaves them out."
+    )
 
 
 def _by_band(run: xr.Dataset, mask: np.ndarray, system: System) -> str:

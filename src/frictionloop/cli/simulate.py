@@ -103,8 +103,9 @@ def command(
     said += recorded_turns.lines(run, system, duration_s)
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
-    drawn = run.assign(scored=("time", mask)) if score_from_s else run
-    saved = _save(run, drawn, system, {"run": out, "plot": plot, "system": save_system}, every)
+    # What is loaded again counts the same periods.
+    counted = run.assign(scored=("time", mask, {"units": "1"})) if score_from_s else run
+    saved = _save(counted, system, {"run": out, "plot": plot, "system": save_system}, every)
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
@@ -164,9 +165,7 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
         return simulate(system, duration_s, seed), time.perf_counter() - start_s
 
 
-def _save(
-    run: xr.Dataset, drawn: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool
-) -> dict[str, Path | None]:
+def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool) -> dict[str, Path | None]:
     """Save what was asked for and return the paths."""
     if paths["run"] is not None:
         from frictionloop.loop.record import save
@@ -175,7 +174,7 @@ def _save(
     if paths["plot"] is not None:
         from frictionloop.report.plot import plot as draw
 
-        draw(drawn, paths["plot"])
+        draw(run, paths["plot"])
     if paths["system"] is not None:
         from frictionloop.parameters import write_toml
 

@@ -102,6 +102,9 @@ def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
     if other:
         said = f"The recorded {name} is column {each.column!r}: is that {other}? {name} is a friction force; "
         yield Doubt("name", name, said + "{} takes another column.", Remedy("column", "NAME"))
+    elif name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n:
+        said = f"The recorded disturbance, column {each.column!r}, is always the same; "
+        yield Doubt("name", name, said + "{} takes another column.", Remedy("column", "NAME"))
     if OUTPUT.search(each.column) and each.unit_by == "taken for N":
         said = (
             f"The recorded {name} is column {each.column!r}: is that what a sensor puts out, in volts or counts? It is "

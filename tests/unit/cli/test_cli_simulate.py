@@ -122,6 +122,12 @@ def test_saved_files_can_be_used(frictionloop):
     assert fl.load("again.h5").identical(fl.load("run.h5"))
 
 
+def test_a_saved_run_counts_what_its_command_counted(frictionloop):
+    answer = frictionloop(*SHORT, "--score-from-s", "0.1", "--out", "late.h5", "--json").json()
+    assert fl.metrics(fl.load("late.h5"))["rms_error"] == answer["metrics"]["rms_error"]
+    assert fl.metrics(fl.simulate(fl.feasible(), 0.2))["rms_error"] != answer["metrics"]["rms_error"]
+
+
 @pytest.mark.parametrize("ending", ["png", "pdf"])
 def test_plot_in_other_formats(frictionloop, ending):
     assert frictionloop(*SHORT, "--plot", f"run.{ending}").code == 0

@@ -110,6 +110,7 @@ def test_it_simulates_and_follows(designed):
 def test_the_error_on_the_files_own_set_point_is_told_beside_the_one_before(designed):
     found, system, _ = designed
     runs = {"rms_error_n": system, "before_rms_error_n": fl.bench()}
+    runs["open_loop_rms_error_n"] = fl.bench().evolve({"controller.kind": "lookup"})
     assert found["followed"] == {"seconds": 10.0} | {
         name: fl.rms_error(fl.simulate(each)) for name, each in runs.items()
     }

@@ -9,6 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.levels import misread
+from frictionloop.cli.advice_text import out_of_reach
 
 RATE_HZ = 1000.0
 TIME_S = np.arange(3000) / RATE_HZ
@@ -115,3 +116,12 @@ def test_a_metric_says_why_it_is_nan_where_the_recording_of_a_run_is_gone(tmp_pa
     assert caught[0].filename == __file__
     assert before["relative_index"] > 0 and np.isnan(after["relative_index"])
     assert after["disturbance_left"] == before["disturbance_left"]
+
+
+def test_a_swing_that_no_level_makes_up_for_is_no_question_of_its_mean():
+    pulses_n = np.where(TIME_S % 0.5 < 0.2, 2.0, 0.0)  # a mean of 0.8 N, 0.98 N rms about it
+    system = LEVEL.evolve({"disturbance": array(pulses_n)})
+    assert misread(system) == []
+    run = fl.simulate(system, 2.9)
+    said = " ".join(out_of_reach(run, np.ones(run.sizes["time"], bool)))
+    assert "more than vibration can make up for at any level" in said and "did you mean" not in said

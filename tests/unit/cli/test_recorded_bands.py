@@ -155,3 +155,18 @@ def test_what_no_vibration_makes_up_for_is_said_in_place_of_a_frequency(mean_n, 
     assert ("Hz" in said) is reached
     assert ("says little where most commands are clamped" in touch) is not reached
     assert ("er to touch" in touch) is reached
+
+
+def test_what_the_start_adds_is_told_where_it_counts():
+    # At the first samples the loop has not acted yet, and d is far from its mean there.
+    time = np.arange(3000) / RATE_HZ
+    values_n = 0.02 * np.sin(2 * np.pi * 5.0 * time) + 0.08 * (time < 0.01)
+    signals = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Samples(values_n=values_n, rate_hz=RATE_HZ)}
+    run = fl.simulate(fl.feasible().evolve(signals), 0.6)
+    everything = np.ones(run.sizes["time"], bool)
+    left = fl.metrics(run, run.time.values >= 0.1)["disturbance_left"]
+    assert left < fl.metrics(run)["disturbance_left"] / 1.05
+    said = " ".join(lines(run, everything))
+    assert f"Without the first 0.1 s, in which the loop begins, {left:.3g} of the disturbance is left" in said
+    assert "Without the first" not in " ".join(lines(run, run.time.values >= 0.1))
+    assert "Without the first" not in " ".join(lines(run_of(20.0), everything[:1].repeat(5000)))

@@ -103,7 +103,7 @@ def test_a_column_named_as_what_a_sensor_puts_out_is_asked_about(tmp_path, name)
     "name", ["mu", "Mu", "COF", "friction coefficient", "Friction_Coefficient", "coeff of friction"]
 )
 def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known(tmp_path, name):
-    (tmp_path / "d.csv").write_text(f"{name},multi,mu_cal_n,friction\n1,0.5,1,1\n1.1,0.6,2,1\n")
+    (tmp_path / "d.csv").write_text(f"{name},multi,mu_cal_n,friction\n1,0.5,1,1\n1.1,0.6,2,1.1\n")
     columns = {each: fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in
                (name, "multi", "mu_cal_n", "friction")}  # fmt: skip
     said = " ".join(asked(under(columns.pop(name))))
@@ -111,6 +111,13 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
     assert [asked(under(each)) for each in columns.values()] == [[], [], []]
     scaled = fl.Recording(path=str(tmp_path / "d.csv"), column=name, rate_hz=RATE_HZ, scale=0.5)
     assert asked(under(scaled)) == []
+
+
+def test_a_column_that_never_changes_is_asked_about(tmp_path):
+    (tmp_path / "d.csv").write_text("Fx [N],Fy [N]\n0,0.5\n0,0.6\n0,0.4\n")
+    still, moving = (fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in ("Fx", "Fy"))
+    assert "column 'Fx [N]', is always the same; --disturbance.column NAME" in " ".join(asked(under(still)))
+    assert asked(under(moving)) == []
 
 
 def test_the_read_back_gives_rms_and_mean(tmp_path):
