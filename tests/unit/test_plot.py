@@ -114,11 +114,12 @@ def test_a_measured_set_point_is_drawn_below_the_force_that_varies_as_it_does():
 def test_a_figure_says_what_its_axes_cut_off():
     run = fl.simulate(fl.bench(), 0.5)
     force = fl.plot(run).axes[0]
-    assert not list(force.texts)
+    assert not any("cut off" in said for said in force.get_legend_handles_labels()[1])
     spiked = run.f_a.values.copy()
     spiked[~run.scored.values] = 9.0
-    (said,) = fl.plot(run.assign(f_a=("time", spiked))).axes[0].texts
-    assert said.get_text().endswith("to 9 N")
+    labels = fl.plot(run.assign(f_a=("time", spiked))).axes[0].get_legend_handles_labels()[1]
+    (said,) = [label for label in labels if "cut off where not scored" in label]
+    assert said.endswith("to 9 N")
 
 
 def test_a_figure_says_what_is_left_as_the_metrics_do():
@@ -126,7 +127,7 @@ def test_a_figure_says_what_is_left_as_the_metrics_do():
     opened, closed, _ = fl.plot(run).axes[0].lines
     left = fl.metrics(run)["disturbance_left"]
     assert closed.get_label().endswith(
-        f"\nby itself {100 * left:.0f} % of what $d$ varies by is left in it, rms (open loop: 100 %)"
+        f"\nof what $d$ varies by, {100 * left:.0f} % is left in it, rms (open loop: 100 %)"
     )
     assert "own drift" not in opened.get_label()
     calm = fl.plot(fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 0.1)).axes[0].lines

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -100,9 +101,11 @@ def _brought_to(recording: Recording, times: Column | None, resample_hz: float) 
     usual_s = _usual(in_s)
     clock = clock_of(times, 1 / usual_s if usual_s > 0 and tells_seconds(in_s, resample_hz) else None)
     if clock is None:
+        in_s_hz = 1 / usual_s if usual_s > 0 else math.nan
         raise FrictionloopError(
-            f"{path}: resample_hz: nothing tells the unit of {times.name!r}; accepted: a name such as 'time_s' or "
-            "'time [ms]'"
+            f"{path}: resample_hz = {resample_hz:g}: nothing tells the unit of {times.name!r}, which in s gives "
+            f"{in_s_hz:.3g} Hz; accepted: a name such as 'time_s' or 'time [ms]', or a rate within ten times of that, "
+            "which takes them for s"
         )
     first, stop = rows_between(recording, clock)
     at_s = clock.at_s[first:stop]
@@ -113,7 +116,7 @@ def _brought_to(recording: Recording, times: Column | None, resample_hz: float) 
     refuse_gaps(path, at_s, place, accepted=ACCEPTED)
     even_s = even_times(path, at_s, resample_hz, place)
     apart, loses = described(at_s)
-    by = f"straight lines between {apart}"
+    by = f"straight lines between {apart}" + f", {times.name!r} taken for s" * (times.unit is None)
     return Part(first, stop, resample_hz, by, at_s, clock.begins_s, even_s, loses)
 
 

@@ -43,6 +43,8 @@ class Found(NamedTuple):
     raw_lowest_n: float
     raw_highest_n: float
     """Range in the file in N, before a mean is removed and an offset added."""
+    raw_mean_n: float
+    """Mean in the file in N, before it is removed and an offset added."""
     signs: Signs
     """Whether that looks like friction with the sign of the motion (`signs_of`)."""
     off_plate: str = ""
@@ -86,6 +88,7 @@ def found(recording: Recording) -> Found:
         largest_n=largest_n,
         raw_lowest_n=float(raw.min()),
         raw_highest_n=float(raw.max()),
+        raw_mean_n=float(raw.mean()),
         signs=signs_of(raw, raw.size / file_hz),
         mean_n=0.0 if abs(mean_n) <= 1e-9 * largest_n else mean_n,  # of one that is removed its rounding is left
         rms_n=float(force.std()),
@@ -143,7 +146,8 @@ def told(recording: Recording) -> str:
     by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
     forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {each.mean_n:.3g} N"
     if recording.remove_mean:
-        forces += f" ({each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N before its mean is removed)"
+        raw = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
+        forces += f" ({raw} before its mean, {each.raw_mean_n:.3g} N, is removed)"
     if recording.rectify:
         unit += "its magnitude, "
     read = f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, "

@@ -30,6 +30,8 @@ MOVING = (
 """Traces of a finger that moves: name, label, factor, colour."""
 STEADY = 0.9
 """Share of the rms error below which what varies of it is told apart from its mean (chosen)."""
+NEAR_0 = 0.6
+"""Lowest force over the highest below which the axis begins at 0 (chosen)."""
 BINS = 3000
 """Stretches of time that a trace is drawn in, each by its lowest and highest value: more than a page has dots."""
 
@@ -85,9 +87,8 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     axes.set(ylabel="force (N)", ylim=(low, high))
     least, most = float(np.nanmin(forces)), float(np.nanmax(forces))
     if low is not None and high is not None and (least < low or most > high):
-        said = f"cut off where not scored: {least:.2g} to {most:.2g} N"
-        look = {"ha": "right", "va": "top", "color": GREY, "bbox": {"color": "white", "alpha": 0.8}}
-        axes.annotate(said, (1, 1), (-4, -4), "axes fraction", "offset points", **look)
+        # In the legend, where it covers nothing.
+        axes.plot([], [], " ", label=f"cut off where not scored: {least:.2g} to {most:.2g} N")
 
 
 def _opened(run: xr.Dataset) -> xr.Dataset | None:
@@ -118,7 +119,7 @@ def _left(run: xr.Dataset) -> str:
         left = disturbance_left(run, run["scored"].values if "scored" in run else None)
     except FrictionloopError:
         return ""
-    said = f";\nby itself {100 * left:.0f} % of what $d$ varies by is left in it, rms (open loop: 100 %)"
+    said = f";\nof what $d$ varies by, {100 * left:.0f} % is left in it, rms (open loop: 100 %)"
     return "" if np.isnan(left) else said
 
 
@@ -148,9 +149,10 @@ def _room(run: xr.Dataset, forces: np.ndarray) -> tuple[float, float] | tuple[No
         return None, None
     scored = run["scored"].values
     counted = np.concatenate([run["f_r"].values[scored], forces[..., scored].ravel()])
-    low, high = min(0.0, float(counted.min())), float(counted.max())
+    low, high = float(counted.min()), float(counted.max())
+    low = min(0.0, low) if low < NEAR_0 * high else low  # a small variation about a level is drawn about that level
     room = 0.08 * (high - low)
-    return low - room * (low < 0), high + room
+    return low - room * (low != 0), high + room
 
 
 def _shade(panels: Any, time: np.ndarray, left_out: np.ndarray) -> None:

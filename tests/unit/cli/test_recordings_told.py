@@ -127,7 +127,7 @@ def test_the_read_back_gives_rms_and_mean(tmp_path):
     )
     (tmp_path / "e.csv").write_text("force [N]\n0.4\n0.8\n0.7\n")
     removed = fl.Recording(path=str(tmp_path / "e.csv"), rate_hz=RATE_HZ, remove_mean=True)
-    assert told(removed).endswith(" mN rms about 0 N (0.4 to 0.8 N before its mean is removed)")
+    assert told(removed).endswith(" mN rms about 0 N (0.4 to 0.8 N before its mean, 0.633 N, is removed)")
 
 
 def test_an_index_over_a_stroke_that_does_not_vary_is_refused(frictionloop):
