@@ -67,13 +67,13 @@ def check_fingers(
 
     Parameters
     ----------
-    system : System
+    system
         The bench with its controller, of any law that has a linear analysis.
-    people : sequence of mappings
+    people
         Overrides, one finger each, as of `fingers`.
-    wanted : Wanted, optional
+    wanted
         What must hold. None: `Wanted` as it is.
-    progress : bool, optional
+    progress
         Show a progress bar; None: on a terminal.
 
     Returns
