@@ -55,3 +55,10 @@ def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):
     assert told({"plate.q": 100.0}, base, (PRINTED, IDEAL)) == told({"sensor.q": 5.0}, base, ROWS) == []
     other_kind = {"sensor.kind": "lowpass", "sensor.noise_rms_n": 1e-4}
     assert told(other_kind, base, (PRINTED, IDEAL)) == ['sensor.kind does not reach "ideal sensor, no delay"']
+
+
+def test_what_the_finger_had_in_place_of_a_change_is_told(base):
+    own = base.evolve({"motion.load_n": 0.67})
+    assert told({"motion.load_n": 0.8}, own, ROWS) == [
+        "this finger's own, which the change replaces: motion.load_n = 0.67 N"
+    ]

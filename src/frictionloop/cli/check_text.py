@@ -122,6 +122,7 @@ def _would_hold(found: Checked, system: System, wanted: Wanted, given: str, load
         kp, ki = (found.instead[f"controller.{name}"] for name in ("kp", "ki"))
         most = ([f"kp at most {kp:.4g}"] if kp else []) + ([f"ki at most {ki:.4g} 1/s"] if ki else [])
         said = " with ".join(most) + (", in this ratio" if kp and ki else "")
+        searched = f"another ratio may leave less: {searched}" if kp or ki else searched
     elif found.instead:
         said = ", ".join(f"{path.removeprefix('controller.')} = {value:.3g}" for path, value in found.instead.items())
     else:

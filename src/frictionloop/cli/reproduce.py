@@ -156,10 +156,11 @@ def _checked(figure: Shown) -> list[str]:
         ringing = f", unstable at {found.unstable}:" if found.unstable else ""
         lines.append(f"  {name}: hold at {found.held} of {found.places} contacts and speeds{ringing}")
         lines += [f"    {where}" for where in found.unstable_on]
+    name = max(figure.checked, key=lambda each: (figure.checked[each].held, -figure.checked[each].unstable))
     gains = {f"controller.{each}": figure.numbers[name][each] for each in ("kp", "ki")}
     given = figure.changed | {path: float(f"{value:.4g}") for path, value in gains.items() if value is not None}
     command = "frictionloop design check --preset bench"
-    return [*lines, f"  More, and what would hold: {' '.join([command, *flags_of(given)])}"]
+    return [*lines, f"  More of {name}, and what would hold: {' '.join([command, *flags_of(given)])}"]
 
 
 def _table(numbers: Table) -> Any:

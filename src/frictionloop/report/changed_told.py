@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.physics.fingers import fingers
+from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN
 
 SPEED = "motion.speed_mm_s"
@@ -24,7 +25,21 @@ def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
     rows
         The controllers of the figure, by name.
     """
-    return [*_speed(changes, base, rows), *_delay(changes, base), *_unreached(changes, base, rows)]
+    return [
+        *_own(changes, base),
+        *_speed(changes, base, rows),
+        *_delay(changes, base),
+        *_unreached(changes, base, rows),
+    ]
+
+
+def _own(changes: Mapping[str, Any], base: System) -> list[str]:
+    """Return what this finger had in the place of values that a finger brings."""
+    said = []
+    for path in (each for each in changes if each in fingers(1, 0)[0]):
+        block, name = path.split(".")
+        said.append(f"{path} = {getattr(getattr(base, block), name):.3g} {unit_of(path) or ''}".rstrip())
+    return [f"this finger's own, which the change replaces: {', '.join(said)}"] if said else []
 
 
 def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:

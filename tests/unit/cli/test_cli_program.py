@@ -147,7 +147,7 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     ]
     assert unreached == '  sensor.resonance_hz does not reach "ideal sensor, no delay"'
     check = "frictionloop design check --preset bench --sensor.resonance_hz 200 --controller.kp 10 --controller.ki 2"
-    assert more == f"  More, and what would hold: {check}"
+    assert more == f"  More of printed gains, and what would hold: {check}"
     assert before == "  the bench unchanged:"
     assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor, no delay"]
     command = "frictionloop reproduce --only fig-5a-printed --sensor.resonance_hz 200"
