@@ -57,7 +57,7 @@ def test_past_the_end_of_a_sweep(name):
 @pytest.mark.parametrize("name", ["setpoint", "disturbance"])
 def test_past_the_end_of_a_recording(tmp_path, name):
     path = tmp_path / "force.csv"
-    np.savetxt(path, np.zeros(101))  # 100 periods and both their ends; the last is held for one more
+    np.savetxt(path, np.linspace(0.0, 0.1, 101))  # 100 periods and both their ends; the last is held for one more
     system = CONSTANT.evolve({name: fl.Recording(path=str(path), rate_hz=5000.0)})
     assert fl.simulate(system, 0.0202).sizes["time"] == 101
     told = complaint(system, 0.0204)
