@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli.check_fingers import rows
 from frictionloop.design.corners import MET, band_of, corners
 from frictionloop.design.on_fingers import check_fingers
 from frictionloop.design.wanted import Wanted
@@ -26,7 +27,7 @@ def test_each_finger_is_as_a_check_of_it_alone_finds_it():
         assert bool(mine.stable) == np.isfinite(worst.sensitivity_peak)
         assert bool(mine.holds) == (worst.excess <= 1.0 + MET)
         least = min(each.loop.gain_factor(each.limit) for each in alone)
-        assert float(mine.gain_factor) == pytest.approx(least, rel=0.01)
+        assert float(mine.gain_factor) == pytest.approx(least, rel=1e-9)
         assert float(mine.load_n) == person["motion.load_n"]
 
 
@@ -86,3 +87,11 @@ def test_a_law_of_higher_order_has_its_own_response():
         alone = max(corners(observer.evolve(person), FEW.limits), key=lambda each: each.excess)
         mine = found.isel(finger=k)
         assert mine.sensitivity_peak / mine.limit == pytest.approx(alone.excess, rel=0.01)
+
+
+def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_were_not():
+    light, weak = PEOPLE[1] | {"motion.load_n": 0.001}, PEOPLE[2] | {"friction.nominal_n": 0.1}
+    found = check_fingers(PI, [PEOPLE[5], light, weak, weak], FEW)
+    said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "contact dahl"))
+    assert "the limits hold on 0 of 4 fingers" in said and "3 cannot be looked at: 2 as no force asked for" in said
+    assert "1 as motion.load_n = 0.001 N" in said and "on all 1 the limits hold with" in said

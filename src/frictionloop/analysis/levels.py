@@ -77,15 +77,25 @@ def _kept_mean(system: System) -> Doubt | None:
         return None
     some_n = ENDS * (wanted.high_n - wanted.low_n)
     lowest_n, highest_n = wanted.low_n + some_n, wanted.high_n - some_n
-    within = (
-        low_n <= lowest_n and highest_n <= high_n and added[3] < (high_n - low_n) / 2.0
-    )  # else the swing is too wide
-    if not within or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n):
+    within = low_n <= lowest_n and highest_n <= high_n
+    if (
+        not within
+        or too_wide(added[3], high_n - low_n)
+        or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n)
+    ):
         return None
     said = f"The recorded disturbance has a mean of {added[2]:.3g} N, which puts the set-point out of reach, and the "
     said += "friction it adds to has its own; did you mean {}?"
     meant = Remedy("remove_mean", True, "values - values.mean()")
     return Doubt("mean", "disturbance", said, meant, system.disturbance.kind == "samples")
+
+
+def too_wide(rms_n: float, span_n: float) -> bool:
+    """Tell whether what varies by this rms goes as far from end to end as vibration reaches, or farther, at any mean.
+
+    As rms <= (highest - lowest)/2 for whatever signal (Popoviciu).
+    """
+    return rms_n >= span_n / 2.0
 
 
 def _range_and_mean(

@@ -129,7 +129,7 @@ def _where(band: Band) -> str:
 
 def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     """Return what a person is told of a set-point that nearly nothing could follow, and what may be the cause."""
-    from frictionloop.analysis.levels import OFTEN_N, left_in
+    from frictionloop.analysis.levels import OFTEN_N, left_in, too_wide
     from frictionloop.cli.recorded_units import asked
     from frictionloop.loop.metrics import out_of_reach as missed_of
     from frictionloop.loop.metrics import reach_of
@@ -154,7 +154,7 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
             return [*said, f"The {name} is {force:.3g} N on average; did you mean mN?"]
     around_0 = d - d.mean()
     without = (r < floor + around_0) | (r > top + around_0)
-    if float(np.std(d)) >= float(np.median(top - floor)) / 2.0:
+    if too_wide(float(np.std(d)), float(np.median(top - floor))):
         said.append(
             f"The disturbance varies by {np.std(d):.3g} N rms, more than vibration can make up for at any level."
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,23 +21,24 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
+REASONS = 3
+"""Most reasons that are told."""
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 
 
-def rows(found: xr.Dataset, system: System, seed: int, whose: str = "") -> list[Row]:
+def rows(found: xr.Dataset, system: System, drawn: str, where: str) -> list[Row]:
     """Return rows of a verdict: on how many fingers the limits hold, the worst of them, and gains for more of them.
 
-    ``whose`` names the file of a measured population.
+    ``drawn`` says from what the fingers were drawn, ``where`` at which contacts, speeds and loads they were looked at.
     """
     count = found.sizes["finger"]
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
     held, rings = int(seen["holds"].sum()), int((~seen["stable"]).sum())
     beyond, unseen = seen.sizes["finger"] - held, count - seen.sizes["finger"]
-    who = f"{count} fingers of seed {seed}{whose}, each with its own friction, skin and load"
-    said = f"the limits hold on {held} of {who}"
+    said = f"the limits hold on {held} of {count} fingers of {drawn}; {where}"
     said += f"; on {beyond - rings} the loop is stable, beyond a limit; on {rings} it is unstable" if beyond else ""
-    said += f"; {unseen} cannot be looked at: {_first(found)}" if unseen else ""
+    said += f"; {unseen} cannot be looked at: {_reasons(found)}" if unseen else ""
     name = "on fingers" if held == count else "NOT ON ALL FINGERS"
     told: list[Row] = [(name, said)]
     if beyond:
@@ -46,8 +48,12 @@ def rows(found: xr.Dataset, system: System, seed: int, whose: str = "") -> list[
     return told
 
 
-def _first(found: xr.Dataset) -> str:
-    return next(said for said in found["unseen"].values.tolist() if said)
+def _reasons(found: xr.Dataset) -> str:
+    """Return why fingers were not looked at, the most frequent reasons first."""
+    counted = Counter(said for said in found["unseen"].values.tolist() if said)
+    listed = [f"{times} as {said}" if len(counted) > 1 else said for said, times in counted.most_common(REASONS)]
+    more = sum(counted.values()) - sum(times for _, times in counted.most_common(REASONS))
+    return "; ".join([*listed, *([f"{more} for other reasons"] if more else [])])
 
 
 def _worst(seen: xr.Dataset) -> str:
@@ -68,10 +74,10 @@ def _worst_of(seen: xr.Dataset) -> int:
 
 
 def _less(seen: xr.Dataset, system: System) -> list[Row]:
-    """Return rows on which gains hold on nine fingers in ten, and on all."""
+    """Return rows on which gains hold on nine fingers in ten, and on all, of those that can be looked at."""
     factors = np.sort(seen["gain_factor"].values)[::-1]
     most = float(factors[math.ceil(MOST * factors.size) - 1])
-    wanted = [("on nine fingers in ten", min(1.0, most)), ("on all", float(factors[-1]))]
+    wanted = [(f"on nine in ten of {factors.size} fingers", most), (f"on all {factors.size}", float(factors[-1]))]
     return [("", _gains(who, factor, system)) for who, factor in wanted if factor < 1.0]
 
 

@@ -134,7 +134,7 @@ def range_said(system: System, wanted: Wanted) -> str:
     if isinstance(friction, FingerFriction):
         who, state = "a fully moist finger", 1.0
     if isinstance(motion, Strokes):
-        load_n = max((*wanted.loads_n, motion.load_n))
+        load_n = max(wanted.loads_n, default=motion.load_n)
         there, pressed = system.evolve({"motion.load_n": load_n}), f" pressed with {load_n:g} N"
         if state and isinstance(friction, FingerFriction) and motion.contact_s > 0:
             state = moistest(friction, motion)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.cli import screen
 from frictionloop.loop.metrics import rms_error
+from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import PiController, Recording, System
 from frictionloop.recordings.read import read_held
@@ -32,7 +33,7 @@ def followed(before: System, after: System) -> Followed | None:
     seconds = min(SECONDS, *(_seconds(each, after.controller.rate_hz) for each in (after.setpoint, after.disturbance)))
     if seconds < LEAST_S:
         return None
-    alone = after.evolve({"controller.kind": "lookup"})
+    alone = after.evolve(OPENED)
     runs = (simulate(each, seconds, seed=0) for each in (after, before, alone))
     return Followed(seconds, *(float(rms_error(run)) for run in runs))
 

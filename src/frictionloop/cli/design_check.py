@@ -71,17 +71,16 @@ def command(
     recorded_units.ask(given_system)
     screen.tell_notes()  # before the look at all places, which takes some seconds
     wanted = must.wanted()
+    seed = fingers_seed or 0
+    people = population_of(system, fingers, seed, overrides, population) if fingers else None
     count = loops(system, wanted)
     with screen.waiting(
         f"checking {system.controller.kind} on up to {count} loops; this takes {check_text.takes(count)}"
     ):
         found = check_controller(system, wanted)
-    many = None
-    if fingers:
-        people = population_of(system, fingers, fingers_seed or 0, overrides, population)
-        many = on_fingers.check_fingers(system, people, wanted)
+    many = None if people is None else on_fingers.check_fingers(system, people, wanted)
     if json:
-        more = {} if many is None else {"fingers": check_fingers.as_json(many, fingers_seed or 0)}
+        more = {} if many is None else {"fingers": check_fingers.as_json(many, seed)}
         screen.show_json(check_text.as_json(found, system, wanted) | more)
         return
     with screen.waiting("checking a fully moist finger"):
@@ -89,8 +88,11 @@ def command(
     designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
     given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
     given = " ".join([given, *_bench_flags(overrides)])
-    whose = "" if population is None else f" of {population}"
-    others = [] if many is None else check_fingers.rows(many, system, fingers_seed or 0, whose)
+    drawn = f"seed {seed}" + (f" of {population}" if population else "")
+    asked = [corner for place in found.places[: found.asked] for corner in place.corners]
+    own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
+    looked = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
+    others = [] if many is None else check_fingers.rows(many, system, drawn, looked)
     about = controller_also.moist_row(system, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
