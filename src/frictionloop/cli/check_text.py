@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.stability import ringing_hz
 from frictionloop.cli.comparison_text import number
-from frictionloop.cli.controller_holds import beyond_reach, finger, loads_of
+from frictionloop.cli.controller_holds import beyond_reach, finger, loads_of, other_people
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
 from frictionloop.cli.controller_verdict import HEAVIER, LIGHTER, NOT_HELD, but
 from frictionloop.cli.scores import between
 from frictionloop.design.corners import at_mean
 from frictionloop.design.elsewhere import alike
 from frictionloop.design.synthesis import SYNTHESES
-from frictionloop.parameters import FingerFriction, Strokes
+from frictionloop.parameters import Strokes
 from frictionloop.perception.thresholds import LOWEST_HZ
 
 if TYPE_CHECKING:
@@ -70,8 +70,7 @@ def verdict(
         ("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}"),
     ]
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
-    if not fingers and isinstance(system.friction, FingerFriction):
-        rows += [("other people", "`--fingers 100` counts the fingers of other people on which all that holds")]
+    rows += [] if fingers else other_people(system, "`--fingers 100`")
     if designed:
         return [*rows, ("designed for", f"`{designed}`, by the file, looks at what it was designed for")]
     return [*rows, *_other_loads(system, wanted)]

@@ -10,7 +10,7 @@ from frictionloop.analysis.reach import missed
 from frictionloop.cli.scores import between
 from frictionloop.design.corners import CONTACT_S, load_of
 from frictionloop.design.elsewhere import in_words
-from frictionloop.parameters import Skin, Strokes
+from frictionloop.parameters import FingerFriction, Skin, Strokes
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -154,6 +154,14 @@ def _pressed(systems: Sequence[System], some: Sequence[System]) -> str:
     """Return at which of several loads, in words; nothing of one."""
     loads = dict.fromkeys(f"{load_of(each):.3g}" for each in some)
     return f" pressed with {', '.join(loads)} N" if len(systems) > 1 else ""
+
+
+def other_people(system: System, command: str) -> list[tuple[str, str]]:
+    """Return the row with the command that looks at other people's fingers; none of a system without a finger."""
+    has = isinstance(system.friction, FingerFriction) and isinstance(system.finger, Skin)
+    if not (has and isinstance(system.motion, Strokes)):
+        return []
+    return [("other people", f"{command} counts the fingers of other people on which the limits hold")]
 
 
 def finger(occluded: float) -> str:

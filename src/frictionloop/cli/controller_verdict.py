@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.cli.controller_also import fully_moist, moist_row, noisy, range_said
-from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, strokes_said
+from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, other_people, strokes_said
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
 from frictionloop.design.limit_linear import TOLD
@@ -108,14 +108,6 @@ def _others(system: System, wanted: Wanted) -> list[Row]:
     return [("wider", said)]
 
 
-def _other_fingers(system: System, file: str) -> list[Row]:
-    """Return the command that looks at other people's fingers, which a design is not made for."""
-    if not (isinstance(system.finger, Skin) and isinstance(system.motion, Strokes)):
-        return []
-    said = f"frictionloop design check {file} --fingers 100 counts the fingers of other people on which all that holds"
-    return [("other people", said)]
-
-
 def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
     """Return the command to go on with, and at which speed it simulates; with several, that for the others too."""
     if out is None:
@@ -123,7 +115,7 @@ def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
     file = shlex.quote(str(out))
     said = f"frictionloop simulate {file} --plot run.svg"
     simulated = [("", each) for each in speeds_said(system, wanted, file)]
-    return [("go on with", said), *simulated, *_other_fingers(system, file)]
+    return [("go on with", said), *simulated, *other_people(system, f"frictionloop design check {file} --fingers 100")]
 
 
 def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.sampled import sample
+from frictionloop.parameters import SuspendedSensor
 from frictionloop.quantities import FrictionloopError, Lti
 from frictionloop.sensing.force_sensor import linearise_sensor
 
@@ -45,9 +46,14 @@ class Lean(NamedTuple):
 
     def ends_of(self, loop: LinearLoop) -> list[tuple[str, float]]:
         """Return the values that a loop may have instead, one at a time."""
-        q = getattr(loop.system.sensor, "q", 0.0)
-        off = (1.0 - self.q_error, 1.0 + self.q_error) if self.q_error else ()
-        return [*(("sensor.q", q * factor) for factor in off), *self.ends]
+        if not self.q_error:
+            return [*self.ends]
+        sensor = loop.system.sensor
+        if not isinstance(sensor, SuspendedSensor):
+            raise FrictionloopError(
+                f'q_error = {self.q_error:g}: sensor.kind = "{sensor.kind}" has no resonance; needs "suspended"'
+            )
+        return [*(("sensor.q", sensor.q * factor) for factor in (1.0 - self.q_error, 1.0 + self.q_error)), *self.ends]
 
     def checked(self) -> Lean:
         """Return itself; refuses a share outside 0 to 0.5."""
@@ -76,7 +82,7 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
     Raises
     ------
     FrictionloopError
-        An end whose name or value the System refuses.
+        An end whose name or value the System refuses, or a Q that is off of a sensor without a resonance.
     """
     found = list(points)
     if lean.sideways:
