@@ -90,6 +90,7 @@ def command(
         ringing,
         scores,
     )
+    from frictionloop.loop.record import VARIABLES
     from frictionloop.loop.told import beyond
 
     with screen.waiting("scoring"):
@@ -104,7 +105,9 @@ def command(
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
     # What is loaded again counts the same periods.
-    counted = run.assign(scored=("time", mask, SCORED)) if score_from_s else run
+    units, meaning = VARIABLES["scored"]
+    scored = ("time", mask, {"units": units, "long_name": meaning})
+    counted = run.assign(scored=scored) if score_from_s else run
     saved = _save(counted, system, {"run": out, "plot": plot, "system": save_system}, every)
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
@@ -132,10 +135,6 @@ def command(
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *screen.saved(saved, there),
     )
-
-
-SCORED = {"units": "1", "long_name": "metrics count this period"}
-"""What a run says of ``scored``, as one of the bench has it."""
 
 
 def _steps(run: xr.Dataset, system: System, score_from_s: float) -> tuple[list[StepTime], int]:

@@ -15,7 +15,7 @@ from frictionloop.recordings.clean import LEAST, longest, taking
 from frictionloop.recordings.clock import EVEN, in_seconds, no_rate, rate_of
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.stamps import ACCEPTED
-from frictionloop.recordings.straight_lines import described, even_times, offer, tells_seconds
+from frictionloop.recordings.straight_lines import UNTOLD, described, even_times, offer, tells_seconds
 from frictionloop.recordings.window import Clock, clock_of, rows_between, rows_counted
 
 
@@ -104,8 +104,8 @@ def _brought_to(recording: Recording, times: Column | None, resample_hz: float) 
         in_s_hz = 1 / usual_s if usual_s > 0 else math.nan
         raise FrictionloopError(
             f"{path}: resample_hz = {resample_hz:g}: nothing tells the unit of {times.name!r}, which in s gives "
-            f"{in_s_hz:.3g} Hz; accepted: a name such as 'time_s' or 'time [ms]', or a rate within ten times of that, "
-            "which takes them for s"
+            f"{in_s_hz:.3g} Hz; accepted: a name such as 'time_s' or 'time [ms]', or a rate within {UNTOLD:g} times of "
+            "that, which takes them for s"
         )
     first, stop = rows_between(recording, clock)
     at_s = clock.at_s[first:stop]

@@ -124,6 +124,7 @@ def test_saved_files_can_be_used(frictionloop):
 
 def test_a_saved_run_counts_what_its_command_counted(frictionloop):
     answer = frictionloop(*SHORT, "--score-from-s", "0.1", "--out", "late.h5", "--json").json()
+    assert fl.load("late.h5").scored.attrs == fl.simulate(fl.bench(), 0.2).scored.attrs
     assert fl.metrics(fl.load("late.h5"))["rms_error"] == answer["metrics"]["rms_error"]
     assert fl.metrics(fl.simulate(fl.feasible(), 0.2))["rms_error"] != answer["metrics"]["rms_error"]
 
