@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,3 +97,22 @@ def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_w
     said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "contact dahl"))
     assert "the limits hold on 0 of 4 fingers" in said and "3 cannot be looked at: 2 as no force asked for" in said
     assert "1 as motion.load_n = 0.001 N" in said and "on all 1 the limits hold with" in said
+
+
+def test_a_force_that_is_not_asked_for_needs_no_linear_analysis():
+    """The nearest force that a strong finger can be given: its command is at the limit, where a law bends."""
+    person = fl.fingers(19, 0)[18]
+    laws = {"controller.kind": "notch_pi", "controller.feedforward": True, "controller.overdrive": True}
+    wanted = replace(FEW, speeds_mm_s=(20.0, 120.0))
+    system = PI.evolve(laws | person)
+    loops = band_of(system, wanted.over(3, 2))
+    assert any(bent(loop) for loop in loops) and not all(bent(loop) for loop in loops)
+    found = check_fingers(PI.evolve(laws), [person], wanted)
+    assert found.unseen.values[0] == "" and np.isfinite(found.gain_factor.values[0])
+
+
+def bent(loop):
+    try:
+        return loop.law is None
+    except fl.FrictionloopError as error:
+        return "not smooth at rest" in str(error)

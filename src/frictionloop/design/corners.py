@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -120,13 +120,26 @@ def corners(system: System, limits: Mapping[float, float], over: Over = ITSELF, 
     return found
 
 
+def _any(_: LinearLoop) -> bool:
+    return True
+
+
 def cases_of(
-    system: System, limits: Mapping[float, float], over: Over = ITSELF, lean: Lean = NOTHING
+    system: System,
+    limits: Mapping[float, float],
+    over: Over = ITSELF,
+    lean: Lean = NOTHING,
+    looked_at: Callable[[LinearLoop], bool] = _any,
 ) -> list[tuple[LinearLoop, float, float]]:
-    """Return the loops of `corners` with their laws, how far the resonance is off, and the largest Ms there."""
+    """Return the loops of `corners` with their laws, how far the resonance is off, and the largest Ms there.
+
+    Only loops that ``looked_at`` takes are among them; no law is made for others.
+    """
     laws: dict[tuple[str, float | None, float, float], StateSpace] = {}
     found = []
     for loop, off, limit in shifted(leaning(band_of(system, over), lean), limits):
+        if not looked_at(loop):
+            continue
         at = (stroke_of(loop.system), load_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law
