@@ -139,6 +139,7 @@ def _figure(figure: Shown) -> list[Any]:
         *_checked(figure),
         f"  cite: {' · '.join(cited(figure.command, figure.seeds))}",
         f"The figure: {figure.file}",
+        "  beside it the same as .png",
     ]
 
 

@@ -19,7 +19,7 @@ from frictionloop.report.figure_numbers import NUMBERS, Table
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.results import FIELDS, Results
 from frictionloop.report.stability import Places
-from frictionloop.report.style import write_svg
+from frictionloop.report.style import write_both
 
 
 class Shown(NamedTuple):
@@ -97,7 +97,7 @@ def alone(
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
                 before, checked, told = {}, {}, []
             path = target / "figures" / f"{file}.svg"
-            write_svg(figure, file, path, " · ".join(cited(command_of(name, given), seeds)))
+            write_both(figure, file, path, " · ".join(cited(command_of(name, given), seeds)))
             made = cited_version(), command_of(name, given)
             shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, told))
             bar()

@@ -18,14 +18,14 @@ from frictionloop.report.claims import Claim, all_claims
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, provenance, render
 from frictionloop.report.results import Results, parts
-from frictionloop.report.style import write_svg
+from frictionloop.report.style import write_both
 
 SCHEMA = 1
 """Version of claims.json."""
 
 
 def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | None = None) -> list[Claim]:
-    """Rebuild the paper's figures and claims: write index.html, claims.json and figures/*.svg into a folder.
+    """Rebuild the paper's figures and claims: write index.html, claims.json and figures/*.svg, *.png into a folder.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _draw(results: Results, folder: Path, bar: Bar, started: Started) -> dict[st
         watched = results.watched()
         figure = draw(watched)
         source = " · ".join(cited(command_of(name), watched.seeds()))
-        text = started(write_svg, figure, name, folder / f"{name}.svg", source)
+        text = started(write_both, figure, name, folder / f"{name}.svg", source)
         text.add_done_callback(lambda _: bar())
         drawn[name] = text, watched.seeds()
         for earlier, _ in drawn.values():

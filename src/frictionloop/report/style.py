@@ -115,18 +115,20 @@ def svg(figure: Figure, name: str, source: str = "") -> str:
     return "\n".join(line.rstrip() for line in prefixed.splitlines()) + "\n"
 
 
-def write_svg(figure: Figure, name: str, path: Path, source: str = "") -> str:
-    """Write a figure as SVG text and return the text; nobody meets half a file."""
+def write_both(figure: Figure, name: str, path: Path, source: str = "") -> str:
+    """Write a figure as SVG, and beside it as PNG for slides; return the SVG text; nobody meets half a file."""
     text = svg(figure, name, source)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
+    with replacing(path.with_name(f"{path.stem}.png")) as beside:
+        beside.write_bytes(png(figure, source))
     return text
 
 
-def png(figure: Figure) -> bytes:
-    """Return a figure as the bytes of a PNG file."""
+def png(figure: Figure, source: str = "") -> bytes:
+    """Return a figure as the bytes of a PNG file; ``source`` goes into its metadata, as in `svg`."""
     content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=DPI)
+    figure.savefig(content, format="png", dpi=DPI, metadata={"Source": source} if source else None)
     return content.getvalue()
 
 

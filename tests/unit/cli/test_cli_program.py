@@ -136,9 +136,9 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     changes = ("--sensor.resonance_hz", "200", "--only", "fig-5a-printed")
     answer = frictionloop("reproduce", *changes)
     assert answer.code == 0
-    first, head, *rows, unreached, before, again, _, _, _, _, _, _, _, printed, dahl, slider, more, cite, where = (
-        answer.out.splitlines()
-    )
+    lines = answer.out.splitlines()
+    first, head, *rows, unreached, before, again, _, _, _, _, _, _, _, printed, dahl, slider, more = lines[:-3]
+    cite, where, beside = lines[-3:]
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
     assert head.split()[-2:] == ["spread", "error"] and again.split()[:5] == ["kp", "ki", "Ms", "from", "R2"]
     assert re.fullmatch(r"  printed gains: hold at 0 of 6 contacts and speeds, unstable at 6:", printed)
@@ -151,6 +151,7 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     assert before == "  the bench unchanged:"
     assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor, no delay"]
     command = "frictionloop reproduce --only fig-5a-printed --sensor.resonance_hz 200"
+    assert beside.strip() == "beside it the same as .png"
     assert (cite, where) == (
         f"  cite: frictionloop {cited_version()} · {command} · seeds 0 to 14",
         "The figure: report/figures/fig-5a-printed-with-sensor.resonance_hz-200.svg",
