@@ -145,7 +145,8 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     if not missed.mean() >= (CLAMPED if left_in(system, level) else UNREACHED):
         return split_error(run, mask, missed)
     low, high = float(np.median(floor + d)), float(np.median(top + d))
-    said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {low:.3g} to {high:.3g} N could be had."]
+    had = f"{low:.3g} to {high:.3g} N could be had, as medians of what is scored"
+    said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {had}."]
     clamped = float(run["saturated"].values[mask].mean())
     if clamped > CLAMPED:
         said.append(f"So {clamped:.0%} of the commands are clamped.")

@@ -28,8 +28,12 @@ if TYPE_CHECKING:
 
 Row = tuple[str, ...]
 WORST_FIRST: tuple[tuple[str, How], ...] = (*NOT_HELD, ("HOLDS", "within"))
-EACH_S = (0.03, 0.2)
-"""Time for a loop, s: to check a PI; to search a notch twice or check a law of 13 states on a busy core (assumed)."""
+EACH_S: dict[str, tuple[float, float]] = {"pi": (0.008, 0.04), "lookup": (0.008, 0.04)}
+"""Time to check a loop, s: on an idle core with many loops, and on a busy one with few; measured, 0.016 for a PI."""
+OTHER_S = (0.025, 0.15)
+"""The same of laws with a notch, a model or an observer: 0.03 and 0.11 were measured."""
+DESIGN_S = (0.03, 0.2)
+"""Time to design and to check a loop, s: of a PI, and of a notch that is searched twice on a busy core (assumed)."""
 
 
 def verdict(
@@ -132,9 +136,9 @@ def _would_hold(found: Checked, system: System, wanted: Wanted, given: str, load
     return [("would hold", said), ("", searched)]
 
 
-def takes(loops: int) -> str:
-    """Return how long so many loops take, in words."""
-    short_s, long_s = (each * loops for each in EACH_S)
+def takes(loops: int, each_s: tuple[float, float]) -> str:
+    """Return how long so many loops take, in words, from the shortest and the longest time for one."""
+    short_s, long_s = (each * loops for each in each_s)
     if long_s < 100.0:
         return f"from {max(short_s, 1.0):.0f} to {max(long_s, 2.0):.0f} s"
     return f"from {max(short_s / 60.0, 0.5):.2g} to {long_s / 60.0:.2g} minutes"

@@ -74,9 +74,9 @@ def command(
     seed = fingers_seed or 0
     people = population_of(system, fingers, seed, overrides, population) if fingers else None
     count = loops(system, wanted)
-    with screen.waiting(
-        f"checking {system.controller.kind} on up to {count} loops; this takes {check_text.takes(count)}"
-    ):
+    law = system.controller.kind
+    lasts = check_text.takes(count, check_text.EACH_S.get(law, check_text.OTHER_S))
+    with screen.waiting(f"checking {law} on up to {count} loops; this takes {lasts}"):
         found = check_controller(system, wanted)
     many = None if people is None else on_fingers.check_fingers(system, people, wanted)
     if json:

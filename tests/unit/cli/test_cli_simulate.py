@@ -245,7 +245,7 @@ def test_a_disturbance_that_hardly_varies_is_asked_about(frictionloop, tmp_path,
 def test_a_set_point_above_the_finger_is_told(frictionloop):
     high = ("--setpoint.kind", "constant", "--setpoint.offset_n", "1.7", "--disturbance.kind", "constant")
     said = frictionloop("simulate", *high, "--disturbance.offset_n", "0", "--duration-s", "0.1").out
-    assert "The set-point is out of reach 100% of the time: 0.0744 to 0.8 N could be had." in said
+    assert "The set-point is out of reach 100% of the time: 0.0744 to 0.8 N could be had, as medians" in said
     assert "did you mean a lower set-point?" in said
     assert "out of reach" not in frictionloop("simulate", "--preset", "feasible", "--duration-s", "0.1").out
 
@@ -276,7 +276,7 @@ def test_a_mean_left_in_is_told_with_ringing_and_what_could_be_had(frictionloop,
     flags = ("--preset", "bench", *with_a_mean, "--disturbance.column", "Ft", "--duration-s", "0.5")
     said = " ".join(frictionloop("simulate", *flags).out.split())
     assert "This loop rings near" in said
-    assert "N could be had. So" in said
+    assert "N could be had, as medians of what is scored. So" in said
     assert "of the commands are clamped." in said
     assert "did you mean --disturbance.remove_mean true?" in said
     calm = frictionloop("simulate", *flags, "--disturbance.remove_mean", "true", "--controller.kind", "lookup").out
