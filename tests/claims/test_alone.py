@@ -11,7 +11,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import alone, changed, protocol
 from frictionloop.report.device import OPEN, RETUNED_GAINS
 from frictionloop.report.figure_numbers import NUMBERS
-from frictionloop.report.figures import DRAWINGS
+from frictionloop.report.figures import DRAWINGS, closed_loop
 from frictionloop.report.figures.closed_loop import GIVEN, HERE
 from frictionloop.report.people import the_finger
 
@@ -29,7 +29,7 @@ def test_some_claims_and_figures_are_made_alone(tmp_path):
     found = alone.alone(tmp_path / "some", ["fig-1b", "resonance"])
     assert [claim.id for claim in found.claims] == ["resonance"]
     assert [figure.name for figure in found.figures] == ["fig-1b"]
-    assert sorted(path.name for path in (tmp_path / "some").rglob("*.*")) == ["fig-1b.svg"]
+    assert sorted(path.name for path in (tmp_path / "some").rglob("*.*")) == ["fig-1b.png", "fig-1b.svg"]
 
 
 def test_a_name_that_is_neither_figure_nor_claim_is_one_line_with_near_ones(tmp_path):
@@ -97,7 +97,7 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
     [(2.75, 0.3, "$M_s$ 2.75"), (np.inf, None, "unstable"), (np.inf, 0.5, "unstable below 0.5 N"), (None, None, "")],
 )
 def test_a_panel_says_how_stable_its_loop_is(peak, from_n, said):
-    assert changed._stable({"sensitivity_peak": peak, "stable_from_n": from_n}) == said
+    assert closed_loop._stable({"sensitivity_peak": peak, "stable_from_n": from_n}) == said
 
 
 def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path, results):

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import pytest
+from PIL import Image
 
 from frictionloop.analysis import linearise
 from frictionloop.design.checking import check_controller
@@ -94,13 +95,14 @@ def test_the_page_shows_every_figure_and_claim(page, results, folder):
     claims = json.loads((folder / "claims.json").read_text(encoding="utf-8"))["claims"]
     assert {f"claim-{claim['id']}" for claim in claims} <= set(page.ids)
     names = set(DRAWINGS)
-    assert {path.stem for path in (folder / "figures").iterdir()} == names
+    files = {path.name for path in (folder / "figures").iterdir()}
+    assert files == {f"{name}.{ending}" for name in names for ending in ("svg", "png")}
     for name in names:
         assert any(id.startswith(f"{name}-") for id in page.ids), name
 
 
 def test_figures_are_svg_without_dates(folder):
-    for path in (folder / "figures").iterdir():
+    for path in (folder / "figures").glob("*.svg"):
         text = path.read_text(encoding="utf-8")
         assert ElementTree.fromstring(text).tag.endswith("svg")
         assert "dc:date" not in text and "<text" not in text
@@ -116,6 +118,8 @@ def test_a_figure_is_the_same_bytes_twice(results, folder, name):
     assert (version, command) == (f"frictionloop {cited_version()}", f"frictionloop reproduce --only {name}")
     assert seeds.startswith("seeds ") or seeds == "no random numbers"
     assert svg(DRAWINGS[name](results), name, source) == written
+    with Image.open(folder / "figures" / f"{name}.png") as picture:
+        assert picture.info["Source"] == source and min(picture.size) > 300
 
 
 def test_the_page_is_the_same_text_twice(results, claims):

@@ -13,7 +13,7 @@ from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
     from frictionloop.report.alone import Shown
-    from frictionloop.report.figure_numbers import Table
+    from frictionloop.report.stroke_numbers import Table
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples

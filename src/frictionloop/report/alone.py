@@ -15,10 +15,11 @@ from frictionloop.report import changed
 from frictionloop.report.build import prepare
 from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import Claim, claim_ids, one_claim
-from frictionloop.report.figure_numbers import NUMBERS, Table
+from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.results import FIELDS, Results
 from frictionloop.report.stability import Places
+from frictionloop.report.stroke_numbers import Table
 from frictionloop.report.style import write_both
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -15,13 +14,12 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
-from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
-from frictionloop.report.figure_numbers import Table, of_strokes
 from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
 from frictionloop.report.stability import Places, checked
+from frictionloop.report.stroke_numbers import Table, of_strokes
 
 SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
 """Figures that a changed bench has a meaning for, and their controllers."""
@@ -92,11 +90,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
     runs, numbers = _tracked(name, changes, bar)
-    figure = figure_closed_loop(runs, list(runs), {each: _stable(row) for each, row in numbers.items()})
-    for axes, row in zip(figure.axes, numbers.values(), strict=True):
-        if row["kp"] is not None and row["ki"] is not None:
-            title = f"{axes.get_title(loc='left')}\n$K_p$ {number(row['kp'])}, $K_i$ {number(row['ki'])} 1/s"
-            axes.set_title(title, fontsize=8.5, loc="left", weight="bold")
+    figure = figure_closed_loop(runs, list(runs), numbers)
     other = "Not the paper's bench: " if bench_of(changes) else "Not the paper's gains: "
     figure.suptitle(other + words(changes), fontsize=8.5, x=0.01, ha="left")
     found: dict[str, Places] = {}
@@ -107,16 +101,6 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
             found[each] = checked(bench().evolve({**changes, **gains}))
     before = _tracked(name, {}, bar)[1] if bench_of(changes) else {}
     return Drawn(figure, numbers, before, found, told(changes, protocol.finger_system(the_finger()), numbers))
-
-
-def _stable(row: Mapping[str, Value]) -> str:
-    """Return Ms at the forces asked for, or where the loop is unstable; empty for the open loop."""
-    peak, from_n = row["sensitivity_peak"], row["stable_from_n"]
-    if peak is None:
-        return ""
-    if math.isfinite(peak):
-        return f"$M_s$ {number(peak)}"
-    return "unstable" if from_n is None else f"unstable below {number(from_n)} N"
 
 
 def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:

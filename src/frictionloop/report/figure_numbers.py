@@ -2,61 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import xarray as xr
 
-from frictionloop.analysis.linear import check_pi
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
-from frictionloop.parameters import System
-from frictionloop.report import protocol
 from frictionloop.report.beyond import MEDIAN, WORST
 from frictionloop.report.claims.claim import Value
-from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.device import CLOSED, IDEAL, OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.figures import SHORT
 from frictionloop.report.figures.fidelity import PAPER_POINT, at_paper
 from frictionloop.report.gains import optimum, useful_range
 from frictionloop.report.noise import LEVELS_N
-from frictionloop.report.people import the_finger
 from frictionloop.report.protocol import POPULATION
 from frictionloop.report.results import Results
-from frictionloop.report.stability import stability
 from frictionloop.report.step_response import DIRECTIONS, overshoot, times_ms
+from frictionloop.report.stroke_numbers import Table, strokes
 from frictionloop.report.systems import KPS
-
-Table = dict[str, dict[str, Value]]
-
-
-def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]], base: System) -> Table:
-    """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
-    return {name: _gains(name, base.evolve(given)) | _fit(runs[name]) for name, given in controllers.items()}
-
-
-def _gains(name: str, system: System) -> dict[str, Value]:
-    if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
-        return {"kp": None, "ki": None, "sensitivity_peak": None, "stable_from_n": None}
-    controller = check_pi(system)
-    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
-
-
-def _strokes(names: Iterable[str], results: Results) -> Table:
-    return of_strokes(
-        results.tracked, {name: CONTROLLERS[name] for name in names}, protocol.finger_system(the_finger())
-    )
-
-
-def _fit(runs: xr.Dataset) -> dict[str, Value]:
-    found, scored = fit(runs), float(runs["scored"].mean())
-    return {
-        **({"scored": scored} if scored < 1.0 else {}),
-        "r2_regression": found.regression,
-        "r2_identity": found.identity,
-        "slope": found.slope,
-        "spread_n": found.spread_n,
-        "error_n": found.rms_n,
-    }
 
 
 def _map(name: str, results: Results) -> Table:
@@ -173,8 +136,8 @@ NUMBERS: dict[str, Callable[[Results], Table]] = {
     "fig-equation-3": _equation_3,
     "fig-4a": _linearity,
     "fig-4b": _spectrum,
-    "fig-5a": partial(_strokes, (OPEN, RETUNED_GAINS)),
-    "fig-5a-printed": partial(_strokes, (PRINTED, IDEAL)),
+    "fig-5a": partial(strokes, (OPEN, RETUNED_GAINS)),
+    "fig-5a-printed": partial(strokes, (PRINTED, IDEAL)),
     "fig-5a-population": _people,
     "fig-5b": _steps,
     "fig-5c": _overshoot,

@@ -24,6 +24,7 @@ from frictionloop.report.figures.steps import figure_overshoot, figure_steps
 from frictionloop.report.figures.tracking import common_limits_n, figure_population, figure_tracking
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import this_skin_limit_ms
+from frictionloop.report.stroke_numbers import strokes
 from frictionloop.report.systems import FEASIBLE, KPS, WORKING
 
 SHORT = {"printed": WORKING, "reachable": FEASIBLE}
@@ -40,6 +41,10 @@ def _map(name: str, results: Results) -> Figure:
 def _tracking(name: str, kp: float, results: Results) -> Figure:
     runs = results.runs[name]
     return figure_tracking(runs[kp], kp, common_limits_n(list(runs.values())))
+
+
+def _strokes(names: tuple[str, ...], results: Results) -> Figure:
+    return figure_closed_loop(results.tracked, names, strokes(names, results))
 
 
 def _over_noise(metric: str, label: str, limits: tuple[float, float], words: str, results: Results) -> Figure:
@@ -62,8 +67,8 @@ DRAWINGS: dict[str, Draw] = {
     "fig-3": lambda _: figure_sensor(SensorDesign()),
     "fig-4a": lambda results: figure_linearity(results.rigs),
     "fig-4b": lambda results: figure_spectrum(results.rigs),
-    "fig-5a": lambda results: figure_closed_loop(results.tracked, (OPEN, RETUNED_GAINS)),
-    "fig-5a-printed": lambda results: figure_closed_loop(results.tracked, (PRINTED, IDEAL)),
+    "fig-5a": partial(_strokes, (OPEN, RETUNED_GAINS)),
+    "fig-5a-printed": partial(_strokes, (PRINTED, IDEAL)),
     "fig-5a-population": lambda results: figure_people(results.people),
     "fig-5b": lambda results: figure_steps(results.stepped, {"rising": this_skin_limit_ms()}),
     "fig-5c": lambda results: figure_overshoot(results.stepped, CLOSED),

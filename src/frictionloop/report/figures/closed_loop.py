@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.figures.tracking import GROUND
 from frictionloop.report.numbers import number
+from frictionloop.report.stroke_numbers import Table
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
 
 DOTS = 100
@@ -38,12 +40,10 @@ TITLES = {
 
 
 @styled
-def figure_closed_loop(
-    tracked: Mapping[str, xr.Dataset], names: Sequence[str], stable: Mapping[str, str] = MappingProxyType({})
-) -> Figure:
+def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table) -> Figure:
     """Return force against set-point for some controllers, a panel each, with the regression and both kinds of R2.
 
-    Where it is told of a controller how stable it is, its panel says that too.
+    Each panel says the gains, and how stable their loop is, from ``rows`` by controller (`of_strokes`).
     The axis of forces is that of all controllers, so that figures can stand side by side.
     """
     figure = new_figure(2.3 * len(names), 3.5)
@@ -51,8 +51,11 @@ def figure_closed_loop(
     top_n = max(1.05 * float(tracked[name]["f_a"].quantile(0.999)) for name in tracked if name in TITLES)
     top_n = max(top_n, LEAST_TOP_N)
     for axes, name in zip(panels, names, strict=True):
-        _cloud(axes, tracked[name], top_n, stable.get(name))
-        axes.set_title(TITLES[name], fontsize=8.5)
+        row = rows[name]
+        _cloud(axes, tracked[name], top_n, _stable(row))
+        kp, ki = row["kp"], row["ki"]
+        gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp)}, $K_i$ {number(ki)} 1/s"
+        axes.set_title(TITLES[name] + gains, fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
     handles, words = panels[0].get_legend_handles_labels()
@@ -60,7 +63,7 @@ def figure_closed_loop(
     return figure
 
 
-def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str | None) -> None:
+def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     # Multiples of the golden ratio: spread evenly over the stroke and over the period of the set-point.
     some = np.sort((np.arange(DOTS) * GOLDEN % 1.0 * runs.sizes["time"]).astype(int))
     for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=True):
@@ -89,6 +92,16 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str | None) -> No
     look = {"va": "top", "linespacing": 1.4, "fontsize": 8, "bbox": GROUND}
     axes.text(0.04, 0.97, "\n".join(scores), transform=axes.transAxes, **look)
     axes.set(xlim=LIMITS_N, ylim=(0, top_n))
+
+
+def _stable(row: Mapping[str, Value]) -> str:
+    """Return Ms at the forces asked for, or where the loop is unstable; empty for the open loop."""
+    peak, from_n = row["sensitivity_peak"], row["stable_from_n"]
+    if peak is None:
+        return ""
+    if math.isfinite(peak):
+        return f"$M_s$ {number(peak)}"
+    return "unstable" if from_n is None else f"unstable below {number(from_n)} N"
 
 
 def _score(r2: float) -> str:

@@ -1,0 +1,50 @@
+"""The numbers of Fig. 5a: gains, how stable they are, and how the force follows, by controller."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import xarray as xr
+
+from frictionloop.analysis.linear import check_pi
+from frictionloop.parameters import System
+from frictionloop.report import protocol
+from frictionloop.report.claims.claim import Value
+from frictionloop.report.device import CONTROLLERS, OPEN, fit
+from frictionloop.report.people import the_finger
+from frictionloop.report.results import Results
+from frictionloop.report.stability import stability
+
+Table = dict[str, dict[str, Value]]
+
+
+def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]], base: System) -> Table:
+    """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
+    return {name: _gains(name, base.evolve(given)) | _fit(runs[name]) for name, given in controllers.items()}
+
+
+def _gains(name: str, system: System) -> dict[str, Value]:
+    if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
+        return {"kp": None, "ki": None, "sensitivity_peak": None, "stable_from_n": None}
+    controller = check_pi(system)
+    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
+
+
+def strokes(names: Iterable[str], results: Results) -> Table:
+    """Return the same of some controllers of the report, on its finger."""
+    return of_strokes(
+        results.tracked, {name: CONTROLLERS[name] for name in names}, protocol.finger_system(the_finger())
+    )
+
+
+def _fit(runs: xr.Dataset) -> dict[str, Value]:
+    found, scored = fit(runs), float(runs["scored"].mean())
+    return {
+        **({"scored": scored} if scored < 1.0 else {}),
+        "r2_regression": found.regression,
+        "r2_identity": found.identity,
+        "slope": found.slope,
+        "spread_n": found.spread_n,
+        "error_n": found.rms_n,
+    }
