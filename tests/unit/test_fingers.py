@@ -15,6 +15,7 @@ from frictionloop.parameters.finger import FingerFriction, Skin
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.capable import capable, reach
 from frictionloop.physics.fingers import DRAWN_AT, SLOTS, Fingers, fingers
+from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
 
 MANY = fingers(4000, 1)
@@ -142,6 +143,23 @@ def test_many_cannot_and_longer_contact_makes_it_no_easier():
     assert not np.any(weaker["capable"] & ~short["capable"])
 
 
+def test_contact_upon_contact_ends_where_a_finger_dries_as_much_as_it_grows_moist():
+    friction, w = FingerFriction(), 0.0
+    for contact in range(1, 40):
+        moist = 1.0 - (1.0 - w) * math.exp(-2.0 / friction.occlusion_s)
+        assert occlusion_after(friction, 2.0, 0.5, contact) == pytest.approx(moist, rel=1e-12)
+        w = moist * math.exp(-0.5 / friction.drying_s)
+    end = occlusion_after(friction, 2.0, 0.5, math.inf)
+    assert 1.0 - (1.0 - end * math.exp(-0.5 / friction.drying_s)) * math.exp(-2.0 / friction.occlusion_s) == (
+        pytest.approx(end, rel=1e-12)
+    )
+    # A contact that ends as moist as many do asks for the same.
+    once = capable(MANY[:200], contact_s=-friction.occlusion_s * math.log1p(-end))
+    many = capable([each | {"motion.lifted_s": 0.5} for each in MANY[:200]], contact_s=2.0, contacts=math.inf)
+    np.testing.assert_allclose(many["lowest_n"], once["lowest_n"], rtol=1e-12)
+    assert 0 < many["capable"].sum() < capable(MANY[:200], contact_s=2.0)["capable"].sum()
+
+
 def test_loads_are_even_between_two_and_leave_the_rest_of_a_finger():
     plain, asked = fingers(400, 3), fingers(400, 3, loads_n=(0.4, 1.2))
     loads = np.array([each["motion.load_n"] for each in asked])
@@ -167,6 +185,7 @@ def test_loads_are_even_between_two_and_leave_the_rest_of_a_finger():
         ),
         (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: must be finite"),
         (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: must be finite"),
+        (lambda: reach({}, contacts=0.5), r"^contacts = 0\.5: must be at least 1$"),
         (lambda: fingers(3, 1, loads_n=(1.2, 0.4)), r"^loads_n = \(1\.2, 0\.4\) N: must be above 0, the least before"),
         (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low not above high$"),
     ],

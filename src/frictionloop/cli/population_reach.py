@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,11 +22,16 @@ class Reach(NamedTuple):
 
     low_n: float
     high_n: float
-    hold_s: float
+    contact_s: float
+    """Time on the plate until which both must be held."""
+    contacts: int
+    """How many contacts the run has."""
     low: np.ndarray
     high: np.ndarray
     moving: np.ndarray
     """Who can be given both for all but a twentieth of the time while the load drifts and trembles."""
+    in_the_end: int | None
+    """How many can be given both with the load at its mean where contact upon contact ends; None of one that stays."""
 
     @property
     def able(self) -> np.ndarray:
@@ -35,25 +41,31 @@ class Reach(NamedTuple):
 
 
 def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | str]:
-    """Return lowest_n and highest_n of each finger, held as long as it touches, and who reaches the set-point.
+    """Return lowest_n and highest_n of each finger until the last contact of a run ends, and who reaches the set-point.
 
     A recorded set-point is as low and as high as its samples. In its place why it is not known: that
     of a function from outside, or one that the system cannot have.
     """
-    contact_s: float = system.motion.contact_s  # type: ignore[union-attr]
-    hold_s = min(contact_s, duration_s) if contact_s > 0 else duration_s
+    motion: Any = system.motion
+    contact_s, contacts = duration_s, 1
+    if lifts := 0.0 < motion.contact_s < duration_s:
+        contact_s, contacts = motion.contact_s, math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
     own = finger_values(system)
     touching, plate_um = [own | each for each in people], system.plate.max_amplitude_um
-    band, moved = (
-        capable(touching, max_amplitude_um=plate_um, contact_s=hold_s, load_moves=moves) for moves in (False, True)
-    )
+
+    def band(many: float, load_moves: bool) -> xr.Dataset:
+        return capable(touching, max_amplitude_um=plate_um, contact_s=contact_s, contacts=many, load_moves=load_moves)
+
+    here = band(contacts, False)
     try:
         wanted = asked(at_levels(system))
     except FrictionloopError as error:
-        return band, str(error)
-    low, high, moved_low, moved_high = (
-        found
-        for each in (band, moved)
-        for found in (each["lowest_n"].values <= wanted.low_n, each["highest_n"].values >= wanted.high_n)
-    )
-    return band, Reach(wanted.low_n, wanted.high_n, hold_s, low, high, moved_low & moved_high)
+        return here, str(error)
+
+    def reached(found: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+        return found["lowest_n"].values <= wanted.low_n, found["highest_n"].values >= wanted.high_n
+
+    low, high = reached(here)
+    moving = np.logical_and(*reached(band(contacts, True)))
+    last = int(np.logical_and(*reached(band(math.inf, False))).sum()) if lifts else None
+    return here, Reach(wanted.low_n, wanted.high_n, contact_s, contacts, low, high, moving, last)

@@ -16,6 +16,7 @@ from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import detuned, shifted
 from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
+from frictionloop.physics.occlusion import occlusion_after
 
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
@@ -69,13 +70,10 @@ def occlusions(system: System) -> tuple[float, ...]:
 
 
 def moistest(friction: FingerFriction, motion: Strokes) -> float:
-    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s.
-
-    w = (1 - a) / (1 - a b),   a = e^(-contact/T),   b = e^(-lifted/T_drying)
-    """
-    a = math.exp(-(motion.contact_s or CONTACT_S) / friction.occlusion_s)
-    b = math.exp(-motion.lifted_s / friction.drying_s) if motion.contact_s > 0 else 0.0
-    return (1.0 - a) / (1.0 - a * b)
+    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s."""
+    if motion.contact_s == 0.0:
+        return occlusion_after(friction, CONTACT_S, 0.0)
+    return occlusion_after(friction, motion.contact_s, motion.lifted_s, math.inf)
 
 
 def band_of(system: System, over: Over = ITSELF) -> list[LinearLoop]:

@@ -13,6 +13,7 @@ from frictionloop.parameters.finger import FingerFriction
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
+from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.physics.vibration import vibrated_step
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import number
@@ -23,7 +24,9 @@ LEAST_LOAD_N = 1e-3
 """Load that one which trembles below 0 counts as: next to no friction."""
 
 
-def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: float = 0.0) -> tuple[float, float]:
+def reach(
+    values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: float = 0.0, contacts: float = 1.0
+) -> tuple[float, float]:
     """Return the lowest and the highest friction in N that a sliding finger can be given at any time of a contact.
 
     With w growing from 0 at landing, the highest force is the limit without vibration where it is least, the lowest one
@@ -38,6 +41,9 @@ def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: f
         Largest amplitude of the plate, at least 0 (2.5: paper, Sec. 4.1).
     contact_s : float
         Time since landing until which both forces must be held, at least 0.
+    contacts : float
+        Of the last of so many contacts, at least 1, each ``motion.lifted_s`` after the one before; infinite is where
+        contact upon contact ends.
 
     Raises
     ------
@@ -46,9 +52,12 @@ def reach(values: Mapping[str, Any], max_amplitude_um: float = 2.5, contact_s: f
     """
     for name, value, unit in (("max_amplitude_um", max_amplitude_um, "um"), ("contact_s", contact_s, "s")):
         number(name, value, unit, 0.0)
+    if not contacts >= 1.0:
+        raise FrictionloopError(f"contacts = {contacts:g}: must be at least 1")
     friction, motion = _block(FingerFriction, "friction", values), _block(Strokes, "motion", values)
     y = max_amplitude_um / float(halving_amplitude_um(friction.susceptibility_per_um2))
-    states = _extremes(friction, y * y * math.log(2.0), -math.expm1(-contact_s / friction.occlusion_s))
+    reached = occlusion_after(friction, contact_s, motion.lifted_s, contacts)
+    states = _extremes(friction, y * y * math.log(2.0), reached)
     factors = [_factor(friction, motion, w) for w in states]
     low = max(f * vibrated_step(y, w, friction.moist_loss) for f, w in zip(factors, states, strict=True))
     return friction.nominal_n * low, friction.nominal_n * min(factors)
@@ -60,6 +69,7 @@ def capable(
     high_n: float = 0.9,
     max_amplitude_um: float = 2.5,
     contact_s: float = 0.0,
+    contacts: float = 1.0,
     *,
     load_moves: bool = False,
 ) -> xr.Dataset:
@@ -77,7 +87,7 @@ def capable(
         has its own.
     low_n, high_n : float
         Forces asked for in N (0.3 and 0.9: paper, Sec. 4.2); the same twice asks for one force.
-    max_amplitude_um, contact_s : float
+    max_amplitude_um, contact_s, contacts : float
         As for `reach`.
     load_moves : bool
         Whether the load drifts and trembles, as it does on strokes; else it stays at its mean.
@@ -96,7 +106,9 @@ def capable(
         raise FrictionloopError(f"low_n = {low_n!r} N, high_n = {high_n!r} N: must be above 0, and low not above high")
     sides = (ALL_BUT_A_TWENTIETH, -ALL_BUT_A_TWENTIETH) if load_moves else (0.0, 0.0)
     # The low force is missed under a heavy load, the high one under a light load.
-    ends = [[reach(_pressing(each, side), max_amplitude_um, contact_s) for side in sides] for each in population]
+    ends = [
+        [reach(_pressing(each, side), max_amplitude_um, contact_s, contacts) for side in sides] for each in population
+    ]
     band = np.array([(heavy[0], light[1]) for heavy, light in ends]).reshape(-1, 2)
     low, high = band[:, 0] <= low_n, band[:, 1] >= high_n
     variables = {
@@ -107,7 +119,7 @@ def capable(
         "capable": ("finger", low & high),
     }
     attributes = {"low_n": low_n, "high_n": high_n, "max_amplitude_um": max_amplitude_um, "contact_s": contact_s}
-    attributes |= {"load_moves": int(load_moves)}
+    attributes |= {"contacts": contacts, "load_moves": int(load_moves)}
     return xr.Dataset(variables, {"finger": np.arange(len(band))}, attributes)
 
 

@@ -168,14 +168,30 @@ def test_a_constant_set_point_is_one_level():
     assert any("the set-point, 0.6 N," in str(line) for line in text)
 
 
-def test_the_finger_is_held_as_long_as_it_touches():
+def test_the_finger_is_held_until_the_last_contact_of_the_run_ends():
     people = fl.fingers(30, 0)
-    system = fl.bench().evolve({"motion.contact_s": 2.0})
+    system = fl.bench().evolve({"motion.contact_s": 2.0, "motion.lifted_s": 0.5})
     band, reach = reach_of(system, people, 10.0)
-    assert reach.hold_s == 2.0
-    np.testing.assert_array_equal(band.highest_n, fl.capable(people, contact_s=2.0).highest_n)
+    assert (reach.contact_s, reach.contacts) == (2.0, 4)
+    np.testing.assert_array_equal(band.highest_n, fl.capable(people, contact_s=2.0, contacts=4).highest_n)
+    assert (
+        reach.in_the_end == fl.capable(people, 0.5, 0.7, contact_s=2.0, contacts=np.inf).capable.sum() < sum(reach.able)
+    )
+    once, stays = (reach_of(system.evolve({"motion.contact_s": each}), people, 10.0)[1] for each in (12.0, 0.0))
+    for each in (once, stays):
+        assert (each.contact_s, each.contacts, each.in_the_end) == (10.0, 1, None)
+    assert once.able.tolist() == stays.able.tolist()
     _, weak = reach_of(system.evolve({"plate.max_amplitude_um": 1.0}), people, 10.0)
     assert weak.low.sum() < reach.low.sum()
+
+
+def test_contact_upon_contact_is_told_of_in_the_end(frictionloop):
+    lifts = ("--motion.contact_s", "2", "--fingers", "20", "--duration-s", "4")
+    answer = frictionloop("sweep", "--preset", "bench", "--controller.kp", "0.06", "--controller.ki", "60", *lifts)
+    assert "for 2 contacts of 2 s on the plate; " in answer.out
+    people = fl.fingers(20, 0)
+    count = int(fl.capable(people, 0.5, 0.7, contact_s=2.0, contacts=np.inf).capable.sum())
+    assert f"where contact upon contact ends {count} can (--motion.lifted_s is the time between)" in answer.out
 
 
 def test_values_of_the_system_that_no_finger_brings_count():
