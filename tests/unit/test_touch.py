@@ -172,5 +172,7 @@ def test_strokes_that_the_sensors_do_not_follow_are_refused():
     check_follows(Strokes(speed_mm_s=500.0), Touch())
     with pytest.raises(FrictionloopError, match=r"^motion\.speed_mm_s = 501 mm/s: .*\.fastest_mm_s = 500 mm/s$"):
         check_follows(Strokes(speed_mm_s=501.0), Touch())
-    with pytest.raises(FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255 mm long$"):
+    with pytest.raises(
+        FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255 mm long; make the stroke"
+    ):
         check_follows(Strokes(stroke_mm=300.0), Touch())

@@ -140,9 +140,11 @@ def given(
 
     ``designed`` names the law that a controller is to be found for.
     """
+    from frictionloop.cli.contact_turns import question
     from frictionloop.cli.plausible import ask, differing, named_by, suggested
     from frictionloop.parameters import preset, read_toml
     from frictionloop.parameters.files import start_of
+    from frictionloop.sensing.touch import check_follows
 
     if file is not None and preset_name is not None:
         raise FrictionloopError(
@@ -153,6 +155,7 @@ def given(
     try:
         base = preset(preset_name or instead) if file is None else read_toml(file)
         system = base.evolve(overrides)
+        check_follows(system.motion, system.touch)  # a run would refuse it, after a design of some minutes
     except FrictionloopError as error:
         raise FrictionloopError(suggested(str(error))) from None
     start, changes = (None, {}) if file is None else start_of(file)
@@ -162,6 +165,8 @@ def given(
     ask(system)
     for line in differing(system, named_by([*_flat(changes)], overrides), designed):
         screen.note(line)
+    if (turns := question(system)) and designed is None:  # a design has no turns
+        screen.note(turns)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 
 

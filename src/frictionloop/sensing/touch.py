@@ -114,5 +114,6 @@ def check_follows(motion: Sliding | Strokes, touch: Touch) -> None:
     if motion.stroke_mm > touch.load.length_mm:
         raise FrictionloopError(
             f"motion.stroke_mm = {motion.stroke_mm:g} mm: the plate between the load cells is "
-            f"touch.load.length_mm = {touch.load.length_mm:g} mm long"
+            f"touch.load.length_mm = {touch.load.length_mm:g} mm long; make the stroke shorter, or give the length of "
+            "your plate"
         )

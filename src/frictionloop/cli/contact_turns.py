@@ -1,0 +1,33 @@
+"""A finger that turns round within its contacts: how each contact becomes one stroke, which turns in the air."""
+
+from __future__ import annotations
+
+from frictionloop.parameters import Strokes, System
+from frictionloop.parameters.motion import TURN_SHARE
+
+IN_STEP = 1e-3
+"""Share by which a stroke may last longer than a contact with the lift after it, and count as one with it."""
+
+
+def question(system: System) -> str:
+    """Return what is told of strokes that end within contacts; empty of a finger that stays, or turns in the air."""
+    motion = system.motion
+    if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
+        return ""
+    period_s, half_s = motion.contact_s + motion.lifted_s, 0.5 * motion.cycle_s
+    if abs(half_s - period_s) < IN_STEP * period_s and motion.reversal_s <= motion.lifted_s * (1.0 + IN_STEP):
+        return ""
+    stroke_mm = motion.speed_mm_s * (motion.contact_s + TURN_SHARE * motion.lifted_s)
+    changes = {
+        "motion.stroke_mm": stroke_mm,
+        "motion.reversal_s": motion.lifted_s,
+        "motion.start": 0.25 * motion.lifted_s / period_s,
+    }
+    if stroke_mm > system.touch.load.length_mm:
+        changes["touch.load.length_mm"] = stroke_mm
+    flags = " ".join(f"--{path} {value:.6g}" for path, value in changes.items())
+    long = f", on a plate of {stroke_mm:.3g} mm" if "touch.load.length_mm" in changes else ""
+    return (
+        f"motion.contact_s is {motion.contact_s:g} s and a stroke lasts {half_s:.3g} s, so the finger turns round on "
+        f"the plate within its contacts; if each contact is to be one stroke that turns in the air{long}: {flags}"
+    )

@@ -1,0 +1,45 @@
+"""A finger that turns on the plate within its contacts is asked about, and the flags make each contact one stroke."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli.contact_turns import question
+
+LIFTS = {"motion.speed_mm_s": 80.0, "motion.contact_s": 2.0, "motion.lifted_s": 0.5, "motion.stroke_mm": 160.0}
+
+
+def told_changes(system):
+    words = question(system).partition("in the air")[2].partition(": ")[2].split()
+    return {path.removeprefix("--"): float(value) for path, value in zip(words[::2], words[1::2], strict=True)}
+
+
+@pytest.mark.parametrize("speed_mm_s", [20.0, 80.0, 150.0])
+def test_the_flags_make_each_contact_one_stroke(speed_mm_s):
+    system = fl.bench().evolve(LIFTS | {"motion.speed_mm_s": speed_mm_s, "motion.tremor_um": 0.0})
+    one = system.evolve(told_changes(system))
+    assert question(one) == ""
+    run = fl.simulate(one, 10.0)
+    turned = np.abs(run["speed"].values) < 0.999 * np.abs(run["speed"].values).max()
+    assert np.ptp(run["speed"].values) > 0 and turned.any() and not np.any(turned & (run["load"].values > 0.0))
+
+
+def test_a_finger_that_turns_within_its_contacts_is_asked_about(frictionloop):
+    flags = [each for path, value in LIFTS.items() for each in (f"--{path}", f"{value:g}")]
+    said = " ".join(frictionloop("simulate", "--preset", "bench", *flags).err.split())
+    assert "motion.contact_s is 2 s and a stroke lasts 2.04 s, so the finger turns round on the plate" in said
+    assert said.endswith("--motion.stroke_mm 185 --motion.reversal_s 0.5 --motion.start 0.05")
+    assert question(fl.bench()) == question(fl.paper()) == ""
+
+
+def test_a_stroke_that_is_longer_than_the_plate_says_which_plate():
+    said = question(fl.bench().evolve(LIFTS | {"motion.speed_mm_s": 150.0}))
+    assert "on a plate of 347 mm: " in said and said.endswith("--touch.load.length_mm 346.875")
+
+
+def test_a_design_refuses_a_stroke_that_no_run_takes_before_it_searches(frictionloop):
+    answer = frictionloop("design", "controller", "--preset", "bench", "--motion.stroke_mm", "300")
+    assert answer.code == 2 and "searching" not in answer.err and "designing" not in answer.err
+    assert "motion.stroke_mm = 300 mm: the plate between the load cells is" in answer.err
