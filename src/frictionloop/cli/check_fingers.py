@@ -78,11 +78,13 @@ def _less(seen: xr.Dataset, system: System) -> list[Row]:
     factors = np.sort(seen["gain_factor"].values)[::-1]
     most = float(factors[math.ceil(MOST * factors.size) - 1])
     wanted = [(f"on nine in ten of {factors.size} fingers", most), (f"on all {factors.size}", float(factors[-1]))]
-    return [("", _gains(who, factor, system)) for who, factor in wanted if factor < 1.0]
+    return [("", _gains(who, factor, system)) for who, factor in wanted]
 
 
 def _gains(who: str, factor: float, system: System) -> str:
     controller: Any = system.controller
+    if factor >= 1.0:
+        return f"{who} the limits hold with these gains"
     if not isinstance(controller, PiController | FeedForward):
         return f"{who} the limits hold with {number(factor)} times the gain of the loop"
     less = {name: f"{(1.0 - ROUNDING) * factor * getattr(controller, name):.4g}" for name in ("kp", "ki")}

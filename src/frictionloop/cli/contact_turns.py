@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from frictionloop.cli import screen
 from frictionloop.parameters import Strokes, System
 from frictionloop.parameters.motion import TURN_SHARE
 
 IN_STEP = 1e-3
 """Share by which a stroke may last longer than a contact with the lift after it, and count as one with it."""
+
+
+def ask(system: System) -> None:
+    """Note the question, for stderr: of a run, since a design has no turns."""
+    if said := question(system):
+        screen.note(said)
 
 
 def question(system: System) -> str:

@@ -55,6 +55,11 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         *also_said(designed),
         *designed.warnings,
         *beyond_said(designed),
+        *(
+            ["The finger is that of this file; others: --fingers 100 with the next line."]
+            if has_people(found[0].loop.system)
+            else []
+        ),
         f"{AGAIN}{wanted_flags(found, wanted)}",
     ]
 
@@ -156,12 +161,18 @@ def _pressed(systems: Sequence[System], some: Sequence[System]) -> str:
     return f" pressed with {', '.join(loads)} N" if len(systems) > 1 else ""
 
 
+def has_people(system: System) -> bool:
+    """Tell whether a system is of a finger that others could bring their own in place of."""
+    has = isinstance(system.friction, FingerFriction) and isinstance(system.finger, Skin)
+    return has and isinstance(system.motion, Strokes)
+
+
 def other_people(system: System, command: str) -> list[tuple[str, str]]:
     """Return the row with the command that looks at other people's fingers; none of a system without a finger."""
-    has = isinstance(system.friction, FingerFriction) and isinstance(system.finger, Skin)
-    if not (has and isinstance(system.motion, Strokes)):
+    if not has_people(system):
         return []
-    return [("other people", f"{command} counts the fingers of other people on which the limits hold")]
+    return [("other people", f"not looked at: {command} counts the fingers on which the limits hold, and names gains "
+                             "for more of them")]  # fmt: skip
 
 
 def finger(occluded: float) -> str:

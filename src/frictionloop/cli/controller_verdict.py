@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.cli.controller_also import fully_moist, moist_row, noisy, range_said
-from frictionloop.cli.controller_holds import also_said, beyond_reach, finger, loads_of, other_people, strokes_said
+from frictionloop.cli.controller_holds import (
+    also_said,
+    beyond_reach,
+    finger,
+    loads_of,
+    other_people,
+    strokes_said,
+    wanted_flags,
+)
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
 from frictionloop.design.limit_linear import TOLD
@@ -37,8 +45,13 @@ LIGHTER, HEAVIER = 0.7, 1.4
 """Loads over that of the strokes between which a range is proposed: nobody presses evenly (chosen)."""
 
 
-def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None) -> list[Row]:
-    """Return rows of the verdict: stable where, how else elsewhere, and what to do next."""
+def verdict(
+    designed: Designed, after: System, wanted: Wanted, out: Path | None, people: Sequence[Row] = ()
+) -> list[Row]:
+    """Return rows of the verdict: stable where, how else elsewhere, and what to do next.
+
+    ``people`` are rows on other people's fingers, where these were looked at.
+    """
     found, elsewhere = designed.corners, designed.elsewhere
     forces = [each.loop.elements.force_n for each in found]
     states = sorted({each.loop.elements.occluded for each in found})
@@ -49,7 +62,7 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
     ]
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
-    worse = beyond_reach(loads_of(found), states)
+    worse: list[Row] = [*beyond_reach(loads_of(found), states)]
     for name, how in NOT_HELD:
         worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
     if not_held := [each for each in elsewhere.places if each.how != "within"]:
@@ -57,7 +70,11 @@ def verdict(designed: Designed, after: System, wanted: Wanted, out: Path | None)
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
     moist = fully_moist(after, wanted)
+    file = "my-controller.toml" if out is None else shlex.quote(str(out))
+    others = other_people(after, f"`frictionloop design check {file}{wanted_flags(found, wanted)} --fingers 100`")
+    worse += people
     rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
+    rows += [] if people else others
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]
     rows += moist_row(after, moist)
@@ -115,7 +132,7 @@ def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
     file = shlex.quote(str(out))
     said = f"frictionloop simulate {file} --plot run.svg"
     simulated = [("", each) for each in speeds_said(system, wanted, file)]
-    return [("go on with", said), *simulated, *other_people(system, f"frictionloop design check {file} --fingers 100")]
+    return [("go on with", said), *simulated]
 
 
 def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:

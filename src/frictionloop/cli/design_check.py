@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path
 
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import flags, screen
 from frictionloop.cli.must_hold import MustHold
+from frictionloop.cli.other_fingers import OtherFingers
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
@@ -17,8 +17,7 @@ EXAMPLES = r"""Examples
   frictionloop design check my-controller.toml --fingers 100
 """
 AS_USUAL = MustHold()
-MOST_FINGERS = 100_000
-"""More than a population needs for the worst of a thousand, at some 0.1 s each."""
+NOBODY = OtherFingers()
 
 
 def command(
@@ -28,33 +27,19 @@ def command(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     must: MustHold = AS_USUAL,
-    fingers: flags.Run[flags.Whole | None] = None,
-    fingers_seed: flags.Run[flags.Whole | None] = None,
-    population: flags.Run[Path | None] = None,
+    others: OtherFingers = NOBODY,
     json: flags.Json = False,
 ) -> None:
     """Check the controller of a system as it is: where it holds, where it does not and by how much, and what would.
 
     No other controller is searched for. It is looked at on both contacts, at its speed, half and four times that, on a
     dry and a moist finger, with the resonance off.
-
-    Parameters
-    ----------
-    fingers
-        Look at so many random fingers besides, each with its own friction, skin and load: on how many do the limits
-        hold? With --loads each is pressed with both ends of them.
-    fingers_seed
-        Seed of the fingers; 0 if not given.
-    population
-        Draw the fingers from this measured population (.toml, from ``identify bench --population``) in place of the
-        assumed one.
     """
-    checks.check_fingers(fingers, fingers_seed, MOST_FINGERS, population=population)
+    others.check()
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import (
-        check_fingers,
         check_table,
         check_text,
         controller_also,
@@ -62,7 +47,6 @@ def command(
         recorded,
         recorded_units,
     )
-    from frictionloop.cli.population import population_of
     from frictionloop.design import on_fingers
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
@@ -71,8 +55,7 @@ def command(
     recorded_units.ask(given_system)
     screen.tell_notes()  # before the look at all places, which takes some seconds
     wanted = must.wanted()
-    seed = fingers_seed or 0
-    people = population_of(system, fingers, seed, overrides, population) if fingers else None
+    people = others.people(system, overrides)
     count = loops(system, wanted)
     law = system.controller.kind
     lasts = check_text.takes(count, check_text.EACH_S.get(law, check_text.OTHER_S))
@@ -80,26 +63,22 @@ def command(
         found = check_controller(system, wanted)
     many = None if people is None else on_fingers.check_fingers(system, people, wanted)
     if json:
-        more = {} if many is None else {"fingers": check_fingers.as_json(many, seed)}
-        screen.show_json(check_text.as_json(found, system, wanted) | more)
+        screen.show_json(check_text.as_json(found, system, wanted) | others.as_json(many))
         return
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
     given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
     given = " ".join([given, *_bench_flags(overrides)])
-    drawn = f"seed {seed}" + (f" of {population}" if population else "")
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
-    own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
-    looked = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
-    others = [] if many is None else check_fingers.rows(many, system, drawn, looked)
+    crowd = others.rows(many, system, wanted, asked)
     about = controller_also.moist_row(system, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
-        screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed, others), *about]),
+        screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed, crowd), *about]),
         "",
         screen.columns([("bench", origin), *check_text.controller_rows(system)]),
         "",

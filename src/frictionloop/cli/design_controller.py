@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHold
+from frictionloop.cli.other_fingers import OtherFingers
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -28,7 +29,7 @@ EXAMPLES = r"""Examples
   frictionloop design controller my-bench.toml --law hinf \
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
-AS_USUAL = MustHold()
+AS_USUAL, NOBODY = MustHold(), OtherFingers()
 SLOW = {"hinf", "lqg"}
 """Laws that identify the friction noise by simulation first."""
 
@@ -41,6 +42,7 @@ def command(
     overrides: flags.Overrides = None,
     law: Annotated[str | None, Parameter(group=ASKED)] = None,
     must: MustHold = AS_USUAL,
+    others: OtherFingers = NOBODY,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
@@ -57,6 +59,7 @@ def command(
     plots
         Folder for figures, sensitivity and step, each as .svg and .png.
     """
+    others.check()
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
     checks.check_folder("plots", plots)
@@ -73,6 +76,7 @@ def command(
         recorded,
         recorded_units,
     )
+    from frictionloop.design.on_fingers import check_fingers
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
@@ -83,8 +87,10 @@ def command(
         screen.note(line)
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)
+    people = others.people(system, overrides)
     designed, wanted = _designed(levels, name, wanted)
     after, found = levels.evolve(dict(designed.overrides)), designed.corners
+    many = None if people is None else check_fingers(after, people, wanted)
     new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
     with screen.waiting("looking for what is left to gain"):
         left = headroom(after, wanted.sensitivity_peak)
@@ -100,7 +106,8 @@ def command(
     saved = {"controller": out, "figures": plots}
     if json:
         told = controller_text.as_json(name, designed, new, wanted, found, left)
-        screen.show_json(told | {"followed": follows and follows._asdict(), "saved": saved})
+        told |= {"followed": follows and follows._asdict(), "saved": saved}
+        screen.show_json(told | others.as_json(many))
         return
     given = flags.overrides_of(overrides)
     more = (
@@ -111,7 +118,8 @@ def command(
     )
     notes, stated = [each for each in more if each], flags.stated(file, overrides) | must.stated
     with screen.waiting("checking a fully moist finger"):
-        verdict = controller_verdict.verdict(designed, after, wanted, out)
+        crowd = others.rows(many, after, wanted, found)
+        verdict = controller_verdict.verdict(designed, after, wanted, out, crowd)
     screen.show(
         screen.columns(verdict),
         "",

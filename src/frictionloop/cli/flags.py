@@ -140,7 +140,6 @@ def given(
 
     ``designed`` names the law that a controller is to be found for.
     """
-    from frictionloop.cli.contact_turns import question
     from frictionloop.cli.plausible import ask, differing, named_by, suggested
     from frictionloop.parameters import preset, read_toml
     from frictionloop.parameters.files import start_of
@@ -165,8 +164,6 @@ def given(
     ask(system)
     for line in differing(system, named_by([*_flat(changes)], overrides), designed):
         screen.note(line)
-    if (turns := question(system)) and designed is None:  # a design has no turns
-        screen.note(turns)
     return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
 
 

@@ -76,6 +76,9 @@ def command(
     checks.check_score(score_from_s, duration_s)
     there = [path for path in (out, plot) if path is not None and path.exists()]
     system, origin = flags.given(file, preset, overrides)
+    from frictionloop.cli import contact_turns
+
+    contact_turns.ask(system)
     run, elapsed_s = _run(system, duration_s, seed)
 
     from frictionloop.cli import (

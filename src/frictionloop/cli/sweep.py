@@ -105,7 +105,7 @@ def command(
     ask_of_axes(axes)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
-        from frictionloop.cli import outcome, recorded_units
+        from frictionloop.cli import contact_turns, outcome, recorded_units
         from frictionloop.cli.population import metrics_of, population_of
 
         people = population_of(system, fingers, fingers_seed or 0, overrides, population, between) if fingers else None
@@ -115,6 +115,7 @@ def command(
     if out is not None and not resume:
         outcome.check_finished(out)
     recorded_units.ask(system)
+    contact_turns.ask(system)
     screen.tell_notes()
     options: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
     found = _swept(system, points, duration_s, seeds, names, **options)

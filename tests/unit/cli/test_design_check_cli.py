@@ -194,6 +194,6 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
 
 def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
     given = (*CHECK, *PI, "7", "--contacts", "dahl")
-    assert "`--fingers 100` counts the fingers of other people" in " ".join(frictionloop(*given).out.split())
+    assert "not looked at: `--fingers 100` counts the fingers on which" in " ".join(frictionloop(*given).out.split())
     refused = frictionloop(*given, "--population", "people.toml")
     assert "population: says where fingers come from; accepted: with --fingers N" in refused.err

@@ -363,3 +363,18 @@ def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
         " --corners CERTIFICATE"
     )
     assert wanted_flags([], Wanted()) == ""
+
+
+def test_a_design_that_is_looked_at_on_other_fingers_says_on_how_many_it_holds(frictionloop):
+    given = ("design", "controller", "--preset", "bench", "--law", "pi")
+    alone = " ".join(frictionloop(*given).out.split())
+    assert "other people not looked at: `frictionloop design check my-controller.toml --contacts dahl,slider" in alone
+    many = frictionloop(*given, "--fingers", "6", "--json").json()["fingers"]
+    assert many["count"] == 6 and many["hold"] < 6
+    said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
+    assert said.startswith("STABLE but NOT ON ALL FINGERS,") and "other people" not in said
+    assert (
+        f"NOT ON ALL FINGERS the limits hold on {many['hold']} of 6 fingers of seed 0; contacts dahl and slider" in said
+    )
+    refused = frictionloop(*given, "--fingers-seed", "3")
+    assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err

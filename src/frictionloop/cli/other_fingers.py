@@ -1,0 +1,79 @@
+"""Other people's fingers on which a controller is looked at, as flags that a design and a check share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from frictionloop.cli import checks, flags
+from frictionloop.cli.must_hold import ASKED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.wanted import Wanted
+    from frictionloop.parameters import System
+
+Row = tuple[str, ...]
+MOST_FINGERS = 100_000
+"""More than a population needs for the worst of a thousand, at some 0.1 s each."""
+
+
+def _asked(said: str) -> Parameter:
+    return Parameter(group=ASKED, help=said)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class OtherFingers:
+    """How many fingers of a population are looked at besides that of the system."""
+
+    fingers: Annotated[
+        flags.Whole | None,
+        _asked(
+            "Look at so many random fingers besides, each with its own friction, skin and load: on how many do the "
+            "limits hold, and with which gains on more of them? With --loads each is pressed with both ends of them."
+        ),
+    ] = None
+    fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0 if not given.")] = None
+    population: Annotated[
+        Path | None,
+        _asked(
+            "Draw the fingers from this measured population (.toml, from ``identify bench --population``) in place of "
+            "the assumed one."
+        ),
+    ] = None
+
+    def check(self) -> None:
+        """Refuse a number or a seed out of range, and what says where fingers come from without any."""
+        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, population=self.population)
+
+    def people(self, system: System, overrides: list[str] | None) -> Sequence[Any] | None:
+        """Return the fingers; None if none are asked for."""
+        from frictionloop.cli.population import population_of
+
+        if not self.fingers:
+            return None
+        return population_of(system, self.fingers, self.fingers_seed or 0, overrides, self.population)
+
+    def rows(self, found: xr.Dataset | None, system: System, wanted: Wanted, asked: Sequence[Corner]) -> list[Row]:
+        """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for."""
+        from frictionloop.cli import check_fingers, controller_holds
+
+        if found is None:
+            return []
+        drawn = f"seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
+        own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
+        where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
+        return check_fingers.rows(found, system, drawn, where)
+
+    def as_json(self, found: xr.Dataset | None) -> dict[str, Any]:
+        """Return what was found by name; nothing if none were asked for."""
+        from frictionloop.cli import check_fingers
+
+        return {} if found is None else {"fingers": check_fingers.as_json(found, self.fingers_seed or 0)}
