@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise, operating_band, output_noise_rms_n
@@ -28,7 +28,7 @@ SETTLED = 3.0
 MATTER = {
     "friction.nominal_n": "N", "friction.susceptibility_per_um2": "um^-2", "plate.max_amplitude_um": "um",
     "sensor.cutoff_hz": "Hz", "sensor.q": "", "controller.delay_s": "s", "motion.load_n": "N",
-    "setpoint.offset_n": "N", "setpoint.amplitude_n": "N",
+    "motion.lifted_s": "s", "setpoint.offset_n": "N", "setpoint.amplitude_n": "N",
 }  # fmt: skip
 """Values that move the gains of a design and that a bench is often described without, with their units."""
 
@@ -182,12 +182,14 @@ def assumed(system: System, stated: Collection[str]) -> str:
     from frictionloop.parameters import bench
 
     own, usual = _values(system), _values(bench())
+    if not own.get("motion.contact_s"):  # a finger that never lifts
+        own.pop("motion.lifted_s", None)
     same = [f"{path} = {own[path]:g} {unit}".rstrip() for path, unit in MATTER.items()
             if path in own and own[path] == usual.get(path) and path not in stated]  # fmt: skip
     return f"as in bench(), assumed unless it is yours: {', '.join(same)}" if same else ""
 
 
-def _values(system: System) -> Mapping[str, Any]:
+def _values(system: System) -> dict[str, Any]:
     blocks = system.model_dump()
     return {f"{name}.{key}": value for name in blocks if isinstance(blocks[name], dict)
             for key, value in blocks[name].items()}  # fmt: skip

@@ -16,6 +16,7 @@ from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.gain_search import NotchSearch, best_gains
 from frictionloop.design.plants import Plants, shifted, stiffened
+from frictionloop.loop.progress import step as progress
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
@@ -87,6 +88,7 @@ def retune_notch(
     loops, _, peaks = zip(*shifted(points, limits), strict=True)
     centre = _resonance_hz(points[0].system)
     x = NotchSearch(Plants.of(loops, overdrive, fine=False), peaks, centre, disturbance).best()
+    progress("its gains, on a finer grid of frequencies")
     fine = NotchSearch(Plants.of(loops, overdrive), peaks, centre, disturbance)
     _, kp, ki = fine.gains(x, refine=True)
     found = _result(fine, x, kp, ki, overdrive)
