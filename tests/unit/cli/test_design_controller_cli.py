@@ -365,6 +365,7 @@ def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
     assert wanted_flags([], Wanted()) == ""
 
 
+@pytest.mark.slow  # three designs
 def test_a_design_that_is_looked_at_on_other_fingers_says_on_how_many_it_holds(frictionloop):
     given = ("design", "controller", "--preset", "bench", "--law", "pi")
     alone = " ".join(frictionloop(*given).out.split())
