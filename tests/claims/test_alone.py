@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.reproduce import _scored
+from frictionloop.cli.figure_text import _scored, figure_text
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import alone, changed, protocol
-from frictionloop.report.device import OPEN, RETUNED_GAINS
+from frictionloop.report.device import OPEN, RETUNED_GAINS, fit
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS, closed_loop
 from frictionloop.report.figures.closed_loop import GIVEN, HERE
@@ -118,6 +118,8 @@ def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path
         (["fig-5a-printed"], {"controller.kp": 1.0, "controller.ki": 1.0}, "gains of your own are for fig-5a"),
         (["fig-5a"], {"controller.kind": "notch_pi"}, "controller.kind: is set by the protocol"),
         (["fig-5a"], {"setpoint.kind": "constant"}, "setpoint.kind: is set by the protocol"),
+        (["fig-5a"], {"setpoint.amplitude_n": 0.0}, "setpoint.amplitude_n = 0 N: must be above 0"),
+        (["fig-5a"], {"motion.stroke_mm": 60.0}, "motion.stroke_mm: is set by the protocol"),
         (["fig-5a"], {"friction.kind": "gaussian"}, "friction.kind: is set by the protocol"),
         (["fig-5a"], {"plate.qu": 1.0}, "plate.qu"),
     ],
@@ -138,7 +140,7 @@ def test_reversals_of_a_faster_finger_do_not_count_and_that_is_told(tmp_path):
     errors, turning = [], []
     for i, level_n in enumerate(protocol.LEVELS_N):
         for j, stroke in enumerate(protocol.strokes(base)):
-            asked = stroke.evolve({"setpoint": protocol.sines(level_n)})
+            asked = stroke.evolve({"setpoint": protocol.THE_SINES.at(level_n)})
             run = fl.simulate(asked, protocol.STROKE_S, protocol.seed_of(i, j)).sel(
                 time=slice(protocol.START_S - 1e-9, None)
             )
@@ -147,3 +149,26 @@ def test_reversals_of_a_faster_finger_do_not_count_and_that_is_told(tmp_path):
             turning.append(error[~scored])
     assert row["error_n"] == pytest.approx(np.sqrt(np.mean(np.square(errors))), rel=1e-6)
     assert np.sqrt(np.mean(np.square(turning))) > 3 * row["error_n"]
+
+
+def test_a_set_point_of_ones_own_is_one_sine_in_place_of_three(tmp_path, results):
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], {"setpoint.offset_n": 0.4}).figures
+    one = results.tracked[RETUNED_GAINS].sel(level=[0.4])  # the same strokes, by their seeds
+    assert figure.numbers[RETUNED_GAINS]["error_n"] == fit(one).rms_n
+    assert figure.numbers[RETUNED_GAINS]["r2_regression"] == fit(one).regression
+    assert figure.seeds == "0 to 4" and "one sine in place of the protocol's three" in figure.told[0]
+    shown = " ".join(str(line).strip() for line in figure_text(figure))
+    assert "at the forces asked for, 300 to 500 mN, unchanged 300 to 900 mN;" in shown
+
+
+def test_a_slower_loop_says_what_its_delay_is_and_what_is_held_before(tmp_path):
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], {"controller.rate_hz": 2000.0}).figures
+    said = " ".join(figure.told)
+    assert "controller.delay_s = 0.0002: 0.45 ms with half a period of hold, 0.7 ms with that of the integral" in said
+    assert "has controller.delay_s = 0.0005 at this rate" in said
+    peaks = [rows[RETUNED_GAINS]["sensitivity_peak"] for rows in (figure.numbers, figure.unchanged)]
+    assert ("falls with more delay" in said) is (peaks[0] < peaks[1])
+    before, now = figure.checked_before[RETUNED_GAINS], figure.checked[RETUNED_GAINS]
+    assert f"hold at {now.held} of 6 contacts and speeds, unstable at {now.unstable} (unchanged: {before.held}," in (
+        " ".join(str(line).strip() for line in figure_text(figure))
+    )

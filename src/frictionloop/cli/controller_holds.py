@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 AGAIN = "Look again: frictionloop design check FILE"
 """Begins the line of a saved controller with the flags that it was designed for."""
 MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
-LARGER = (
-    ", or give a larger max_amplitude_um to plate and controller.model, a shorter motion.contact_s or a longer "
-    "motion.lifted_s."
-)
+LARGER = ", or give a larger max_amplitude_um to plate and controller.model"
+DRIER = ", a shorter motion.contact_s or a longer motion.lifted_s."
 OFF = {
     "sensor_error": "the pole of the sensor's electronics", "delay_error": "the delay",
     "gain_error": "the sensor's sensitivity", "q_error": "the Q of the sensor's resonance",
@@ -125,7 +123,7 @@ def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
         for there in systems
         for each in missed(there, states)
     ]
-    return [*said, _many(systems)] if said else []
+    return [*said, *filter(None, [_many(systems)])] if said else []
 
 
 def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tuple[str, str]]:
@@ -134,6 +132,7 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
     The systems are one at several loads.
     """
     rows = []
+    larger = LARGER + (DRIER if all(map(has_people, systems)) else ".")
     for state in states:
         beyond = [(there, each) for there in systems for each in missed(there, [state])]
         for low, end, other in ((True, "least", "more"), (False, "most", "less")):
@@ -145,19 +144,25 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
                 )
                 rows.append(f"{forces} of {finger(state)}: {', '.join(instead)} {'are' if len(instead) > 1 else 'is'} "
                             f"looked at, near the {end} it can be given; a run does not follow there. Ask for {other} "
-                            f"(setpoint.offset_n, amplitude_n){LARGER * low}")  # fmt: skip
-    return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate([*rows, _many(systems)])] if rows else []
+                            f"(setpoint.offset_n, amplitude_n){larger if low else '.'}")  # fmt: skip
+    return (
+        [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate(filter(None, [*rows, _many(systems)]))]
+        if rows
+        else []
+    )
 
 
 def _many(systems: Sequence[System]) -> str:
     """Return the command that says how many fingers can be given the forces, pressed with the same loads."""
+    if not all(map(has_people, systems)):
+        return ""
     loads = sorted({f"{load_of(each):.3g}" for each in systems}, key=float)
     return MANY.format(f" --loads {loads[0]},{loads[-1]}" if len(loads) > 1 else "")
 
 
 def _pressed(systems: Sequence[System], some: Sequence[System]) -> str:
     """Return at which of several loads, in words; nothing of one."""
-    loads = dict.fromkeys(f"{load_of(each):.3g}" for each in some)
+    loads = dict.fromkeys("" if (load_n := load_of(each)) is None else f"{load_n:.3g}" for each in some)
     return f" pressed with {', '.join(loads)} N" if len(systems) > 1 else ""
 
 

@@ -157,13 +157,16 @@ def _larger(each: Found) -> Remedy:
     return Remedy("unit" if each.unit_by == "taken for N" else "scale", None)
 
 
+OFFSET = "If it is the sensor that is off, offset_n is added to all values."
+
+
 def _signed(name: str, signs: str, range_n: str) -> Iterator[Doubt]:
     seen = {
         "both": f"has both signs, {range_n}, as friction of strokes both ways; did you mean its magnitude, {{}}?",
         "below": f"is below 0, {range_n}, and friction is above; did you mean its magnitude, {{}}, or the other sign?",
     }.get(signs)
     if seen:
-        yield Doubt("signs", name, f"The recorded {name} {seen}", RECTIFY)
+        yield Doubt("signs", name, f"The recorded {name} {seen} {OFFSET}", RECTIFY)
 
 
 def _off_plate(where: str, on_plate_s: tuple[float, float]) -> Doubt:

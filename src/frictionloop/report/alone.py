@@ -17,7 +17,7 @@ from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import Claim, claim_ids, one_claim
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS
-from frictionloop.report.results import FIELDS, Results
+from frictionloop.report.results import Results
 from frictionloop.report.stability import Places
 from frictionloop.report.stroke_numbers import Table
 from frictionloop.report.style import write_both
@@ -39,6 +39,8 @@ class Shown(NamedTuple):
     """The same numbers of the bench that is not changed; empty where it is that."""
     checked: dict[str, Places]
     """What ``design check`` says of the gains on a changed bench."""
+    checked_before: dict[str, Places]
+    """The same of the report's gains on the bench that is not changed."""
     told: list[str]
     """What the numbers do not say of the change."""
 
@@ -90,17 +92,17 @@ def alone(
         shown = []
         for name in wanted:
             if given:
-                figure, numbers, before, checked, told = changed.drawn(name, given, bar.inner())
-                file, seeds = changed.file_name(name, given), FIELDS["tracked"].seeds
+                figure, numbers, before, checked, held, told = changed.drawn(name, given, bar.inner())
+                file, seeds = changed.file_name(name, given), changed.seeds_of(given)
             else:
                 watched = results.watched()
                 figure, file = DRAWINGS[name](watched), name
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
-                before, checked, told = {}, {}, []
+                before, checked, held, told = {}, {}, {}, []
             path = target / "figures" / f"{file}.svg"
             write_both(figure, file, path, " · ".join(cited(command_of(name, given), seeds)))
             made = cited_version(), command_of(name, given)
-            shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, told))
+            shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, held, told))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 

@@ -23,8 +23,8 @@ from frictionloop.report.stroke_numbers import Table, of_strokes
 
 SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
 """Figures that a changed bench has a meaning for, and their controllers."""
-OWN = ("setpoint.", "motion.stroke_mm")
-"""What the protocol of the figure sets itself."""
+SINES = ("setpoint.offset_n", "setpoint.amplitude_n", "setpoint.frequency_hz")
+"""What may be changed of the set-point; a mean of one's own makes the three sines one."""
 GAINS = ("controller.kp", "controller.ki")
 """Gains of one's own, which get a panel of Fig. 5a."""
 OTHER = {
@@ -32,7 +32,7 @@ OTHER = {
     "--controller.kp {kp:g} --controller.ki {ki:g} --setpoint.amplitude_n 0.3 --fingers 26 --fingers-seed 1 {changes}"
 }
 """What does nearly the same on a changed bench."""
-KEPT = ("controller.kind", "friction.kind", "finger.kind", "motion.kind")
+KEPT = ("motion.stroke_mm", "setpoint.kind", "controller.kind", "friction.kind", "finger.kind", "motion.kind")
 
 
 def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
@@ -52,10 +52,13 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
                 f"only = {name!r}: is of the paper's own bench; a changed one has {has} alone{_other(name, changes)}"
             )
     for path in changes:
-        if path.startswith(OWN) or path in KEPT:
+        if path in KEPT:
             raise FrictionloopError(
-                f"{path}: is set by the protocol of Fig. 5a, for a PI; change the bench or its gains"
+                f"{path}: is set by the protocol of Fig. 5a, sines on strokes under a PI; change the bench, its gains, "
+                f"or {', '.join(SINES)}"
             )
+    if (size := changes.get(SINES[1], 1.0)) <= 0.0:
+        raise FrictionloopError(f"{SINES[1]} = {size:g} N: must be above 0; R2 is of a set-point that varies")
     given = [path for path in GAINS if path in changes]
     if len(given) == 1:
         missing = next(path for path in GAINS if path not in changes)
@@ -80,6 +83,8 @@ class Drawn(NamedTuple):
     """The same numbers of the bench that is not changed."""
     checked: dict[str, Places]
     """What ``design check`` says of each pair of gains on the changed bench."""
+    checked_before: dict[str, Places]
+    """The same of the report's gains on the bench that is not changed; empty where it is that."""
     told: list[str]
     """What the numbers do not say of the change."""
 
@@ -93,14 +98,22 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     figure = figure_closed_loop(runs, list(runs), numbers)
     other = "Not the paper's bench: " if bench_of(changes) else "Not the paper's gains: "
     figure.suptitle(other + words(changes), fontsize=8.5, x=0.01, ha="left")
-    found: dict[str, Places] = {}
+    found = _checked(numbers, changes, bar)
+    before = _tracked(name, {}, bar)[1] if bench_of(changes) else {}
+    held = _checked({each: row for each, row in before.items() if each != HERE}, {}, bar)
+    said = told(changes, protocol.finger_system(the_finger()), numbers, before)
+    return Drawn(figure, numbers, before, found, held, said)
+
+
+def _checked(numbers: Table, changes: Mapping[str, Any], bar: Bar) -> dict[str, Places]:
+    """Return what ``design check`` says of each pair of gains on a bench."""
+    found = {}
     for each, row in numbers.items():
         if each not in (OPEN, IDEAL):  # which no bench has
             bar.doing(f"design check of the {each}")
             gains = {"controller.kp": row["kp"], "controller.ki": row["ki"]}
             found[each] = checked(bench().evolve({**changes, **gains}))
-    before = _tracked(name, {}, bar)[1] if bench_of(changes) else {}
-    return Drawn(figure, numbers, before, found, told(changes, protocol.finger_system(the_finger()), numbers))
+    return found
 
 
 def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -122,8 +135,25 @@ def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str,
     runs = {}
     for each, overrides in controllers.items():
         bar.doing(f"Fig. 5a on {'another bench' if of_bench else 'the bench unchanged'}, {each}")
-        runs[each] = tracking(base, overrides)
-    return runs, of_strokes(runs, controllers, base)
+        runs[each] = tracking(base, overrides, sines_of(changes))
+    return runs, of_strokes(runs, controllers, base, sines_of(changes))
+
+
+def sines_of(changes: Mapping[str, Any]) -> protocol.Sines:
+    """Return the sines of a figure: one of a mean that is given."""
+    names = {path: float(changes[path]) for path in SINES if path in changes}
+    mean, size, pace = (names.get(path) for path in SINES)
+    usual = protocol.THE_SINES
+    return protocol.Sines(
+        usual.levels_n if mean is None else (mean,),
+        usual.amplitude_n if size is None else size,
+        usual.frequency_hz if pace is None else pace,
+    )
+
+
+def seeds_of(changes: Mapping[str, Any]) -> str:
+    """Return the seeds of its runs."""
+    return f"0 to {len(protocol.LOADS) * len(sines_of(changes).levels_n) - 1}"
 
 
 def words(changes: Mapping[str, Any]) -> str:

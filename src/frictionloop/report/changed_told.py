@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 
-SPEED = "motion.speed_mm_s"
+MEAN, DELAY = "setpoint.offset_n", "controller.delay_s"
 
 
-def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
+def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
     """Return the lines.
 
     Parameters
@@ -23,12 +24,15 @@ def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
     base
         The bench with the protocol's finger, not changed.
     rows
-        The controllers of the figure, by name.
+        The numbers of the figure's controllers, by name.
+    before
+        The same of the bench unchanged; empty of gains of one's own on it.
     """
     return [
         *_own(changes, base),
         *_speed(changes, base, rows),
-        *_delay(changes, base),
+        *_sines(changes),
+        *_delay(changes, base, rows, before),
         *_unreached(changes, base, rows),
     ]
 
@@ -54,13 +58,32 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
 
 
-def _delay(changes: Mapping[str, Any], base: System) -> list[str]:
-    """Return the delay with what the hold adds to it."""
-    before, now = base.controller, base.evolve(changes).controller
-    if (now.delay_s, now.rate_hz) == (before.delay_s, before.rate_hz):
+def _sines(changes: Mapping[str, Any]) -> list[str]:
+    """Return that one sine has a smaller R2 than three together."""
+    if MEAN not in changes:
         return []
-    whole_ms = 1e3 * (now.delay_s + 0.5 / now.rate_hz)
-    return [f"controller.delay_s = {now.delay_s:g}, with half a period of hold: {whole_ms:.3g} ms in all"]
+    return ["one sine in place of the protocol's three: R2 is smaller, as the set-point varies less; compare errors"]
+
+
+def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
+    """Return the delay with what hold and integral add to it, and why more of it may calm a loop."""
+    was, now = base.controller, base.evolve(changes).controller
+    if (now.delay_s, now.rate_hz) == (was.delay_s, was.rate_hz):
+        return []
+    period_s, beside = 1.0 / now.rate_hz, f'; not of "{IDEAL}"' if IDEAL in rows else ""
+    lines = [
+        f"controller.delay_s = {now.delay_s:g}: {1e3 * (now.delay_s + 0.5 * period_s):.3g} ms with half a period of "
+        f"hold, {1e3 * (now.delay_s + period_s):.3g} ms with that of the integral{beside}"
+    ]
+    if now.rate_hz != was.rate_hz and DELAY not in changes and math.isclose(was.delay_s * was.rate_hz, 1.0):
+        lines.append(f"a controller that computes for one period has controller.delay_s = {period_s:g} at this rate")
+    peaks = [each.get(RETUNED_GAINS, {}).get("sensitivity_peak") for each in (rows, before)]
+    if None not in peaks and peaks[0] < peaks[1] and now.delay_s + period_s > was.delay_s + 1.0 / was.rate_hz:
+        lines.append(
+            f"Ms of the {RETUNED_GAINS} falls with more delay: the phase reaches -180 degrees farther below the peak "
+            "of the sensor's resonance (docs/bench-gains.md)"
+        )
+    return lines
 
 
 def _unreached(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:

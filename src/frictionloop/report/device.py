@@ -31,17 +31,17 @@ def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:
     return [run.assign_coords(time=run["time"] - protocol.START_S) for run in runs]
 
 
-def tracking(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
+def tracking(system: System, overrides: Mapping[str, Any], sines: protocol.Sines = protocol.THE_SINES) -> xr.Dataset:
     """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for a bench with a finger."""
     strokes = protocol.strokes(system.evolve(overrides))
     jobs = [
-        (stroke.evolve({"setpoint": protocol.sines(level_n)}), protocol.seed_of(i, j))
-        for i, level_n in enumerate(protocol.LEVELS_N)
+        (stroke.evolve({"setpoint": sines.at(level_n)}), protocol.seed_of(i, j))
+        for i, level_n in enumerate(sines.levels_n)
         for j, stroke in enumerate(strokes)
     ]
     runs, n = run_all(jobs), len(strokes)
-    levels = [xr.concat(runs[n * i : n * (i + 1)], "stroke") for i in range(len(protocol.LEVELS_N))]
-    return xr.concat(levels, "level").assign_coords(level=list(protocol.LEVELS_N))
+    levels = [xr.concat(runs[n * i : n * (i + 1)], "stroke") for i in range(len(sines.levels_n))]
+    return xr.concat(levels, "level").assign_coords(level=list(sines.levels_n))
 
 
 def stepping(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:

@@ -57,12 +57,14 @@ def population(controller: str) -> xr.Dataset:
 def _jobs(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> Iterator[tuple[System, int]]:
     system = protocol.finger_system(finger).evolve(overrides)
     for i, level_n in enumerate(protocol.LEVELS_N):
-        yield system.evolve({"setpoint": protocol.sines(level_n)}), protocol.seed_of(i, 0)
+        yield system.evolve({"setpoint": protocol.THE_SINES.at(level_n)}), protocol.seed_of(i, 0)
 
 
 def felt(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> dict[str, float]:
     """Return D of the middle level, and D over that of the same stroke under a constant amplitude (``relative``)."""
-    system = protocol.finger_system(finger).evolve({**overrides, "setpoint": protocol.sines(protocol.LEVELS_N[1])})
+    system = protocol.finger_system(finger).evolve(
+        {**overrides, "setpoint": protocol.THE_SINES.at(protocol.LEVELS_N[1])}
+    )
     run = simulate(system, protocol.STROKE_S, protocol.seed_of(1, 0))
     scored = run["time"].values >= protocol.START_S
     return {"index": perceptual_index(run, scored), "relative": relative_index(run, scored)}

@@ -10,7 +10,7 @@ and tau are nearest to the medians of all 1000, on logarithmic scales in units o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,21 @@ LOW_N, HIGH_N = 0.3, 0.9
 """Forces that are "reliably achievable" (paper, Sec. 4.2)."""
 LEVELS_N, AMPLITUDE_N, FREQUENCY_HZ = (0.4, 0.6, 0.8), 0.1, 1.0
 """Set-points: three sines (paper, Sec. 4.2)."""
+
+
+class Sines(NamedTuple):
+    """Sines that the force is asked to follow, one after the other."""
+
+    levels_n: tuple[float, ...] = LEVELS_N
+    amplitude_n: float = AMPLITUDE_N
+    frequency_hz: float = FREQUENCY_HZ
+
+    def at(self, level_n: float) -> Sine:
+        """Return the set-point of one level."""
+        return Sine(offset_n=level_n, amplitude_n=self.amplitude_n, frequency_hz=self.frequency_hz)
+
+
+THE_SINES = Sines()
 START_S, SCORED_S = 1.0, 10.0
 """A stroke starts with a second that does not count, then come ten periods."""
 STROKE_S = START_S + SCORED_S
@@ -88,11 +103,6 @@ def strokes(system: System) -> list[System]:
     load_n: float = system.motion.load_n  # type: ignore[union-attr]
     moist = zip(LOADS, occlusion_at_starts(system), strict=True)
     return [occluded(system, w0).evolve({"motion.load_n": share * load_n}) for share, w0 in moist]
-
-
-def sines(level_n: float) -> Sine:
-    """Return the set-point of one level."""
-    return Sine(offset_n=level_n, amplitude_n=AMPLITUDE_N, frequency_hz=FREQUENCY_HZ)
 
 
 def steps() -> Steps:

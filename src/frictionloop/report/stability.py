@@ -25,10 +25,10 @@ class Stability(NamedTuple):
     """Lowest of these forces from which on it is stable; None if it is unstable at the highest."""
 
 
-def stability(system: System) -> Stability:
+def stability(system: System, sines: protocol.Sines = protocol.THE_SINES) -> Stability:
     """Return Ms of a finger's loop over the forces of the sines, and from which of them on it is stable."""
-    swing = [sign * protocol.AMPLITUDE_N for sign in (-1, 0, 1)]
-    forces_n = sorted({round(level_n + each, 9) for level_n in protocol.LEVELS_N for each in swing})
+    swing = [sign * sines.amplitude_n for sign in (-1, 0, 1)]
+    forces_n = sorted({round(level_n + each, 9) for level_n in sines.levels_n for each in swing})
     peaks = [each.sensitivity_peak() for each in operating_band(system, forces_n)]
     first = max((at + 1 for at, peak in enumerate(peaks) if not math.isfinite(peak)), default=0)
     return Stability(max(peaks), forces_n[first] if first < len(forces_n) else None)

@@ -13,22 +13,28 @@ from frictionloop.report import protocol
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import CONTROLLERS, OPEN, fit
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import THE_SINES, Sines
 from frictionloop.report.results import Results
 from frictionloop.report.stability import stability
 
 Table = dict[str, dict[str, Value]]
 
 
-def of_strokes(runs: Mapping[str, xr.Dataset], controllers: Mapping[str, Mapping[str, Any]], base: System) -> Table:
+def of_strokes(
+    runs: Mapping[str, xr.Dataset],
+    controllers: Mapping[str, Mapping[str, Any]],
+    base: System,
+    sines: Sines = THE_SINES,
+) -> Table:
     """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
-    return {name: _gains(name, base.evolve(given)) | _fit(runs[name]) for name, given in controllers.items()}
+    return {name: _gains(name, base.evolve(given), sines) | _fit(runs[name]) for name, given in controllers.items()}
 
 
-def _gains(name: str, system: System) -> dict[str, Value]:
+def _gains(name: str, system: System, sines: Sines) -> dict[str, Value]:
     if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
         return {"kp": None, "ki": None, "sensitivity_peak": None, "stable_from_n": None}
     controller = check_pi(system)
-    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
+    return {"kp": controller.kp, "ki": controller.ki, **stability(system, sines)._asdict()}
 
 
 def strokes(names: Iterable[str], results: Results) -> Table:

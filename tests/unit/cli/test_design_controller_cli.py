@@ -379,3 +379,12 @@ def test_a_design_that_is_looked_at_on_other_fingers_says_on_how_many_it_holds(f
     )
     refused = frictionloop(*given, "--fingers-seed", "3")
     assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err
+
+
+@pytest.mark.parametrize("command", ["controller", "check"])
+def test_forces_out_of_reach_of_a_finger_that_always_slides_are_told(frictionloop, command):
+    answer = frictionloop("design", command, "--preset", "paper")
+    assert answer.code == 0 and "--fingers" not in answer.out
+    said = " ".join(answer.out.split())
+    assert "OUT OF REACH -0.8 N of a finger just landed: 0.0744 N is looked at" in said
+    assert "motion.contact_s" not in said

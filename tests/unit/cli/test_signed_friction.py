@@ -76,7 +76,8 @@ def test_signed_friction_is_asked_about_with_its_range_in_the_file(tmp_path, rem
     before = " before its mean is removed" if removed else ""
     assert line == (
         f"The recorded disturbance has both signs, -0.9 to 0.9 N{before}, as friction of strokes both ways; did you "
-        "mean its magnitude, --disturbance.rectify true?"
+        "mean its magnitude, --disturbance.rectify true? If it is the sensor that is off, "
+        "offset_n is added to all values."
     )
     assert ("(-0.9 to 0.9 N before its mean, " in told(signal)) is removed
     assert asked(as_disturbance(signal.model_copy(update={"rectify": True}))) == []

@@ -22,7 +22,7 @@ DOTS = 100
 """Points of one stroke."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
-LIMITS_N = (0.25, 0.95)
+LIMITS_N, ROOM_N = (0.25, 0.95), 0.05
 LEAST_TOP_N = 1.3
 """Upper end of the axis of forces where no force is as large: the scores stand above the forces then."""
 HERE = "re-tuned here"
@@ -66,7 +66,8 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], 
 def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     # Multiples of the golden ratio: spread evenly over the stroke and over the period of the set-point.
     some = np.sort((np.arange(DOTS) * GOLDEN % 1.0 * runs.sizes["time"]).astype(int))
-    for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=True):
+    size = float(np.ptp(runs["f_r"].isel(level=0).values) / 2.0)
+    for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=False):
         part = runs.sel(level=level_n).isel(time=some)
         look: dict[str, Any] = {"ms": 1.6, "mew": 0, "alpha": 0.55, "color": color}
         axes.plot(
@@ -75,13 +76,14 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
             marker,
             ls="none",
             **look,
-            label=f"{level_n} ± 0.1 N",
+            label=f"{level_n:g} ± {size:.3g} N",
         )
     found = fit(runs)
     r = runs["f_r"].values.ravel()
     offset = float(runs["f_a"].mean()) - found.slope * r.mean()
     ends = np.array([r.min(), r.max()])
-    axes.plot(LIMITS_N, LIMITS_N, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
+    limits = min(LIMITS_N[0], r.min() - ROOM_N), max(LIMITS_N[1], r.max() + ROOM_N)
+    axes.plot(limits, limits, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
     axes.plot(ends, offset + found.slope * ends, color=BLACK, lw=1.6, label="regression")
     scores = [
         f"regression $R^2$ {found.regression:.3f}",
@@ -91,7 +93,7 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     ]
     look = {"va": "top", "linespacing": 1.4, "fontsize": 8, "bbox": GROUND}
     axes.text(0.04, 0.97, "\n".join(scores), transform=axes.transAxes, **look)
-    axes.set(xlim=LIMITS_N, ylim=(0, top_n))
+    axes.set(xlim=limits, ylim=(0, top_n))
 
 
 def _stable(row: Mapping[str, Value]) -> str:

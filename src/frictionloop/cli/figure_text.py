@@ -1,0 +1,134 @@
+"""A figure that was made alone, for a terminal: what was changed, its numbers, and what its gains hold for."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.cli import screen
+
+if TYPE_CHECKING:
+    from frictionloop.report.alone import Shown
+    from frictionloop.report.stroke_numbers import Table
+
+UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_hz": ("Hz", 1.0)}
+"""What numbers are shown in, by the end of their names."""
+HEADS = {"r2_regression": "R2 regr.", "r2_identity": "R2 ident.", "r2_bound": "R2 bound"}
+NARROW = {
+    "sensitivity_peak": "Ms",
+    "stable_from_n": "from",
+    "r2_regression": "R2",
+    "r2_identity": "R2 id.",
+    "spread_n": "spread",
+    "error_n": "error",
+}
+WIDTH = 90
+STROKES = (
+    "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at the forces asked for, {}; ∞ is "
+    "unstable. from: lowest of them from which on it is stable (mN); - is at none. R2: of the regression, large even "
+    "of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
+)
+"""Heads of the numbers of Fig. 5a, which are many, and what they mean."""
+FACTORS = [
+    "  spread divided by: the median of what it is divided by for each finger, which is not the",
+    "  quotient of the medians beside it.",
+]
+
+
+def figure_text(figure: Shown) -> list[Any]:
+    """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
+    from frictionloop.report.changed import bench_of, words
+    from frictionloop.report.cited import cited
+
+    strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
+    other = "bench" if bench_of(figure.changed) else "gains"
+    before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
+    return [
+        figure.name + (f", not the paper's {other}: {words(figure.changed)}" if figure.changed else ""),
+        *([_table(figure.numbers)] if figure.numbers else []),
+        *(each for line in figure.told for each in _indented(line)),
+        *before,
+        *(_indented(STROKES.format(_asked(figure))) if strokes else []),
+        *_scored(figure.numbers),
+        *(FACTORS if any("spread_divided_by" in row for row in figure.numbers.values()) else []),
+        *_checked(figure),
+        f"  cite: {' · '.join(cited(figure.command, figure.seeds))}",
+        f"The figure: {figure.file}",
+        "  beside it the same as .png",
+    ]
+
+
+def _asked(figure: Shown) -> str:
+    """Return the forces that the figure asks for, with those of the bench unchanged where they differ."""
+    from frictionloop.report.changed import sines_of
+
+    def ends(changes: Mapping[str, Any]) -> str:
+        sines = sines_of(changes)
+        low, high = (end(sines.levels_n) + sign * sines.amplitude_n for end, sign in ((min, -1), (max, 1)))
+        return f"{1e3 * low:.3g} to {1e3 * high:.3g} mN"
+
+    here, usual = ends(figure.changed), ends({})
+    return here if here == usual else f"{here}, unchanged {usual}"
+
+
+def _indented(line: str) -> list[str]:
+    return textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="  ")
+
+
+def _checked(figure: Shown) -> list[str]:
+    """Return at how many contacts and speeds the gains hold on a changed bench, and the command that says more."""
+    from frictionloop.report.cited import flags_of
+
+    if not figure.checked:
+        return []
+    from frictionloop.report.changed import bench_of
+
+    changed = " on the changed bench" if bench_of(figure.changed) else ""
+    lines = [f"  What frictionloop design check says of them{changed}:"]
+    for name, found in figure.checked.items():
+        ringing = f", unstable at {found.unstable}" if found.unstable else ""
+        there = figure.checked_before.get(name)
+        was = f" (unchanged: {there.held}, unstable at {there.unstable})" if there else ""
+        lines.append(f"  {name}: hold at {found.held} of {found.places} contacts and speeds{ringing}{was}")
+        lines += [f"    {where}" for where in found.unstable_on]
+    name = max(figure.checked, key=lambda each: (figure.checked[each].held, -figure.checked[each].unstable))
+    gains = {f"controller.{each}": figure.numbers[name][each] for each in ("kp", "ki")}
+    given = figure.changed | {path: float(f"{value:.4g}") for path, value in gains.items() if value is not None}
+    command = "frictionloop design check --preset bench"
+    return [*lines, f"  More of {name}, and what would hold: {' '.join([command, *flags_of(given)])}"]
+
+
+def _table(numbers: Table) -> Any:
+    columns = list(dict.fromkeys(name for row in numbers.values() for name in row if name != "scored"))
+    short = NARROW if "sensitivity_peak" in columns else {}
+    rows = [("", *(short.get(key) or _head(key) for key in columns), "")]
+    rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in numbers.items()]
+    return screen.table(rows)
+
+
+def _scored(numbers: Table) -> list[str]:
+    """Return a line where reversals, which do not count, take some of the time."""
+    shares = [share for row in numbers.values() if (share := row.get("scored")) is not None]
+    if not shares:
+        return []
+    return [f"  Reversals, where the finger turns round, do not count: {1 - min(shares):.1%} of the time."]
+
+
+def _unit(name: str) -> tuple[str, str, float]:
+    """Return the words of a number's name, its unit, and by what it is multiplied for that."""
+    for end, (unit, factor) in UNITS.items():
+        if name.endswith(end):
+            return name.removesuffix(end).replace("_", " "), unit, factor
+    return name.replace("_", " "), "", 1.0
+
+
+def _head(name: str) -> str:
+    words, unit, _ = _unit(HEADS.get(name, name))
+    return f"{words}, {unit}" if unit else words
+
+
+def _shown(name: str, value: float | None) -> str:
+    from frictionloop.cli.comparison_text import number
+
+    return "-" if value is None else number(_unit(name)[2] * value)
