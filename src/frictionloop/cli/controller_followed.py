@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from frictionloop.analysis.linear import linearise
 from frictionloop.cli import screen
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import PiController, Recording, System
+from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
 SECONDS = 10.0
@@ -45,8 +47,16 @@ def _seconds(signal: Any, rate_hz: float) -> float:
     return float(signal.longest_s)
 
 
-def followed_text(before: System, found: Followed | None) -> list[Any]:
-    """Return it for a person."""
+def _rings(system: System) -> str:
+    """Return that a loop is unstable; nothing of one that is stable, or has no linear analysis."""
+    try:
+        return "" if linearise(system).is_stable() else ", which is unstable here"
+    except FrictionloopError:
+        return ""
+
+
+def followed_text(before: System, found: Followed | None, unbelieved: str = "") -> list[Any]:
+    """Return it for a person; ``unbelieved`` says what of the finger the lookup table does not know."""
     if found is None:
         return [
             screen.wrapped(f"how the set-point is followed is not known: a recording is shorter than {LEAST_S:g} s")
@@ -59,11 +69,15 @@ def followed_text(before: System, found: Followed | None) -> list[Any]:
     gains = f" (kp {law.kp:.4g}, ki {law.ki:.4g} 1/s)" if isinstance(law, PiController) else ""
     rows = [
         ("error", f"{1e3 * found.rms_error_n:.3g} mN", "rms of f_a - f_r with this law"),
-        ("open loop", f"{1e3 * found.open_loop_rms_error_n:.3g} mN", "with the lookup table alone"),
+        (
+            "open loop",
+            f"{1e3 * found.open_loop_rms_error_n:.3g} mN",
+            "with the lookup table alone" + "; it believes another friction, see below" * bool(unbelieved),
+        ),
         (
             "before",
             f"{1e3 * found.before_rms_error_n:.3g} mN",
-            f"with the controller that was there, {law.kind}{gains}",
+            f"with the controller that was there, {law.kind}{gains}{_rings(before)}",
         ),
     ]
     return [screen.wrapped(head), screen.columns(rows)]

@@ -127,7 +127,7 @@ def command(
         "",
         *controller_text.margin_text(found, wanted),
         "",
-        *controller_followed.followed_text(system, follows),
+        *controller_followed.followed_text(system, follows, controller_also.unbelieved(system)),
         "",
         *controller_text.headroom_text(left, wanted),
         *(["", screen.wrapped(said)] if (said := controller_also.assumed(system, stated)) else []),
