@@ -139,13 +139,13 @@ def command(
 
 def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Wanted]:
     """Return the controller and what it holds."""
-    from frictionloop.cli.check_text import DESIGN_S, takes
+    from frictionloop.cli.check_text import DESIGN_S, OTHER_DESIGN_S, takes
     from frictionloop.design.checking import loops
     from frictionloop.design.synthesis import design_controller
 
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     count = loops(system, wanted)
-    lasts = takes(count, DESIGN_S)
+    lasts = takes(count, DESIGN_S.get(law, OTHER_DESIGN_S))
     with screen.waiting(f"designing {law} and checking it on up to {count} loops{noise}; this takes {lasts}"):
         found = design_controller(system, law, wanted)
     if not found.not_both:
