@@ -67,13 +67,31 @@ def test_squares_of_bands_from_0_on_add_up_to_those_of_the_whole(inner_hz, seed,
 
 
 def test_the_rms_is_that_of_a_sine_and_gaps_are_bridged():
-    values = 3.0 + 0.2 * np.sin(2 * np.pi * 5 * TIME_S)
-    below, there, above = rms_by_band(values, TIME_S, slice(None), [0.0, 2.0, 10.0, 2500.0])
-    assert there == pytest.approx(0.2 / np.sqrt(2), rel=1e-6) and max(below, above) < 1e-6
+    edges_hz = [0.0, 20.0, 100.0, 2500.0]
+    values = 3.0 + 0.2 * np.sin(2 * np.pi * 50 * TIME_S)
+    below, there, above = rms_by_band(values, TIME_S, slice(None), edges_hz)
+    assert there == pytest.approx(0.2 / np.sqrt(2), rel=1e-3) and max(below, above) < 0.01 * there
     keep = np.ones(TIME_S.size, bool)
-    keep[4000:4020] = False
-    bridged = rms_by_band(np.where(keep, values, 50.0), TIME_S, keep, [0.0, 2.0, 10.0, 2500.0])
+    keep[4000:4004] = False
+    bridged = rms_by_band(np.where(keep, values, 50.0), TIME_S, keep, edges_hz)
     np.testing.assert_allclose(bridged, [below, there, above], atol=2e-4)
+
+
+def test_a_burst_counts_by_its_power_wherever_it_is():
+    """By Parseval, noise that is there for a tenth of the time has its power wherever that tenth is."""
+    noise = np.random.default_rng(0).normal(size=TIME_S.size)
+    for middle in (0.2, 0.5, 0.8):
+        burst = np.where(np.abs(TIME_S / TIME_S[-1] - middle) < 0.05, noise, 0.0)
+        (whole,) = rms_by_band(burst, TIME_S, slice(None), [0.0, np.inf])
+        assert whole == pytest.approx(np.std(burst), rel=0.1)
+
+
+def test_the_force_of_each_band_stands_beside_its_share():
+    run = run_of(TONES_HZ[:1])
+    found = fl.disturbance_left_by_band(run, [0, 10, 100, 1000])
+    there = np.isfinite(found.values)
+    np.testing.assert_allclose((found.left_n / found.disturbance_n).values[there], found.values[there], rtol=1e-12)
+    assert float(found.disturbance_n.sum()) == pytest.approx(float(run.d.std()), rel=0.05)
 
 
 @pytest.mark.parametrize("edges_hz", [[1.0], [10, 4], [-1, 4], [0, 0, 1], 4.0])

@@ -127,4 +127,6 @@ def entered(run: xr.Dataset, mask: np.ndarray) -> str:
         for values in (run["d"].values[mask], run["f_a"].values[mask])
     )
     own = ", the finger's own included" if stirring(system_of(run)) else ""
-    return f"Where scored, the disturbance varies by {d}, the force f_a by {force}{own}."
+    left = disturbance_left(run, mask)
+    of_it = "" if math.isnan(left) else f", of which {1e3 * left * float(np.std(run['d'].values[mask])):.3g} mN is left"
+    return f"Where scored, the disturbance varies by {d}{of_it}; the force f_a varies by {force}{own}."

@@ -18,17 +18,25 @@ LEAST = 0.01
 """Share of a disturbance (rms) below which a band of it is hardly there (chosen)."""
 
 
+TAPERED = 0.2
+"""Share of the time in which the window rises and falls, both together (chosen)."""
+
+
 def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Sequence[float]) -> np.ndarray:
     """Return the rms of a signal about its mean in bands of frequency, shape (bands,), in the signal's unit.
 
-    It is that of a Hann-windowed periodogram, without its bin at 0 Hz, from the first period that counts to the last.
-    Both ends weigh nothing there, so neither the moment at which a loop starts nor a jump from the last to the first
-    value spreads over the bands. Across periods that do not count, as reversals, stands a straight line.
+    It is that of a periodogram without its bin at 0 Hz, from the first period that counts to the last, which fades in
+    and out over a tenth at each end (Tukey window). So neither the moment at which a loop starts nor a jump from the
+    last to the first value spreads over the bands, and what is between counts alike. Across periods that do
+    not count, as reversals, stands a straight line.
     """
     at = time_s[keep]
     inside = time_s[(time_s >= at[0]) & (time_s <= at[-1])]
     frequency_hz, density = periodogram(
-        np.interp(inside, at, values[keep]), 1.0 / (time_s[1] - time_s[0]), window="hann", detrend="constant"
+        np.interp(inside, at, values[keep]),
+        1.0 / (time_s[1] - time_s[0]),
+        window=("tukey", TAPERED),
+        detrend="constant",
     )
     power = density * frequency_hz[1]
     bands = [(frequency_hz > low) & (frequency_hz <= high) for low, high in itertools.pairwise(edges_hz)]
@@ -40,9 +48,11 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
 
         rms(band of f_a - f_a with d = mean(d)) / rms(band of d)
 
-    Both are those of `rms_by_band` over the periods that count. The resolution is some two over the duration: bands
-    that are narrower share what is in them. NaN for a band that holds less than 1 % (rms) of the disturbance, and for
-    all where `disturbance_left` is NaN.
+    Both are those of a periodogram about the mean over the periods that count, which fades in and out over a tenth at
+    each end (Tukey window); across periods that do not count stands a straight line. They are beside the share as
+    ``left_n`` and ``disturbance_n`` in N, whose squares add up over bands. The resolution is some two over the
+    duration: bands that are narrower share what is in them. NaN for a band that holds less than 1 % (rms) of the
+    disturbance, and for all where `disturbance_left` is NaN.
 
     Parameters
     ----------
@@ -62,7 +72,7 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
     if edges.ndim != 1 or edges.size < 2 or edges[0] < 0 or not np.all(np.diff(edges) > 0):
         raise FrictionloopError(f"edges_hz = {edges_hz!r}: must rise from 0 or above, as [0, 4, 20, 100]")
     keep, calm = kept(run, mask), steady_of(run, mask)
-    share = np.full(edges.size - 1, np.nan)
+    share, of, left = np.full((3, edges.size - 1), np.nan)
     if calm is not None:
         time_s, d = run["time"].values, run["d"].values
         of, left = (
@@ -71,4 +81,5 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
         there = of > LEAST * float(np.std(d[keep]))
         share[there] = left[there] / of[there]
     ends = {"low_hz": ("band", edges[:-1]), "high_hz": ("band", edges[1:])}
+    ends |= {"disturbance_n": ("band", of), "left_n": ("band", left)}
     return xr.DataArray(share, dims="band", coords=ends, name="disturbance_left", attrs={"units": "1"})

@@ -81,7 +81,7 @@ def test_a_recording_without_a_slow_part_says_so_and_what_entered():
     assert "The recording has next to nothing below " in said
     force = run.f_a.values[settled]
     assert f"the disturbance varies by {1e3 * run.d.values[settled].std():.3g} mN rms" in said
-    assert f"f_a by {1e3 * force.std():.3g} mN rms about {force.mean():.3g} N" in said
+    assert f"f_a varies by {1e3 * force.std():.3g} mN rms about {force.mean():.3g} N" in said
 
 
 def test_of_a_finger_without_variation_nothing_is_said_to_be_its_own():
