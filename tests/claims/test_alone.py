@@ -14,6 +14,7 @@ from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS, closed_loop
 from frictionloop.report.figures.closed_loop import GIVEN, HERE
 from frictionloop.report.people import the_finger
+from frictionloop.report.stability import stability
 
 pytestmark = pytest.mark.slow  # the figures' runs
 
@@ -93,11 +94,43 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
 
 
 @pytest.mark.parametrize(
-    ("peak", "from_n", "said"),
-    [(2.75, 0.3, "$M_s$ 2.75"), (np.inf, None, "unstable"), (np.inf, 0.5, "unstable below 0.5 N"), (None, None, "")],
+    ("peak", "moist", "from_n", "said"),
+    [
+        (2.75, 4.14, 0.3, "$M_s$ 2.75, moist 4.14"),
+        (2.75, np.nan, 0.3, "$M_s$ 2.75"),
+        (2.75, np.inf, 0.3, "$M_s$ 2.75,\nunstable when moist"),
+        (np.inf, np.inf, None, "unstable"),
+        (np.inf, 5.0, 0.5, "unstable below 0.5 N"),
+        (None, None, None, ""),
+    ],
 )
-def test_a_panel_says_how_stable_its_loop_is(peak, from_n, said):
-    assert closed_loop._stable({"sensitivity_peak": peak, "stable_from_n": from_n}) == said
+def test_a_panel_says_how_stable_its_loop_is(peak, moist, from_n, said):
+    row = {"sensitivity_peak": peak, "sensitivity_peak_moist": moist, "stable_from_n": from_n}
+    assert closed_loop._stable(row) == said
+
+
+def test_a_moist_finger_is_looked_at_where_it_can_be_given_the_force():
+    system = protocol.finger_system(the_finger()).evolve(fl.RETUNED)
+    w = protocol.occlusion_at_end(system)
+    dry = protocol.occlusion_at_starts(system)[-1]
+    assert 1.0 - w == pytest.approx((1.0 - dry) * np.exp(-protocol.STROKE_S / system.friction.occlusion_s))
+    forces_n = [0.4, 0.5, 0.6, 0.7, 0.8, 0.9]  # 0.3 N is out of reach then
+    peaks = [loop.margins().sensitivity_peak for loop in fl.operating_band(system, forces_n, (w,))]
+    assert stability(system).sensitivity_peak_moist == pytest.approx(max(peaks), rel=1e-6)
+
+
+def test_a_heavier_finger_says_what_is_out_of_its_reach_and_the_error_by_level(tmp_path):
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], {"motion.load_n": 1.0}).figures
+    said = " ".join(figure.told)
+    assert "out of this finger's reach, whatever the gains: forces below 0.454 N at the end" in said
+    assert "error by level, 0.4, 0.6, 0.8 N (mN): open loop " in said
+
+
+def test_the_bench_unchanged_is_asked_for_the_same(tmp_path):
+    sine = {"setpoint.offset_n": 0.8}
+    (both,) = alone.alone(tmp_path, ["fig-5a"], sine | {"plate.q": 115.0}).figures
+    (alone_,) = alone.alone(tmp_path, ["fig-5a"], sine).figures
+    assert both.unchanged == alone_.numbers
 
 
 def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path, results):

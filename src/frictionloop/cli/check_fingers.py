@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 REASONS = 3
 """Most reasons that are told."""
+SAVED = "`frictionloop simulate FILE` with these flags and `--save-system my-gains.toml` writes them to a file"
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 
@@ -61,7 +62,7 @@ def _worst(seen: xr.Dataset) -> str:
     worst = seen.isel(finger=_worst_of(seen))
     value = {str(name): worst[name].item() for name in worst}
     where = [f"contact {value['contact']}"] if value["contact"] else []
-    where += [f"{value['speed_mm_s']:g} mm/s"] if math.isfinite(value["speed_mm_s"]) else []
+    where += [f"{value['speed_mm_s']:.3g} mm/s"] if math.isfinite(value["speed_mm_s"]) else []
     where += [f"pressed with {value['load_n']:.2g} N"] if math.isfinite(value["load_n"]) else []
     where += [f"at {value['force_n']:.3g} N, {finger(value['occluded'])}{off_said(value['resonance_off'])}"]
     how = f"Ms is {value['sensitivity_peak']:.3g}, {value['limit']:.3g} the limit" if value["stable"] else "unstable"
@@ -78,7 +79,8 @@ def _less(seen: xr.Dataset, system: System) -> list[Row]:
     factors = np.sort(seen["gain_factor"].values)[::-1]
     most = float(factors[math.ceil(MOST * factors.size) - 1])
     wanted = [(f"on nine in ten of {factors.size} fingers", most), (f"on all {factors.size}", float(factors[-1]))]
-    return [("", _gains(who, factor, system)) for who, factor in wanted]
+    rows: list[Row] = [("", _gains(who, factor, system)) for who, factor in wanted]
+    return [*rows, ("", SAVED)] if isinstance(system.controller, PiController | FeedForward) else rows
 
 
 def _gains(who: str, factor: float, system: System) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -17,17 +18,19 @@ UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_h
 HEADS = {"r2_regression": "R2 regr.", "r2_identity": "R2 ident.", "r2_bound": "R2 bound"}
 NARROW = {
     "sensitivity_peak": "Ms",
-    "stable_from_n": "from",
+    "sensitivity_peak_moist": "moist",
     "r2_regression": "R2",
-    "r2_identity": "R2 id.",
+    "r2_identity": "id.",
     "spread_n": "spread",
     "error_n": "error",
 }
+HIDDEN = ("scored", "stable_from_n")
+"""Numbers that a line tells, where they are no matter of course."""
 WIDTH = 90
 STROKES = (
     "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at the forces asked for, {}; ∞ is "
-    "unstable. from: lowest of them from which on it is stable (mN); - is at none. R2: of the regression, large even "
-    "of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
+    "unstable. moist: the same at the end of the last stroke, where it can be given them. R2: of the regression, large "
+    "even of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
 )
 """Heads of the numbers of Fig. 5a, which are many, and what they mean."""
 FACTORS = [
@@ -50,6 +53,7 @@ def figure_text(figure: Shown) -> list[Any]:
         *(each for line in figure.told for each in _indented(line)),
         *before,
         *(_indented(STROKES.format(_asked(figure))) if strokes else []),
+        *_stable_from(figure.numbers),
         *_scored(figure.numbers),
         *(FACTORS if any("spread_divided_by" in row for row in figure.numbers.values()) else []),
         *_checked(figure),
@@ -69,7 +73,17 @@ def _asked(figure: Shown) -> str:
         return f"{1e3 * low:.3g} to {1e3 * high:.3g} mN"
 
     here, usual = ends(figure.changed), ends({})
-    return here if here == usual else f"{here}, unchanged {usual}"
+    alone = all(path.startswith("setpoint.") for path in figure.changed)
+    return f"{here}, unchanged {usual}" if alone and here != usual else here
+
+
+def _stable_from(numbers: Table) -> list[str]:
+    """Return from which force on gains are stable, of those that are unstable at a lower one."""
+    return [
+        f"  {name}: stable from {1e3 * from_n:g} mN on, just landed"
+        for name, row in numbers.items()
+        if (from_n := row.get("stable_from_n")) is not None and row["sensitivity_peak"] == math.inf
+    ]
 
 
 def _indented(line: str) -> list[str]:
@@ -100,7 +114,7 @@ def _checked(figure: Shown) -> list[str]:
 
 
 def _table(numbers: Table) -> Any:
-    columns = list(dict.fromkeys(name for row in numbers.values() for name in row if name != "scored"))
+    columns = list(dict.fromkeys(name for row in numbers.values() for name in row if name not in HIDDEN))
     short = NARROW if "sensitivity_peak" in columns else {}
     rows = [("", *(short.get(key) or _head(key) for key in columns), "")]
     rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in numbers.items()]

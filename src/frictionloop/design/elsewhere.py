@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from frictionloop.design.corners import NOTHING, Corner, broken, corners
 from frictionloop.design.leaning import Lean
-from frictionloop.design.over import CONTACTS, ITSELF, Over
+from frictionloop.design.over import CONTACTS, ITSELF, Over, at_place
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.quantities import FrictionloopError
 
@@ -124,7 +124,7 @@ def elsewhere(
     places, unseen = [], []
     for changes in strokes_of(system, over.speeds_mm_s, contacts):
         try:
-            there = system.evolve(changes)
+            there = at_place(system, changes)
             if not _held(there, system, over):
                 places.append(Place.of(corners(there, limits, Over(loads_n=over.loads_n), lean)))
         except FrictionloopError as error:  # no such stroke, a force out of reach, a law that is saturated there

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
 from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.quantities import FrictionloopError
 
 CONTACTS = ("dahl", "slider")
@@ -43,7 +44,19 @@ class Over(NamedTuple):
             "motion.load_n": self.loads_n,
         }  # fmt: skip
         axes = [[(path, value) for value in values] for path, values in given.items() if values]
-        return [system.evolve(dict(point)) for point in product(*axes)]
+        return [at_place(system, dict(point)) for point in product(*axes)]
+
+
+def at_place(system: System, place: Mapping[str, Any]) -> System:
+    """Return the system at a contact, speed and load.
+
+    A reversal too long for a stroke at that speed is shortened to what fits: a linear loop slides, and does not turn.
+    """
+    speed, motion = place.get("motion.speed_mm_s"), system.motion
+    if speed is None or not isinstance(motion, Strokes):
+        return system.evolve(dict(place))
+    longest_s = motion.stroke_mm / (TURN_SHARE * speed)
+    return system.evolve({**place, "motion.reversal_s": min(motion.reversal_s, longest_s)})
 
 
 ITSELF = Over()

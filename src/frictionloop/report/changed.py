@@ -14,7 +14,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, tracking
 from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
@@ -99,10 +99,21 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     other = "Not the paper's bench: " if bench_of(changes) else "Not the paper's gains: "
     figure.suptitle(other + words(changes), fontsize=8.5, x=0.01, ha="left")
     found = _checked(numbers, changes, bar)
-    before = _tracked(name, {}, bar)[1] if bench_of(changes) else {}
-    held = _checked({each: row for each, row in before.items() if each != HERE}, {}, bar)
-    said = told(changes, protocol.finger_system(the_finger()), numbers, before)
-    return Drawn(figure, numbers, before, found, held, said)
+    # The bench unchanged is asked for the same, so that what the change does is seen alone.
+    same = {path: value for path, value in changes.items() if path in SINES}
+    same = {} if same == bench_of(changes) else same
+    before = _tracked(name, same, bar)[1] if bench_of(changes) else {}
+    held = _checked({each: row for each, row in before.items() if each != HERE}, same, bar)
+    said = told(changes, protocol.finger_system(the_finger()), numbers, before, sines_of(changes))
+    return Drawn(figure, numbers, before, found, held, [*said, _by_level(runs)])
+
+
+def _by_level(runs: Mapping[str, xr.Dataset]) -> str:
+    """Return the error at each level, which a change of reach moves at one end alone."""
+    levels = next(iter(runs.values()))["level"].values.tolist()
+    errors = {each: [fit(some.sel(level=[at])).rms_n for at in levels] for each, some in runs.items()}
+    listed = [f"{each} {', '.join(number(1e3 * error_n) for error_n in row)}" for each, row in errors.items()]
+    return f"error by level, {', '.join(f'{at:g}' for at in levels)} N (mN): {'; '.join(listed)}"
 
 
 def _checked(numbers: Table, changes: Mapping[str, Any], bar: Bar) -> dict[str, Places]:

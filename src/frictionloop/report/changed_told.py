@@ -6,15 +6,19 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
+from frictionloop.report.protocol import Sines, occlusion_at_end
 
 MEAN, DELAY = "setpoint.offset_n", "controller.delay_s"
 
 
-def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
+def told(
+    changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any], sines: Sines
+) -> list[str]:
     """Return the lines.
 
     Parameters
@@ -27,11 +31,14 @@ def told(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], befo
         The numbers of the figure's controllers, by name.
     before
         The same of the bench unchanged; empty of gains of one's own on it.
+    sines
+        What the figure asks for.
     """
     return [
         *_own(changes, base),
         *_speed(changes, base, rows),
-        *_sines(changes),
+        *_sines(changes, before),
+        *_reach(base.evolve(changes), base, sines),
         *_delay(changes, base, rows, before),
         *_unreached(changes, base, rows),
     ]
@@ -58,11 +65,33 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
 
 
-def _sines(changes: Mapping[str, Any]) -> list[str]:
+def _sines(changes: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
     """Return that one sine has a smaller R2 than three together."""
     if MEAN not in changes:
         return []
-    return ["one sine in place of the protocol's three: R2 is smaller, as the set-point varies less; compare errors"]
+    alone = before and all(path.startswith("setpoint.") for path in changes)
+    other = "; below are the three" if alone else ", unchanged too" * bool(before)
+    return [
+        f"one sine in place of the protocol's three{other}: R2 is smaller, as the set-point varies less; compare errors"
+    ]
+
+
+def _reach(there: System, base: System, sines: Sines) -> list[str]:
+    """Return which forces the finger cannot be given, whatever the gains; with what that was unchanged."""
+    ends = [(*_band(each),) for each in (there, base)]
+    low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
+    said = []
+    if low_n < ends[0][0]:
+        said.append(f"below {ends[0][0]:.3g} N at the end of the strokes (unchanged {ends[1][0]:.3g})")
+    if high_n > ends[0][1]:
+        said.append(f"above {ends[0][1]:.3g} N when it lands (unchanged {ends[1][1]:.3g})")
+    return [f"out of this finger's reach, whatever the gains: forces {' and '.join(said)}"] if said else []
+
+
+def _band(system: System) -> tuple[float, float]:
+    """Return the least force at the end of the last stroke, and the largest on landing, at the mean load, N."""
+    moist = occlusion_at_end(system)
+    return reach_n(system, law_at(system, moist))[0], reach_n(system, law_at(system, 0.0))[1]
 
 
 def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:

@@ -93,6 +93,12 @@ def occlusion_at_starts(system: System) -> list[float]:
     return found
 
 
+def occlusion_at_end(system: System) -> float:
+    """Return how occluded the finger is at the end of the last stroke."""
+    friction: Any = system.friction
+    return 1.0 - (1.0 - occlusion_at_starts(system)[-1]) * float(np.exp(-STROKE_S / friction.occlusion_s))
+
+
 def finger_system(finger: Mapping[str, float]) -> System:
     """Return the bench under a finger that makes one long stroke at a time."""
     return bench().evolve({**finger, "motion.stroke_mm": STROKE_MM})

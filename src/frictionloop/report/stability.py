@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.design.checking import check_controller
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, System, bench
@@ -20,9 +21,11 @@ class Stability(NamedTuple):
     """Of the linear loop at the forces that the sines ask for."""
 
     sensitivity_peak: float
-    """Largest Ms; infinite if it is unstable at one."""
+    """Largest Ms of a finger that has just landed; infinite if it is unstable at one."""
+    sensitivity_peak_moist: float
+    """The same at the end of the last stroke, at those forces that it can be given then; NaN if there are none."""
     stable_from_n: float | None
-    """Lowest of these forces from which on it is stable; None if it is unstable at the highest."""
+    """Lowest of these forces from which on it is stable, just landed; None if it is unstable at the highest."""
 
 
 def stability(system: System, sines: protocol.Sines = protocol.THE_SINES) -> Stability:
@@ -31,7 +34,11 @@ def stability(system: System, sines: protocol.Sines = protocol.THE_SINES) -> Sta
     forces_n = sorted({round(level_n + each, 9) for level_n in sines.levels_n for each in swing})
     peaks = [each.sensitivity_peak() for each in operating_band(system, forces_n)]
     first = max((at + 1 for at, peak in enumerate(peaks) if not math.isfinite(peak)), default=0)
-    return Stability(max(peaks), forces_n[first] if first < len(forces_n) else None)
+    moist = protocol.occlusion_at_end(system)
+    low_n, high_n = reach_n(system, law_at(system, moist))
+    there = [force for force in forces_n if low_n <= force <= high_n]
+    after = [each.sensitivity_peak() for each in operating_band(system, there, [moist])] if there else [math.nan]
+    return Stability(max(peaks), max(after), forces_n[first] if first < len(forces_n) else None)
 
 
 class Places(NamedTuple):

@@ -15,7 +15,7 @@ from frictionloop.report.device import CONTROLLERS, OPEN, fit
 from frictionloop.report.people import the_finger
 from frictionloop.report.protocol import THE_SINES, Sines
 from frictionloop.report.results import Results
-from frictionloop.report.stability import stability
+from frictionloop.report.stability import Stability, stability
 
 Table = dict[str, dict[str, Value]]
 
@@ -32,7 +32,7 @@ def of_strokes(
 
 def _gains(name: str, system: System, sines: Sines) -> dict[str, Value]:
     if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
-        return {"kp": None, "ki": None, "sensitivity_peak": None, "stable_from_n": None}
+        return {"kp": None, "ki": None, **dict.fromkeys(Stability._fields)}
     controller = check_pi(system)
     return {"kp": controller.kp, "ki": controller.ki, **stability(system, sines)._asdict()}
 

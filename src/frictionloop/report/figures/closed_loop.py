@@ -98,11 +98,14 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
 
 def _stable(row: Mapping[str, Value]) -> str:
     """Return Ms at the forces asked for, or where the loop is unstable; empty for the open loop."""
-    peak, from_n = row["sensitivity_peak"], row["stable_from_n"]
+    peak, moist, from_n = row["sensitivity_peak"], row["sensitivity_peak_moist"], row["stable_from_n"]
     if peak is None:
         return ""
     if math.isfinite(peak):
-        return f"$M_s$ {number(peak)}"
+        if moist is None or math.isnan(moist):
+            return f"$M_s$ {number(peak)}"
+        after = ",\nunstable when moist" if math.isinf(moist) else f", moist {number(moist)}"
+        return f"$M_s$ {number(peak)}{after}"
     return "unstable" if from_n is None else f"unstable below {number(from_n)} N"
 
 
