@@ -67,7 +67,9 @@ class Held(NamedTuple):
     sensitivity_peak: float
     """Ms where the gains were chosen: at 0.5 N on a dry finger, Dahl contact, 20 mm/s."""
     of_finger: float
-    """The largest at the forces of the sines, on the finger that Fig. 5a shows."""
+    """The largest at the forces of the sines, on the finger that Fig. 5a shows, just landed."""
+    of_finger_moist: float
+    """The same at the end of the last stroke."""
     ideal_from_n: float | None
     """Lowest force from which on the printed gains are stable on that finger, with an ideal sensor and no delay."""
     places: Places
@@ -82,4 +84,4 @@ def held() -> Held:
     shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
     places = checked(system)
     instead_n = fit(tracking(finger, places.instead)).rms_n
-    return Held(peak, shown.sensitivity_peak, ideal.stable_from_n, places, instead_n)
+    return Held(peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead_n)
