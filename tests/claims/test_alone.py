@@ -9,7 +9,7 @@ import frictionloop as fl
 from frictionloop.cli.figure_text import _scored, figure_text
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import alone, changed, protocol
-from frictionloop.report.device import OPEN, RETUNED_GAINS, fit
+from frictionloop.report.device import CONTROLLERS, OPEN, RETUNED_GAINS, fit
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS, closed_loop
 from frictionloop.report.figures.closed_loop import GIVEN, HERE
@@ -119,10 +119,23 @@ def test_a_moist_finger_is_looked_at_where_it_can_be_given_the_force():
     assert stability(system).sensitivity_peak_moist == pytest.approx(max(peaks), rel=1e-6)
 
 
+def test_a_weaker_plate_leaves_forces_out_and_makes_no_loop_calmer():
+    """At one force and just landed a linear loop does not know the largest amplitude."""
+    finger = protocol.finger_system(the_finger())
+    weak = {"plate.max_amplitude_um": 1.8, "controller.model.max_amplitude_um": 1.8}
+    printed = finger.evolve(CONTROLLERS["printed gains"] | weak)
+    assert stability(printed).sensitivity_peak == np.inf and stability(printed).stable_from_n is None
+    tuned = finger.evolve(fl.RETUNED)
+    there = [0.5, 0.6, 0.7, 0.8, 0.9]
+    peaks = [loop.margins().sensitivity_peak for loop in fl.operating_band(tuned, there, (0.0,))]
+    assert stability(tuned.evolve(weak)).sensitivity_peak == pytest.approx(max(peaks), rel=1e-6)
+    assert stability(tuned.evolve(weak)).stable_from_n == 0.5
+
+
 def test_a_heavier_finger_says_what_is_out_of_its_reach_and_the_error_by_level(tmp_path):
     (figure,) = alone.alone(tmp_path, ["fig-5a"], {"motion.load_n": 1.0}).figures
     said = " ".join(figure.told)
-    assert "out of this finger's reach, whatever the gains: forces below 0.454 N at the end" in said
+    assert "reach at its mean load, whatever the gains: forces below 0.454 N when moist, at the end" in said
     assert "error by level, 0.4, 0.6, 0.8 N (mN): open loop " in said
 
 
@@ -191,7 +204,7 @@ def test_a_set_point_of_ones_own_is_one_sine_in_place_of_three(tmp_path, results
     assert figure.numbers[RETUNED_GAINS]["r2_regression"] == fit(one).regression
     assert figure.seeds == "0 to 4" and "one sine in place of the protocol's three" in figure.told[0]
     shown = " ".join(str(line).strip() for line in figure_text(figure))
-    assert "at the forces asked for, 300 to 500 mN, unchanged 300 to 900 mN;" in shown
+    assert "at those of the forces asked for, 300 to 500 mN, unchanged 300 to 900 mN, that it can be given;" in shown
 
 
 def test_a_slower_loop_says_what_its_delay_is_and_what_is_held_before(tmp_path):

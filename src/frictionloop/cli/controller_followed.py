@@ -65,6 +65,8 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
     at = f", contact {before.finger.contact}" if hasattr(before.finger, "contact") else ""
     at += f", {motion.speed_mm_s:g} mm/s" if hasattr(motion, "speed_mm_s") else ""
     head = f"how the set-point ({before.setpoint.kind}) is followed, {found.seconds:.3g} s of this finger simulated{at}"
+    if getattr(motion, "contact_s", 0.0):
+        head += "; it is dry at first. Contact upon contact: simulate it with --duration-s 60 --score-from-s 40"
     law: Any = before.controller
     gains = f" (kp {law.kp:.4g}, ki {law.ki:.4g} 1/s)" if isinstance(law, PiController) else ""
     rows = [

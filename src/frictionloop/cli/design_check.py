@@ -58,8 +58,9 @@ def command(
     people = others.people(system, overrides)
     count = loops(system, wanted)
     law = system.controller.kind
+    more = others.takes(law, system, wanted)
     lasts = check_text.takes(count, check_text.EACH_S.get(law, check_text.OTHER_S))
-    with screen.waiting(f"checking {law} on up to {count} loops; this takes {lasts}"):
+    with screen.waiting(f"checking {law} on up to {count} loops; this takes {lasts}{more}"):
         found = check_controller(system, wanted)
     many = None if people is None else on_fingers.check_fingers(system, people, wanted)
     if json:

@@ -88,9 +88,8 @@ def command(
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)
     people = others.people(system, overrides)
-    designed, wanted = _designed(levels, name, wanted)
+    designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted))
     after, found = levels.evolve(dict(designed.overrides)), designed.corners
-    many = None if people is None else check_fingers(after, people, wanted)
     new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
     with screen.waiting("looking for what is left to gain"):
         left = headroom(after, wanted.sensitivity_peak)
@@ -103,6 +102,7 @@ def command(
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
         write_toml(new, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
+    many = None if people is None else check_fingers(after, people, wanted)  # when all else is on the disk
     saved = {"controller": out, "figures": plots}
     if json:
         told = controller_text.as_json(name, designed, new, wanted, found, left)
@@ -137,7 +137,7 @@ def command(
     )
 
 
-def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Wanted]:
+def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Designed, Wanted]:
     """Return the controller and what it holds."""
     from frictionloop.cli.check_text import DESIGN_S, OTHER_DESIGN_S, takes
     from frictionloop.design.checking import loops
@@ -146,7 +146,7 @@ def _designed(system: System, law: str, wanted: Wanted) -> tuple[Designed, Wante
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     count = loops(system, wanted)
     lasts = takes(count, DESIGN_S.get(law, OTHER_DESIGN_S))
-    with screen.waiting(f"designing {law} and checking it on up to {count} loops{noise}; this takes {lasts}"):
+    with screen.waiting(f"designing {law} and checking it on up to {count} loops{noise}; this takes {lasts}{more}"):
         found = design_controller(system, law, wanted)
     if not found.not_both:
         return found, wanted

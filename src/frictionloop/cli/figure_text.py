@@ -28,9 +28,9 @@ HIDDEN = ("scored", "stable_from_n")
 """Numbers that a line tells, where they are no matter of course."""
 WIDTH = 90
 STROKES = (
-    "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at the forces asked for, {}; ∞ is "
-    "unstable. moist: the same at the end of the last stroke, where it can be given them. R2: of the regression, large "
-    "even of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
+    "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at those of the forces asked for, "
+    "{}, that it can be given; ∞ is unstable. moist: the same at the end of the last stroke. R2: of the regression, "
+    "large even of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
 )
 """Heads of the numbers of Fig. 5a, which are many, and what they mean."""
 FACTORS = [
@@ -45,10 +45,10 @@ def figure_text(figure: Shown) -> list[Any]:
     from frictionloop.report.cited import cited
 
     strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
-    other = "bench" if bench_of(figure.changed) else "gains"
+    other = "not the paper's bench" if bench_of(figure.changed) else "with gains as given"
     before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
     return [
-        figure.name + (f", not the paper's {other}: {words(figure.changed)}" if figure.changed else ""),
+        figure.name + (f", {other}: {words(figure.changed)}" if figure.changed else ""),
         *([_table(figure.numbers)] if figure.numbers else []),
         *(each for line in figure.told for each in _indented(line)),
         *before,

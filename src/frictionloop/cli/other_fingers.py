@@ -61,6 +61,16 @@ class OtherFingers:
             return None
         return population_of(system, self.fingers, self.fingers_seed or 0, overrides, self.population)
 
+    def takes(self, law: str, system: System, wanted: Wanted) -> str:
+        """Return what looking at them adds to a forecast; empty if none are asked for."""
+        from frictionloop.cli.check_text import FINGERS_S, OTHER_FINGERS_S, takes
+        from frictionloop.design.checking import loops_of_a_finger
+
+        if not self.fingers:
+            return ""
+        count = self.fingers * loops_of_a_finger(system, wanted)
+        return f", then {takes(count, FINGERS_S.get(law, OTHER_FINGERS_S))} for {self.fingers} fingers"
+
     def rows(self, found: xr.Dataset | None, system: System, wanted: Wanted, asked: Sequence[Corner]) -> list[Row]:
         """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for."""
         from frictionloop.cli import check_fingers, controller_holds

@@ -52,6 +52,7 @@ USUAL_OF = {
     "geometry.width_mm": (5.0, 2000.0),
     "geometry.thickness_mm": (0.1, 20.0),
     "drive.resonance_hz": (5e3, 2e5),
+    "disturbance.offset_n": (1e-12, 20.0),  # the mean of what its mean was taken from
     "disturbance.rate_hz": (1.0, 2e6),
     "setpoint.rate_hz": (1.0, 2e6),
 }

@@ -13,7 +13,7 @@ from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.state_space import StateSpace, close
 from frictionloop.design.corners import Corner, corners, occlusions, stroke_of
 from frictionloop.design.elsewhere import Place, elsewhere, strokes_of
-from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
+from frictionloop.design.held import CHECKED, ENDS, LOADS, SEARCHED, check_places
 from frictionloop.design.least_gain import least_gain
 from frictionloop.design.limit_linear import compliance_of, largest_gain, learnt
 from frictionloop.design.observed import GUARD, LOWEST_HZ
@@ -109,6 +109,13 @@ def loops(system: System, wanted: Wanted) -> int:
     close, few = wanted.over(CHECKED, LOADS), wanted.over(ENDS, LOADS)
     strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.touched), max(1, len(few.loads_n))
     places = len(close.systems(system)) + loads * len(strokes)
+    band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))
+    return places * wanted.lean.loops_each * len(shifted(band, wanted.limits))
+
+
+def loops_of_a_finger(system: System, wanted: Wanted) -> int:
+    """Return at how many loops `check_fingers` looks for each finger, at most."""
+    places = len(wanted.over(SEARCHED, ENDS).systems(system))
     band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))
     return places * wanted.lean.loops_each * len(shifted(band, wanted.limits))
 

@@ -65,7 +65,7 @@ def _glances(lines: tuple[Channel, ...], rate_hz: float | None, progress: bool |
 def _warnings(contents: Contents, sampling: Sampling) -> tuple[str, ...]:
     said = list(contents.notes)
     if sampling.rate_hz is None and sampling.even:
-        said.append("nothing tells a sampling rate: a plain table, or give rate_hz in the map")
+        said.append("nothing tells a sampling rate: a plain table; give --rate-hz, or rate_hz in the map")
     if sampling.gaps:
         lost = sum(count for _, count in sampling.gaps)
         row = sampling.gaps[0][0]

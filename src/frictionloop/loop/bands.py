@@ -27,8 +27,8 @@ def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Seq
 
     It is that of a periodogram without its bin at 0 Hz, from the first period that counts to the last, which fades in
     and out over a tenth at each end (Tukey window). So neither the moment at which a loop starts nor a jump from the
-    last to the first value spreads over the bands, and what is between counts alike. Across periods that do
-    not count, as reversals, stands a straight line.
+    last to the first value spreads over the bands, and what is between counts alike. The squares of all bands add up to
+    that of the signal where it counts. Across periods that do not count, as reversals, stands a straight line.
     """
     at = time_s[keep]
     inside = time_s[(time_s >= at[0]) & (time_s <= at[-1])]
@@ -40,7 +40,9 @@ def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Seq
     )
     power = density * frequency_hz[1]
     bands = [(frequency_hz > low) & (frequency_hz <= high) for low, high in itertools.pairwise(edges_hz)]
-    return np.array([float(np.sqrt(power[band].sum())) for band in bands])
+    found = np.sqrt([power[band].sum() for band in bands])
+    whole = float(np.sqrt(power[1:].sum()))
+    return np.asarray(found * float(np.std(values[keep])) / whole if whole > 0.0 else found)
 
 
 def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: Any = None) -> xr.DataArray:

@@ -96,7 +96,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     """
     runs, numbers = _tracked(name, changes, bar)
     figure = figure_closed_loop(runs, list(runs), numbers)
-    other = "Not the paper's bench: " if bench_of(changes) else "Not the paper's gains: "
+    other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     figure.suptitle(other + words(changes), fontsize=8.5, x=0.01, ha="left")
     found = _checked(numbers, changes, bar)
     # The bench unchanged is asked for the same, so that what the change does is seen alone.

@@ -82,10 +82,15 @@ def _reach(there: System, base: System, sines: Sines) -> list[str]:
     low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
     said = []
     if low_n < ends[0][0]:
-        said.append(f"below {ends[0][0]:.3g} N at the end of the strokes (unchanged {ends[1][0]:.3g})")
+        said.append(f"below {ends[0][0]:.3g} N when moist, at the end of the strokes (unchanged {ends[1][0]:.3g})")
     if high_n > ends[0][1]:
         said.append(f"above {ends[0][1]:.3g} N when it lands (unchanged {ends[1][1]:.3g})")
-    return [f"out of this finger's reach, whatever the gains: forces {' and '.join(said)}"] if said else []
+    if not said:
+        return []
+    return [
+        f"out of this finger's reach at its mean load, whatever the gains: forces {' and '.join(said)}; of more where "
+        "it presses harder or lighter"
+    ]
 
 
 def _band(system: System) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from frictionloop.analysis import linearise
@@ -21,9 +21,9 @@ class Stability(NamedTuple):
     """Of the linear loop at the forces that the sines ask for."""
 
     sensitivity_peak: float
-    """Largest Ms of a finger that has just landed; infinite if it is unstable at one."""
+    """Largest Ms of a finger that has just landed, at those that it can be given; infinite if unstable at one."""
     sensitivity_peak_moist: float
-    """The same at the end of the last stroke, at those forces that it can be given then; NaN if there are none."""
+    """The same at the end of the last stroke; NaN if it can be given none of them."""
     stable_from_n: float | None
     """Lowest of these forces from which on it is stable, just landed; None if it is unstable at the highest."""
 
@@ -32,13 +32,20 @@ def stability(system: System, sines: protocol.Sines = protocol.THE_SINES) -> Sta
     """Return Ms of a finger's loop over the forces of the sines, and from which of them on it is stable."""
     swing = [sign * sines.amplitude_n for sign in (-1, 0, 1)]
     forces_n = sorted({round(level_n + each, 9) for level_n in sines.levels_n for each in swing})
-    peaks = [each.sensitivity_peak() for each in operating_band(system, forces_n)]
-    first = max((at + 1 for at, peak in enumerate(peaks) if not math.isfinite(peak)), default=0)
-    moist = protocol.occlusion_at_end(system)
-    low_n, high_n = reach_n(system, law_at(system, moist))
-    there = [force for force in forces_n if low_n <= force <= high_n]
-    after = [each.sensitivity_peak() for each in operating_band(system, there, [moist])] if there else [math.nan]
-    return Stability(max(peaks), max(after), forces_n[first] if first < len(forces_n) else None)
+    dry, moist = (_peaks(system, forces_n, w) for w in (0.0, protocol.occlusion_at_end(system)))
+    stable = [force_n for k, force_n in enumerate(dry) if all(map(math.isfinite, [*dry.values()][k:]))]
+    return Stability(_largest(dry), _largest(moist), min(stable, default=None))
+
+
+def _peaks(system: System, forces_n: Sequence[float], occluded: float) -> dict[float, float]:
+    """Return Ms at those of the forces that a finger so moist can be given at its mean load, by force, rising."""
+    low_n, high_n = reach_n(system, law_at(system, occluded))
+    there = [force_n for force_n in forces_n if low_n <= force_n <= high_n]
+    return {force_n: operating_band(system, [force_n], [occluded])[0].sensitivity_peak() for force_n in there}
+
+
+def _largest(peaks: Mapping[float, float]) -> float:
+    return max(peaks.values(), default=math.nan)
 
 
 class Places(NamedTuple):
