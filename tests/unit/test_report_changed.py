@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import pytest
 
-from frictionloop.report import protocol
-from frictionloop.report.changed_told import told
+from frictionloop.report import changed_told, protocol
 from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS
 
 ROWS = (OPEN, RETUNED_GAINS)
+MIDDLE = protocol.Sines(levels_n=(0.6,), amplitude_n=0.01)
+"""What fingers can be given, of which nothing is told."""
+
+
+def told(changes, base, rows, sines=MIDDLE):
+    """Return the lines of a figure whose numbers say nothing."""
+    return changed_told.told(changes, base, {name: {} for name in rows}, {}, sines)
 
 
 @pytest.fixture(scope="module")
 def base():
-    return protocol.finger_system(protocol.population()[0])
+    return protocol.finger_system(protocol.population()[0]).evolve(
+        {"friction.nominal_n": 0.95, "friction.susceptibility_per_um2": 0.38, "motion.load_n": 0.5}
+    )
 
 
 @pytest.mark.parametrize(("slope", "does"), [(-0.12, "falls"), (0.05, "rises")])
@@ -33,17 +41,33 @@ def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_noth
     assert told({"plate.q": 100.0}, base, ROWS) == []
 
 
+HELD = "{:g} ms with half a period of hold, {:g} ms with that of the integral"
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"controller.delay_s": 1e-3}, "controller.delay_s = 0.001, with half a period of hold: 1.1 ms in all"),
-        ({"controller.rate_hz": 2e3}, "controller.delay_s = 0.0002, with half a period of hold: 0.45 ms in all"),
+        ({"controller.delay_s": 1e-3}, ["controller.delay_s = 0.001: " + HELD.format(1.1, 1.2)]),
+        (
+            {"controller.rate_hz": 2e3},
+            [
+                "controller.delay_s = 0.0002: " + HELD.format(0.45, 0.7),
+                "a controller that computes for one period has controller.delay_s = 0.0005 at this rate",
+            ],
+        ),
     ],
 )
-def test_a_changed_delay_or_rate_tells_the_delay_with_the_hold(base, changes, said):
-    assert told(changes, base, ROWS) == [said]
+def test_a_changed_delay_or_rate_tells_the_delay_with_hold_and_integral(base, changes, said):
+    assert told(changes, base, ROWS) == said
     same = {"controller.delay_s": base.controller.delay_s, "controller.rate_hz": base.controller.rate_hz}
     assert told(same, base, ROWS) == []
+
+
+def test_forces_that_the_finger_cannot_be_given_are_told_with_both_ends(base):
+    (line,) = told({"plate.max_amplitude_um": 0.5}, base, ROWS)
+    assert line.startswith("out of this finger's reach at its mean load, whatever the gains: forces below ")
+    (line,) = told({}, base, ROWS, protocol.Sines(levels_n=(1.2,), amplitude_n=0.01))
+    assert "forces above 0.95 N when it lands (unchanged 0.95)" in line
 
 
 def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):
