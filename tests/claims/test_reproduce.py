@@ -164,7 +164,8 @@ def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_be
     assert f"amplified by at most {found.sensitivity_peak:.2g} " in first
     assert f"they do not hold at {found.places.places - found.places.held} of {found.places.places}" in first
     assert text.count(f"it is up to {found.of_finger:.3g}") == 2
-    assert f"stable on it from {found.ideal_from_n:.2g} N on" in text
+    assert f"stable on it, just landed, from {found.ideal_from_n:.2g} N on" in text
+    assert f"at the end of the last stroke, {found.of_finger_moist:.3g}." in text
     assert check_controller(bench().evolve(found.places.instead)).holds
 
 
