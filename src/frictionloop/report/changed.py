@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -32,6 +33,8 @@ OTHER = {
     "--controller.kp {kp:g} --controller.ki {ki:g} --setpoint.amplitude_n 0.3 --fingers 26 --fingers-seed 1 {changes}"
 }
 """What does nearly the same on a changed bench."""
+LETTERS = 36
+"""Of a title, above each panel."""
 KEPT = ("motion.stroke_mm", "setpoint.kind", "controller.kind", "friction.kind", "finger.kind", "motion.kind")
 
 
@@ -97,7 +100,8 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     runs, numbers = _tracked(name, changes, bar)
     figure = figure_closed_loop(runs, list(runs), numbers)
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
-    figure.suptitle(other + words(changes), fontsize=8.5, x=0.01, ha="left")
+    title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)
+    figure.suptitle("\n".join(title), fontsize=8.5, x=0.01, ha="left")
     found = _checked(numbers, changes, bar)
     # The bench unchanged is asked for the same, so that what the change does is seen alone.
     same = {path: value for path, value in changes.items() if path in SINES}

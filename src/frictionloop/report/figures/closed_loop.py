@@ -23,6 +23,8 @@ DOTS = 100
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 LIMITS_N, ROOM_N = (0.25, 0.95), 0.05
+ABOVE = 1.7
+"""Axis over the forces that the scores stand above."""
 LEAST_TOP_N = 1.3
 """Upper end of the axis of forces where no force is as large: the scores stand above the forces then."""
 HERE = "re-tuned here"
@@ -48,8 +50,7 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], 
     """
     figure = new_figure(2.3 * len(names), 3.5)
     panels = figure.subplots(1, len(names), sharex=True, sharey=True)
-    top_n = max(1.05 * float(tracked[name]["f_a"].quantile(0.999)) for name in tracked if name in TITLES)
-    top_n = max(top_n, LEAST_TOP_N)
+    top_n = max(LEAST_TOP_N, *(_top_n(tracked[name]) for name in tracked if name in TITLES))
     for axes, name in zip(panels, names, strict=True):
         row = rows[name]
         _cloud(axes, tracked[name], top_n, _stable(row))
@@ -61,6 +62,13 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], 
     handles, words = panels[0].get_legend_handles_labels()
     figure.legend(handles, words, loc="outside lower center", ncols=3, markerscale=2.5)
     return figure
+
+
+def _top_n(runs: xr.Dataset) -> float:
+    """Return an upper end of the axis that holds the forces, those of the lower levels below the scores."""
+    forces, levels = runs["f_a"], runs.sizes["level"]
+    left = forces.isel(level=slice(0, max(1, levels - 1)))
+    return max(1.05 * float(forces.quantile(0.999)), ABOVE * float(left.quantile(0.99)))
 
 
 def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
