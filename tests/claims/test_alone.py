@@ -164,6 +164,7 @@ def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path
         (["fig-5a-printed"], {"controller.kp": 1.0, "controller.ki": 1.0}, "gains of your own are for fig-5a"),
         (["fig-5a"], {"controller.kind": "notch_pi"}, "controller.kind: is set by the protocol"),
         (["fig-5a"], {"setpoint.kind": "constant"}, "setpoint.kind: is set by the protocol"),
+        (["fig-5a"], {"setpoint.amplitude_n": "small"}, "setpoint.amplitude_n"),
         (["fig-5a"], {"setpoint.amplitude_n": 0.0}, "setpoint.amplitude_n = 0 N: must be above 0"),
         (["fig-5a"], {"motion.stroke_mm": 60.0}, "motion.stroke_mm: is set by the protocol"),
         (["fig-5a"], {"friction.kind": "gaussian"}, "friction.kind: is set by the protocol"),

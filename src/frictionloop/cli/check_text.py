@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 WORST_FIRST: tuple[tuple[str, How], ...] = (*NOT_HELD, ("HOLDS", "within"))
 EACH_S: dict[str, tuple[float, float]] = {"pi": (0.008, 0.04), "lookup": (0.008, 0.04)}
-"""Time to check a loop, s: on an idle core with many loops, and on a busy one with few; measured, 0.016 for a PI."""
+"""Time to check a loop, s: on an idle core with many loops, and on a busy one with few (assumed)."""
 OTHER_S = (0.025, 0.15)
-"""The same of laws with a notch, a model or an observer: 0.03 and 0.11 were measured."""
+"""The same of laws with a notch, a model or an observer (assumed)."""
 FINGERS_S: dict[str, tuple[float, float]] = {"pi": (0.0015, 0.006)}
-"""The same of loops of other people's fingers, which share a grid of frequencies; 0.002 was measured."""
+"""The same of loops of other people's fingers, which share a grid of frequencies (assumed)."""
 OTHER_FINGERS_S = (0.003, 0.012)
-"""The same of other laws; 0.004 was measured of a notch, and 0.007 on a busy core."""
+"""The same of other laws (assumed)."""
 DESIGN_S: dict[str, tuple[float, float]] = {"pi": (0.03, 0.08)}
-"""Time to design and to check a loop, s: on an idle core, and on a busy one; measured, 0.03 and 0.05."""
+"""Time to design and to check a loop, s: on an idle core, and on a busy one (assumed)."""
 OTHER_DESIGN_S = (0.05, 0.2)
-"""The same of laws that are searched for longer; 0.11 was measured of a notch on a busy core."""
+"""The same of laws that are searched for longer (assumed)."""
 
 
 def verdict(

@@ -108,16 +108,17 @@ def loops(system: System, wanted: Wanted) -> int:
     """Return at how many loops a check looks, at most: it says how long it takes."""
     close, few = wanted.over(CHECKED, LOADS), wanted.over(ENDS, LOADS)
     strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.touched), max(1, len(few.loads_n))
-    places = len(close.systems(system)) + loads * len(strokes)
-    band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))
-    return places * wanted.lean.loops_each * len(shifted(band, wanted.limits))
+    return (len(close.systems(system)) + loads * len(strokes)) * _loops_of_a_place(system, wanted)
 
 
 def loops_of_a_finger(system: System, wanted: Wanted) -> int:
     """Return at how many loops `check_fingers` looks for each finger, at most."""
-    places = len(wanted.over(SEARCHED, ENDS).systems(system))
+    return len(wanted.over(SEARCHED, ENDS).systems(system)) * _loops_of_a_place(system, wanted)
+
+
+def _loops_of_a_place(system: System, wanted: Wanted) -> int:
     band = operating_band(system.evolve({"controller.kind": "pi"}), occluded=occlusions(system))
-    return places * wanted.lean.loops_each * len(shifted(band, wanted.limits))
+    return wanted.lean.loops_each * len(shifted(band, wanted.limits))
 
 
 def _notes(system: System) -> tuple[str, ...]:

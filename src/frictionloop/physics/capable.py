@@ -42,8 +42,8 @@ def reach(
     contact_s : float
         Time since landing until which both forces must be held, at least 0.
     contacts : float
-        Of the last of so many contacts, at least 1, each ``motion.lifted_s`` after the one before; infinite is where
-        contact upon contact ends.
+        Number of contacts of a finger that was dry, with ``motion.lifted_s`` in the air between two; the last one
+        counts. At least 1, infinity allowed.
 
     Raises
     ------

@@ -60,15 +60,17 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
                 f"{path}: is set by the protocol of Fig. 5a, sines on strokes under a PI; change the bench, its gains, "
                 f"or {', '.join(SINES)}"
             )
-    if (size := changes.get(SINES[1], 1.0)) <= 0.0:
-        raise FrictionloopError(f"{SINES[1]} = {size:g} N: must be above 0; R2 is of a set-point that varies")
     given = [path for path in GAINS if path in changes]
     if len(given) == 1:
         missing = next(path for path in GAINS if path not in changes)
         raise FrictionloopError(f"{missing}: is missing beside {given[0]}; give both gains")
     if given and "fig-5a-printed" in names:
         raise FrictionloopError('only = "fig-5a-printed": is of the printed gains; gains of your own are for fig-5a')
-    bench().evolve(changes)
+    setpoint: Any = bench().evolve(changes).setpoint
+    if setpoint.amplitude_n <= 0.0:
+        raise FrictionloopError(
+            f"{SINES[1]} = {setpoint.amplitude_n:g} N: must be above 0; R2 is of a set-point that varies"
+        )
 
 
 def _other(name: str, changes: Mapping[str, Any]) -> str:

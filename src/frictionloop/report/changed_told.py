@@ -13,7 +13,7 @@ from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.protocol import Sines, occlusion_at_end
 
-MEAN, DELAY = "setpoint.offset_n", "controller.delay_s"
+MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
 
 
 def told(
@@ -78,7 +78,7 @@ def _sines(changes: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
 
 def _reach(there: System, base: System, sines: Sines) -> list[str]:
     """Return which forces the finger cannot be given, whatever the gains; with what that was unchanged."""
-    ends = [(*_band(each),) for each in (there, base)]
+    ends = [_band(each) for each in (there, base)]
     low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
     said = []
     if low_n < ends[0][0]:
@@ -112,7 +112,8 @@ def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], be
     if now.rate_hz != was.rate_hz and DELAY not in changes and math.isclose(was.delay_s * was.rate_hz, 1.0):
         lines.append(f"a controller that computes for one period has controller.delay_s = {period_s:g} at this rate")
     peaks = [each.get(RETUNED_GAINS, {}).get("sensitivity_peak") for each in (rows, before)]
-    if None not in peaks and peaks[0] < peaks[1] and now.delay_s + period_s > was.delay_s + 1.0 / was.rate_hz:
+    later = now.delay_s + period_s > was.delay_s + 1.0 / was.rate_hz and set(changes) <= {DELAY, RATE}
+    if later and None not in peaks and peaks[0] < peaks[1]:
         lines.append(
             f"Ms of the {RETUNED_GAINS} falls with more delay: the phase reaches -180 degrees farther below the peak "
             "of the sensor's resonance (docs/bench-gains.md)"
