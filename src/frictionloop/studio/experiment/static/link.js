@@ -6,13 +6,14 @@ export class Link extends EventTarget {
     super();
     this.url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live/${role}${location.search}`;
     this.readings = [];
+    this.unsent = [];
     this.open();
-    setInterval(() => this.ask("clock", { sent: performance.now() }), CLOCK_MS);
+    setInterval(() => this.up && this.ask("clock", { sent: performance.now() }), CLOCK_MS);
   }
   open() {
     this.socket = new WebSocket(this.url);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => { this.readings = []; this.tell("link", { up: true }); this.ask("clock", { sent: performance.now() }); };
+    this.socket.onopen = () => { this.readings = []; this.tell("link", { up: true }); this.ask("clock", { sent: performance.now() }); this.unsent.splice(0).forEach((each) => this.socket.send(each)); };
     this.socket.onmessage = ({ data }) => {
       // What is of the moment alone comes as bytes: a slow page may miss it.
       const message = JSON.parse(typeof data === "string" ? data : new TextDecoder().decode(data));
@@ -34,5 +35,10 @@ export class Link extends EventTarget {
   }
   tell(name, detail) { this.dispatchEvent(Object.assign(new Event(name), { detail })); }
   get up() { return this.socket.readyState === WebSocket.OPEN; }
-  ask(what, more = {}) { if (this.up) this.socket.send(JSON.stringify({ do: what, ...more })); }
+  // What is asked while the socket is away goes out when it is back: an answer is not lost.
+  ask(what, more = {}) {
+    const message = JSON.stringify({ do: what, ...more });
+    if (this.up) this.socket.send(message);
+    else this.unsent.push(message);
+  }
 }
