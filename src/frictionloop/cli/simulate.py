@@ -43,6 +43,7 @@ def command(
     duration_s: flags.DurationS = 10.0,
     seed: flags.Run[flags.Whole] = 0,
     score_from_s: flags.ScoreFromS = 0.0,
+    split_hz: flags.Run[str | None] = None,
     out: flags.Result[Path | None] = None,
     plot: flags.Result[Path | None] = None,
     save_system: flags.Result[Path | None] = None,
@@ -57,6 +58,8 @@ def command(
     ----------
     seed
         Seed of all noise: the same seed gives the same run.
+    split_hz
+        Frequencies with commas between, such as 8 or 4,20: what is left of the disturbance below, between and above.
     out
         Save the traces here (HDF5, .h5).
     plot
@@ -76,9 +79,10 @@ def command(
     checks.check_score(score_from_s, duration_s)
     there = [path for path in (out, plot) if path is not None and path.exists()]
     system, origin = flags.given(file, preset, overrides)
-    from frictionloop.cli import contact_turns
+    from frictionloop.cli import bands_asked, contact_turns
 
     contact_turns.ask(system)
+    edges_hz = bands_asked.edges_of(split_hz, system.controller.rate_hz)
     run, elapsed_s = _run(system, duration_s, seed)
 
     from frictionloop.cli import (
@@ -99,9 +103,10 @@ def command(
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
-        left = beyond(run)
+        left, bands = beyond(run), bands_asked.by_band(run, mask, edges_hz)
         said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
         said += recorded_units.resampled(system)
+        said += bands_asked.notes(run, mask, bands)
         said += recorded_bands.lines(run, mask)
         said += recorded_followed.lines(run, mask)
     said += recorded_turns.lines(run, system, duration_s)
@@ -116,6 +121,7 @@ def command(
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
         result |= {"steps": [each._asdict() for each in times], "ringing": ringing.as_json(rings)}
+        result |= {"bands": bands} if bands else {}
         result |= {"beyond": left._asdict()} if left else {}
         read = {name: each._asdict() for name, each in recorded_units.recordings(system).items()}
         result |= {"recording": {**read, "notes": " ".join([*unreached, *said])}} if read else {}
@@ -123,7 +129,7 @@ def command(
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
-    rows += scores.scored_rows(mask)
+    rows += bands_asked.rows(bands) + scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",

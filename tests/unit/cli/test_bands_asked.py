@@ -1,0 +1,54 @@
+"""What a loop leaves of a disturbance between frequencies that a person names."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import frictionloop as fl
+from frictionloop.cli.bands_asked import by_band, edges_of, notes, rows
+
+
+def test_the_bands_are_named_counted_and_add_up_to_the_whole(tmp_path, frictionloop):
+    at_s = np.arange(4000) / 1000.0
+    slow_n, fast_n = 0.05 * np.sin(2 * np.pi * 3.0 * at_s), 0.02 * np.sin(2 * np.pi * 90.0 * at_s)
+    table = np.column_stack([at_s, slow_n + fast_n])
+    np.savetxt(tmp_path / "s.csv", table, delimiter=",", header="time_s,force_n", comments="")
+    given = [
+        "simulate", "--preset", "feasible", "--setpoint.kind", "constant", "--setpoint.offset_n", "0.5",
+        "--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "s.csv"),
+        "--disturbance.column", "force_n", "--duration-s", "4", "--split-hz", "8,300",
+    ]  # fmt: skip
+    said = frictionloop(*given).out
+    assert "by frequency" in said
+    assert "below 8 Hz" in said
+    assert "8 to 300 Hz" in said
+    assert "above 300 Hz, where next to nothing varies" in said
+    bands = json.loads(frictionloop(*given, "--json").out)["bands"]
+    assert [each["low_hz"] for each in bands] == [0.0, 8.0, 300.0]
+    assert bands[0]["disturbance_n"] == pytest.approx(0.05 / math.sqrt(2), rel=0.01)
+    assert bands[1]["disturbance_n"] == pytest.approx(0.02 / math.sqrt(2), rel=0.01)
+    assert bands[1]["disturbance_left"] == pytest.approx(bands[1]["left_n"] / bands[1]["disturbance_n"])
+
+
+@pytest.mark.parametrize("text", ["", "x", "8,4", "0", "-1", "8,8", "2500", "nan", "8;20"])
+def test_frequencies_that_do_not_rise_within_the_loops_are_refused(text):
+    with pytest.raises(fl.FrictionloopError, match="split_hz"):
+        edges_of(text, 5000.0)
+    assert edges_of(None, 5000.0) == []
+    assert edges_of("8, 20", 5000.0) == [0.0, 8.0, 20.0, math.inf]
+
+
+def test_what_is_too_narrow_or_not_there_is_said():
+    run = fl.simulate(fl.feasible().evolve({"disturbance": fl.Sine(amplitude_n=0.1)}), 1.0)
+    everything = np.ones(run.sizes["time"], bool)
+    assert "by less than 2 Hz" in " ".join(notes(run, everything, by_band(run, everything, edges_of("8,8.1", 5000.0))))
+    assert notes(run, everything, by_band(run, everything, edges_of("8", 5000.0))) == []
+    calm = fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 1.0)
+    bands = by_band(calm, everything, edges_of("8", 5000.0))
+    assert "nothing of a disturbance varies" in " ".join(notes(calm, everything, bands))
+    assert [row[1] for row in rows(bands)] == ["-", "-"]
+    assert by_band(run, ~everything, edges_of("8", 5000.0)) == []
