@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 REASONS = 3
 """Most reasons that are told."""
-SAVED = "`frictionloop simulate FILE` with these flags and `--save-system my-gains.toml` writes them to a file"
+SAVED = "`frictionloop design check FILE` with these flags and `--out my-gains.toml` checks and writes them to a file"
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 

@@ -82,7 +82,7 @@ def verdict(
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
     rows += [] if fingers else other_people(system, "`--fingers 100`")
     if designed:
-        return [*rows, ("designed for", f"`{designed}`, by the file, looks at what it was designed for")]
+        return [*rows, ("by the file", f"`{designed}` looks at what it was designed or checked for")]
     return [*rows, *_other_loads(system, wanted)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 AGAIN = "Look again: frictionloop design check FILE"
 """Begins the line of a saved controller with the flags that it was designed for."""
+NOT_SAVED = ("would hold", "other people", "other loads", "by the file")
+"""Rows of a check that propose what to do next, which a file is not the place for."""
 MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
 LARGER = ", or give a larger max_amplitude_um to plate and controller.model"
 DRIER = ", a shorter motion.contact_s or a longer motion.lifted_s."
@@ -60,6 +63,16 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         ),
         f"{AGAIN}{wanted_flags(found, wanted)}",
     ]
+
+
+def checked(verdict: Sequence[tuple[str, ...]], found: Sequence[Corner], wanted: Wanted, more: str) -> list[str]:
+    """Return the comment lines of a controller that was checked: the rows of the verdict, and how to look again."""
+    told, name = ["This controller as it was given; frictionloop design check found of it:"], ""
+    for first, said in verdict:
+        name = first or name
+        if name not in NOT_SAVED and not said.startswith("`frictionloop"):
+            told += textwrap.wrap(f"{first}: {said}" if first else f"  {said}", 100, subsequent_indent="  ")
+    return [*told, f"{AGAIN}{wanted_flags(found, wanted)}{more}"]
 
 
 def designed_for(file: Path | None) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 
-from frictionloop.cli import flags, screen
+from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import MustHold
 from frictionloop.cli.other_fingers import OtherFingers
 
@@ -15,6 +16,8 @@ EXAMPLES = r"""Examples
   frictionloop design check my-bench.toml --controller.kp 0.05 --controller.ki 60
   frictionloop design check my-controller.toml --speeds 20,60 --json
   frictionloop design check my-controller.toml --fingers 100
+  frictionloop design check my-controller.toml --fingers 100 \
+      --controller.kp 0.05 --controller.ki 60 --out my-gains.toml
 """
 AS_USUAL = MustHold()
 NOBODY = OtherFingers()
@@ -28,14 +31,22 @@ def command(
     overrides: flags.Overrides = None,
     must: MustHold = AS_USUAL,
     others: OtherFingers = NOBODY,
+    out: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
     """Check the controller of a system as it is: where it holds, where it does not and by how much, and what would.
 
     No other controller is searched for. It is looked at on both contacts, at its speed, half and four times that, on a
     dry and a moist finger, with the resonance off.
+
+    Parameters
+    ----------
+    out
+        Write the system with this controller here (.toml), headed by what was found.
     """
     others.check()
+    checks.check_output("out", out, checks.SYSTEMS)
+    checks.check_new("out", out)
     given_system, origin = flags.given(file, preset, overrides, "bench")
 
     from frictionloop.analysis.levels import at_levels
@@ -50,6 +61,7 @@ def command(
     from frictionloop.design import on_fingers
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
+    from frictionloop.parameters import write_toml
 
     system = at_levels(given_system)
     recorded_units.ask(given_system)
@@ -63,9 +75,6 @@ def command(
     with screen.waiting(f"checking {law} on up to {count} loops; this takes {lasts}{more}"):
         found = check_controller(system, wanted)
     many = None if people is None else on_fingers.check_fingers(system, people, wanted)
-    if json:
-        screen.show_json(check_text.as_json(found, system, wanted) | others.as_json(many))
-        return
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
@@ -73,18 +82,26 @@ def command(
     given = " ".join([given, *_bench_flags(overrides)])
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
     crowd = others.rows(many, system, wanted, asked)
+    verdict = check_text.verdict(found, system, wanted, given, moist, designed, crowd)
+    if out is not None:
+        write_toml(given_system, out, said=controller_holds.checked(verdict, asked, wanted, others.again()))
+    if json:
+        told = check_text.as_json(found, system, wanted) | {"saved": {"controller": out}}
+        screen.show_json(told | others.as_json(many))
+        return
     about = controller_also.moist_row(system, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
-        screen.columns([*check_text.verdict(found, system, wanted, given, moist, designed, crowd), *about]),
+        screen.columns([*verdict, *about]),
         "",
         screen.columns([("bench", origin), *check_text.controller_rows(system)]),
         "",
         *check_table.table(found, wanted),
         *(["", *map(screen.wrapped, notes)] if notes else []),
+        *(["", *screen.saved({"controller": out})] if out is not None else []),
     )
 
 

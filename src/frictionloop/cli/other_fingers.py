@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,6 +82,11 @@ class OtherFingers:
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
         return check_fingers.rows(found, system, drawn, where)
+
+    def again(self) -> str:
+        """Return the flags that look at the same fingers again, with a blank before each; empty without any."""
+        given = {"fingers": self.fingers, "fingers-seed": self.fingers_seed, "population": self.population}
+        return "".join(f" --{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
 
     def as_json(self, found: xr.Dataset | None) -> dict[str, Any]:
         """Return what was found by name; nothing if none were asked for."""

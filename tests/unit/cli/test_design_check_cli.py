@@ -197,3 +197,18 @@ def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
     assert "not looked at: `--fingers 100` counts the fingers on which" in " ".join(frictionloop(*given).out.split())
     refused = frictionloop(*given, "--population", "people.toml")
     assert "population: says where fingers come from; accepted: with --fingers N" in refused.err
+
+
+def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
+    gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--contacts", "dahl")
+    said = frictionloop(*CHECK, *PI[:2], *gains, "--out", "g.toml").out
+    assert "saved controller as g.toml" in " ".join(said.split())
+    assert fl.read_toml("g.toml").controller.ki == 20.0
+    lines = (tmp_path / "g.toml").read_text().split("\nschema")[0].splitlines()
+    head = " ".join(" ".join(line.removeprefix("# ").split()) for line in lines)
+    assert "NOT ON ALL FINGERS: the limits hold on " in head
+    assert "would hold" not in head
+    assert head.endswith("Look again: frictionloop design check FILE --contacts dahl --fingers 8")
+    again = " ".join(frictionloop("design", "check", "g.toml").out.split())
+    assert "by the file `--contacts dahl --fingers 8` looks at what it was designed or checked for" in again
+    assert "exists and is not replaced" in frictionloop("design", "check", "g.toml", "--out", "g.toml").err

@@ -304,7 +304,7 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     assert again == "--contacts dahl,slider --loads 0.4,0.8"
     assert frictionloop("design", "check", "c.toml", *again.split()).out.split()[0] == "HOLDS"
     said = " ".join(frictionloop("design", "check", "c.toml").out.split())
-    assert f"designed for `{again}`, by the file, looks at what it was designed for" in said
+    assert f"by the file `{again}` looks at what it was designed or checked for" in said
 
 
 def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(frictionloop):
