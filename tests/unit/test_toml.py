@@ -36,7 +36,7 @@ def windows(draw):
     return fl.Recording(
         path=draw(text), column=draw(text), rate_hz=draw(st.none() | positive), scale=draw(number),
         offset_n=draw(number), unit=draw(text), start_s=start, stop_s=stop, remove_mean=draw(st.booleans()),
-        rectify=draw(st.booleans()),
+        rectify=draw(st.none() | st.booleans()),
     )  # fmt: skip
 
 

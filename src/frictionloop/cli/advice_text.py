@@ -137,16 +137,17 @@ def out_of_reach(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     from frictionloop.recordings.doubts import FINGERS_N
 
     system = system_of(run)
-    if (misread := asked(system, "size", "signs")) or not mask.any():  # no reach explains what comes of that
+    misread = asked(system, "size", "signs")
+    if asked(system, "size") or not mask.any():  # no reach explains what comes of that
         return misread
     (floor, top), r, d = reach_of(run, mask), run["f_r"].values[mask], run["d"].values[mask]
     missed = missed_of(run, mask)
     level = abs(float(d.mean()))
     if not missed.mean() >= (CLAMPED if left_in(system, level) else UNREACHED):
-        return split_error(run, mask, missed)
+        return misread + split_error(run, mask, missed)
     low, high = float(np.median(floor + d)), float(np.median(top + d))
     had = f"{low:.3g} to {high:.3g} N could be had, as medians of what is scored"
-    said = [f"The set-point is out of reach {missed.mean():.0%} of the time: {had}."]
+    said = [*misread, f"The set-point is out of reach {missed.mean():.0%} of the time: {had}."]
     clamped = float(run["saturated"].values[mask].mean())
     if clamped > CLAMPED:
         said.append(f"So {clamped:.0%} of the commands are clamped.")

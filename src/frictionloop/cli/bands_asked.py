@@ -5,15 +5,20 @@ from __future__ import annotations
 import itertools
 import math
 import textwrap
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.cli.recorded import WIDTH
-from frictionloop.loop.bands import disturbance_left_by_band
+from frictionloop.loop.bands import disturbance_left_by_band, rms_by_band
 from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
+
+
+MUCH = 0.5
+"""Share of what varies in a band (rms) from which on it is told that it lies close to its end (chosen)."""
 
 
 def edges_of(text: str | None, rate_hz: float) -> list[float]:
@@ -62,10 +67,34 @@ def notes(run: xr.Dataset, mask: np.ndarray, bands: list[dict[str, Any]]) -> lis
         return ["--split-hz: nothing of a disturbance varies where scored, or it is not known what is left."]
     at = run["time"].values[mask]
     apart_hz = 2.0 / float(at[-1] - at[0]) if at[-1] > at[0] else math.inf
-    if min(each["high_hz"] - each["low_hz"] for each in bands) >= apart_hz:
+    mixed = [edge for band, edge, inside in _edges(bands, apart_hz) if _mixed(run, mask, band, inside)]
+    if not mixed:
         return []
-    said = f"What is scored is too short to tell frequencies apart by less than {apart_hz:.2g} Hz: the neighbours of a "
-    return textwrap.wrap(said + "narrower band hold a part of it.", WIDTH)
+    edges = " and ".join(f"{edge:g} Hz" for edge in dict.fromkeys(mixed))
+    said = (
+        f"What is scored is too short to tell frequencies apart by less than {apart_hz:.2g} Hz, and so near to {edges} "
+    )
+    return textwrap.wrap(
+        said + "lies much of what varies on one side of it: its share holds some of the other's.", WIDTH
+    )
+
+
+def _edges(bands: list[dict[str, Any]], apart_hz: float) -> Iterator[tuple[dict[str, Any], float, list[float]]]:
+    """Yield each band, an end of it, and the part of it that is too near to that end."""
+    for band in bands:
+        low, high = band["low_hz"], band["high_hz"]
+        if low > 0.0:
+            yield band, low, [low, min(low + apart_hz, high)]
+        if math.isfinite(high):
+            yield band, high, [max(high - apart_hz, low), high]
+
+
+def _mixed(run: xr.Dataset, mask: np.ndarray, band: dict[str, Any], inside: list[float]) -> bool:
+    """Tell whether much of what varies in a band lies in a part of it."""
+    if math.isnan(band["disturbance_left"]):
+        return False
+    (near_n,) = rms_by_band(run["d"].values, run["time"].values, mask, inside)
+    return bool(near_n > MUCH * band["disturbance_n"])
 
 
 def _said(band: dict[str, Any]) -> tuple[str, str]:

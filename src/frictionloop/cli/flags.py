@@ -158,13 +158,14 @@ def given(
     except FrictionloopError as error:
         raise FrictionloopError(suggested(str(error))) from None
     start, changes = (None, {}) if file is None else start_of(file)
-    of_file = [] if start is None else _left(start, base, changes)
-    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides)):
+    origin = str(file) if file else f"{preset_name or instead}()"
+    of_file = [] if start is None else _left(start, base, changes, "its preset")
+    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides, origin)):
         screen.note(line)
     ask(system)
     for line in differing(system, named_by([*_flat(changes)], overrides), designed):
         screen.note(line)
-    return system, changed(str(file) if file else f"{preset_name or instead}()", overrides)
+    return system, changed(origin, overrides)
 
 
 def stated(file: Path | None, flags: Iterable[str] | None) -> set[str]:
@@ -188,8 +189,8 @@ def changed(origin: str, overrides: Mapping[str, Any]) -> str:
     return f"{origin} with {changes}" if changes else origin
 
 
-def _left(base: System, system: System, overrides: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a line for each block of a new kind: which values were not taken over from the old one."""
+def _left(base: System, system: System, overrides: Mapping[str, Any], origin: str) -> Iterator[str]:
+    """Yield a line for each block of a new kind: which values were not taken over from the old one, of ``origin``."""
     for name in type(base).model_fields:
         old, new = getattr(base, name), getattr(system, name)
         if f"{name}.kind" in overrides and old.kind != new.kind:
@@ -199,4 +200,4 @@ def _left(base: System, system: System, overrides: Mapping[str, Any]) -> Iterato
             left = [each for each in left if getattr(old, each) != getattr(new, each)]
             if left:
                 values = ", ".join(f"{each} = {getattr(new, each)}" for each in left)
-                yield f"{name}.kind = {new.kind}: {values} by default; what the {old.kind} had is not taken over"
+                yield f"{name}.kind = {new.kind}: {values} by default, not as the {old.kind} of {origin} has"

@@ -15,7 +15,23 @@ WIDTH = 100
 def notes(system: System, duration_s: float) -> list[str]:
     """Return what is said of the recorded signals of a run of this length."""
     said = [_part(name, getattr(system, name), duration_s) for name in ("setpoint", "disturbance")]
-    return [line for each in (*said, beyond_range(system), on_top(system)) for line in textwrap.wrap(each, WIDTH)]
+    told = (*said, uncut(system), beyond_range(system), on_top(system))
+    return [line for each in told for line in textwrap.wrap(each, WIDTH)]
+
+
+def uncut(system: System) -> str:
+    """Return that all of a recorded disturbance counts; empty of one that was cut, or whose cut was asked about."""
+    signal = system.disturbance
+    if not isinstance(signal, Recording) or signal.start_s is not None or signal.stop_s is not None:
+        return ""
+    from frictionloop.recordings.told import found
+
+    if found(signal).on_plate_s is not None:
+        return ""
+    return (
+        "The recorded disturbance is used uncut: landing, rests and lifting count as friction where it has them. "
+        "--disturbance.start_s and --disturbance.stop_s cut out the slide."
+    )
 
 
 def beyond_range(system: System) -> str:

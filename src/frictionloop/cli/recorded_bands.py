@@ -12,7 +12,7 @@ from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.cli.recorded_units import asked
 from frictionloop.loop.bands import disturbance_left_by_band
-from frictionloop.loop.metrics import out_of_reach, reach_of
+from frictionloop.loop.metrics import out_of_reach, reach_of, rms_error
 from frictionloop.loop.open_loop import disturbance_left
 from frictionloop.loop.record import system_of
 from frictionloop.parameters.still import stirring
@@ -28,6 +28,8 @@ MOST = 0.5
 
 START_S, APART = 0.1, 0.05
 """Time in which a loop begins, and the share of what is left from which on it is told (both chosen)."""
+MEAN = 0.5
+"""Share of the rms error from which on it is told that its mean is (chosen)."""
 OWN = "the finger's own taken off: "
 
 
@@ -129,4 +131,23 @@ def entered(run: xr.Dataset, mask: np.ndarray) -> str:
     own = ", the finger's own included" if stirring(system_of(run)) else ""
     left = disturbance_left(run, mask)
     of_it = "" if math.isnan(left) else f", of which {1e3 * left * float(np.std(run['d'].values[mask])):.3g} mN is left"
-    return f"Where scored, the disturbance varies by {d}{of_it}; the force f_a varies by {force}{own}."
+    return (
+        f"Where scored, the disturbance varies by {d}{of_it}; the force f_a varies by {force}{own}{_aside(run, mask)}."
+    )
+
+
+def _aside(run: xr.Dataset, mask: np.ndarray) -> str:
+    """Return what of the force is the start of the run, and how far its mean is from the set-point's."""
+    f_a, time_s = run["f_a"].values, run["time"].values
+    late, said = mask & (time_s >= time_s[0] + START_S), ""
+    if np.count_nonzero(late) > np.count_nonzero(mask) / 2:
+        rest_n = float(np.std(f_a[late]))
+        if float(np.std(f_a[mask])) > (1.0 + APART) * rest_n:
+            said = f", without the first {START_S:g} s by {1e3 * rest_n:.3g} mN"
+    mean_n, error_n = float(np.mean((f_a - run["f_r"].values)[mask])), rms_error(run, mask)
+    if abs(mean_n) > MEAN * error_n:
+        said += (
+            f". Its mean is {1e3 * abs(mean_n):.3g} mN {'above' if mean_n > 0.0 else 'below'} that of the set-point, "
+        )
+        said += "which counts in rms_error"
+    return said

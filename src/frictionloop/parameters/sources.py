@@ -150,8 +150,9 @@ class Recording(Signal):
     or they are dates; its beginning if not given."""
     stop_s: Number | None = None
     """Where in the recording to stop, counted likewise (its end if not given)."""
-    rectify: bool = False
-    """Take the magnitude, |scale * column|, before a mean is removed: of friction whose sign is that of the motion."""
+    rectify: bool | None = None
+    """Take the magnitude, |scale * column|, before a mean is removed: of friction whose sign is that of the motion;
+    false: the signs are right as they are; not given: as they are, and asked about where they seem those of strokes."""
     remove_mean: bool = False
     """Subtract the mean of the part used, so that offset_n alone sets the level."""
 

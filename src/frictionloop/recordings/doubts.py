@@ -118,8 +118,9 @@ def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
     if each.largest_n > FINGERS_N:
         meant = Remedy("unit", "mN") if each.unit == "N" else Remedy("scale", None)
         yield _too_large(name, each.largest_n, before, meant)
-    range_n = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
-    yield from _signed(name, each.signs, range_n + before)
+    if signal.rectify is None:
+        range_n = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
+        yield from _signed(name, each.signs, range_n + before, RIGHT + LIFTED * (not signal.remove_mean))
     if name == "disturbance":
         yield from _too_small(each.rms_n, each.largest_n, _larger(each))
     if name == "disturbance" and each.on_plate_s is not None:
@@ -131,7 +132,7 @@ def _of_array(name: str, signal: Samples) -> Iterator[Doubt]:
     largest_n = float(np.abs(values).max())
     asked = [_too_large(name, largest_n, "", Remedy("", None, "values / 1000"))] if largest_n > FINGERS_N else []
     range_n = f"{values.min():.3g} to {values.max():.3g} N"
-    asked += _signed(name, signs_of(values, signal.longest_s), range_n)
+    asked += _signed(name, signs_of(values, signal.longest_s), range_n, OFFSET)
     # A small array is how a loop's response is measured; a recording of a finger is not small.
     yield from (each._replace(is_array=True) for each in asked)
 
@@ -157,19 +158,23 @@ def _larger(each: Found) -> Remedy:
     return Remedy("unit" if each.unit_by == "taken for N" else "scale", None)
 
 
-OFFSET = "If it is the sensor that is off, offset_n is added to all values."
+RIGHT = "with rectify = false the signs are right as they are, as where the zero of the sensor is off"
+LIFTED = "; offset_n is added to all values"
+OFFSET = "If it is the sensor that is off, offset_n is added to all values"
 
 
-def _signed(name: str, signs: str, range_n: str) -> Iterator[Doubt]:
+def _signed(name: str, signs: str, range_n: str, otherwise: str) -> Iterator[Doubt]:
+    """Yield the question about the signs of a signal; ``otherwise`` is what to do where they are right."""
     seen = {
         "both": f"has both signs, {range_n}, as friction of strokes both ways; did you mean its magnitude, {{}}?",
         "below": f"is below 0, {range_n}, and friction is above; did you mean its magnitude, {{}}, or the other sign?",
     }.get(signs)
     if seen:
-        yield Doubt("signs", name, f"The recorded {name} {seen} {OFFSET}", RECTIFY)
+        yield Doubt("signs", name, f"The recorded {name} {seen} {otherwise[0].upper()}{otherwise[1:]}.", RECTIFY)
 
 
 def _off_plate(where: str, on_plate_s: tuple[float, float]) -> Doubt:
     start, stop = (Remedy(name, round(at_s, 9)) for name, at_s in zip(("start_s", "stop_s"), on_plate_s, strict=True))
     said = f"The recorded disturbance is near 0 at {where}: is the finger off the plate there? The longest part on the "
-    return Doubt("contact", "disturbance", said + "plate: {}.", start, also=(stop,))
+    lasts_s = on_plate_s[1] - on_plate_s[0]
+    return Doubt("contact", "disturbance", f"{said}plate lasts {lasts_s:.3g} s: {{}}.", start, also=(stop,))

@@ -46,7 +46,7 @@ class Found(NamedTuple):
     raw_mean_n: float
     """Mean in the file in N, before it is removed and an offset added."""
     signs: Signs
-    """Whether that looks like friction with the sign of the motion (`signs_of`)."""
+    """Whether it looks like friction with the sign of the motion, an offset added and its mean left in (`signs_of`)."""
     off_plate: str = ""
     """Stretches of it in s where the finger seems off the plate, "" without any (`contact.off_plate`)."""
     on_plate_s: tuple[float, float] | None = None
@@ -89,7 +89,7 @@ def found(recording: Recording) -> Found:
         raw_lowest_n=float(raw.min()),
         raw_highest_n=float(raw.max()),
         raw_mean_n=float(raw.mean()),
-        signs=signs_of(raw, raw.size / file_hz),
+        signs=signs_of(raw if recording.remove_mean else force, raw.size / file_hz),
         mean_n=0.0 if abs(mean_n) <= 1e-9 * largest_n else mean_n,  # of one that is removed its rounding is left
         rms_n=float(force.std()),
         off_plate=off,

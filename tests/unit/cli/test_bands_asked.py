@@ -42,13 +42,24 @@ def test_frequencies_that_do_not_rise_within_the_loops_are_refused(text):
     assert edges_of("8, 20", 5000.0) == [0.0, 8.0, 20.0, math.inf]
 
 
-def test_what_is_too_narrow_or_not_there_is_said():
-    run = fl.simulate(fl.feasible().evolve({"disturbance": fl.Sine(amplitude_n=0.1)}), 1.0)
-    everything = np.ones(run.sizes["time"], bool)
-    assert "by less than 2 Hz" in " ".join(notes(run, everything, by_band(run, everything, edges_of("8,8.1", 5000.0))))
-    assert notes(run, everything, by_band(run, everything, edges_of("8", 5000.0))) == []
+def told(edges, *tones_hz):
+    at_s = np.arange(10_000) / 5000.0
+    values_n = 0.02 * sum((np.sin(2 * np.pi * each * at_s) for each in tones_hz), start=0 * at_s)
+    signals = {"setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Samples(values_n=values_n, rate_hz=5000.0)}
+    run = fl.simulate(fl.feasible().evolve(signals), 2.0)
+    mask = run.time.values >= 0.5
+    return " ".join(notes(run, mask, by_band(run, mask, edges_of(edges, 5000.0))))
+
+
+def test_a_tone_that_is_too_near_to_an_edge_is_said():
+    assert "by less than 1.3 Hz, and so near to 8 Hz" in told("8", 7.5)
+    assert told("8", 3.0, 90.0) == ""
+
+
+def test_what_is_not_there_is_said():
     calm = fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 1.0)
+    everything = np.ones(calm.sizes["time"], bool)
     bands = by_band(calm, everything, edges_of("8", 5000.0))
     assert "nothing of a disturbance varies" in " ".join(notes(calm, everything, bands))
     assert [row[1] for row in rows(bands)] == ["-", "-"]
-    assert by_band(run, ~everything, edges_of("8", 5000.0)) == []
+    assert by_band(calm, ~everything, edges_of("8", 5000.0)) == []

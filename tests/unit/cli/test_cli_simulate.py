@@ -82,7 +82,7 @@ def test_order_of_flags_does_not_matter_for_a_kind(frictionloop):
         "amplitude_n": 0,
         "frequency_hz": 5,
     }
-    left = "setpoint.kind = sine: amplitude_n = 0.0 by default; what the log_sweep had is not taken over"
+    left = "setpoint.kind = sine: amplitude_n = 0.0 by default, not as the log_sweep of feasible() has"
     assert left in told.err
 
 

@@ -170,3 +170,23 @@ def test_what_the_start_adds_is_told_where_it_counts():
     assert f"Without the first 0.1 s, in which the loop begins, {left:.3g} of the disturbance is left" in said
     assert "Without the first" not in " ".join(lines(run, run.time.values >= 0.1))
     assert "Without the first" not in " ".join(lines(run_of(20.0), everything[:1].repeat(5000)))
+
+
+def test_the_start_of_the_run_and_a_mean_that_is_off_are_told_of_the_force():
+    run = run_of(20.0, **{"controller.kp": 3.0, "controller.ki": 2.0})
+    said = " ".join(lines(run, np.ones(run.sizes["time"], bool)))
+    rest_mn = 1e3 * float(run.f_a.values[run.time.values >= 0.1].std())
+    assert f"without the first 0.1 s by {rest_mn:.3g} mN" in said
+    mean_mn = 1e3 * float((run.f_r - run.f_a).values.mean())
+    assert f"Its mean is {mean_mn:.3g} mN below that of the set-point, which counts in rms_error" in said
+    tight = run_of(20.0, **{"controller.kp": 3.0, "controller.ki": 200.0})
+    assert "Its mean is" not in " ".join(lines(tight, tight.time.values >= 0.3))
+
+
+def test_a_recording_that_was_not_cut_says_so(frictionloop, tmp_path):
+    np.savetxt(tmp_path / "s.csv", 0.01 * np.sin(np.arange(2000) / 9), header="Ft [N]", comments="")
+    flags = ("kind", "recording", "path", "s.csv", "column", "Ft", "rate_hz", "1000")
+    given = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
+    given = ["simulate", "--preset", "feasible", "--duration-s", "1", *given]
+    assert "used uncut: landing, rests and lifting count" in " ".join(frictionloop(*given).out.split())
+    assert "uncut" not in frictionloop(*given, "--disturbance.stop_s", "1.5").out

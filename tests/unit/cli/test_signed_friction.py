@@ -74,13 +74,33 @@ def test_signed_friction_is_asked_about_with_its_range_in_the_file(tmp_path, rem
     signal = recorded(tmp_path, FRICTION_N * TO_AND_FRO, remove_mean=removed)
     (line,) = [" ".join(asked(as_disturbance(signal)))]
     before = " before its mean is removed" if removed else ""
+    lifted = "" if removed else "; offset_n is added to all values"
     assert line == (
         f"The recorded disturbance has both signs, -0.9 to 0.9 N{before}, as friction of strokes both ways; did you "
-        "mean its magnitude, --disturbance.rectify true? If it is the sensor that is off, "
-        "offset_n is added to all values."
+        "mean its magnitude, --disturbance.rectify true? With rectify = false the signs are right as they are, as "
+        f"where the zero of the sensor is off{lifted}."
     )
     assert ("(-0.9 to 0.9 N before its mean, " in told(signal)) is removed
-    assert asked(as_disturbance(signal.model_copy(update={"rectify": True}))) == []
+    for said in (True, False):
+        assert asked(as_disturbance(signal.model_copy(update={"rectify": said}))) == []
+
+
+def test_an_offset_that_lifts_all_values_answers_the_question_about_their_sign(tmp_path):
+    signal = recorded(tmp_path, -FRICTION_N)
+    assert "is below 0" in " ".join(asked(as_disturbance(signal)))
+    assert asked(as_disturbance(signal.model_copy(update={"offset_n": 1.0}))) == []
+    removed = signal.model_copy(update={"offset_n": 1.0, "remove_mean": True})  # a level, not the zero of the sensor
+    assert "is below 0" in " ".join(asked(as_disturbance(removed)))
+
+
+def test_a_question_about_signs_does_not_hide_that_the_set_point_is_out_of_reach(tmp_path, frictionloop):
+    signal = recorded(tmp_path, -FRICTION_N)
+    flags = ("kind", "recording", "path", signal.path, "column", "Ft", "rate_hz", "1000")
+    words = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
+    answer = frictionloop("simulate", "--preset", "feasible", "--duration-s", "1", *words)
+    said = " ".join(answer.out.split())
+    assert "did you mean its magnitude" in said
+    assert "The set-point is out of reach" in said
 
 
 def test_a_stroke_against_the_axis_is_asked_about_although_its_mean_is_removed(tmp_path):
