@@ -7,9 +7,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.figure_text import _scored, figure_text
+from frictionloop.design.checking import check_controller
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import alone, changed, protocol
-from frictionloop.report.device import CONTROLLERS, OPEN, RETUNED_GAINS, fit
+from frictionloop.report.device import CONTROLLERS, OPEN, RETUNED_GAINS, fit, tracking
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS, closed_loop
 from frictionloop.report.figures.closed_loop import GIVEN, HERE
@@ -215,7 +216,39 @@ def test_a_slower_loop_says_what_its_delay_is_and_what_is_held_before(tmp_path):
     assert "has controller.delay_s = 0.0005 at this rate" in said
     peaks = [rows[RETUNED_GAINS]["sensitivity_peak"] for rows in (figure.numbers, figure.unchanged)]
     assert ("falls with more delay" in said) is (peaks[0] < peaks[1])
-    before, now = figure.checked_before[RETUNED_GAINS], figure.checked[RETUNED_GAINS]
+    before, now = figure.checked_before.places[RETUNED_GAINS], figure.checked.places[RETUNED_GAINS]
     assert f"hold at {now.held} of 6 contacts and speeds, unstable at {now.unstable} (unchanged: {before.held}," in (
         " ".join(str(line).strip() for line in figure_text(figure))
     )
+
+
+def test_the_check_of_a_changed_figure_is_of_the_finger_that_it_draws(tmp_path):
+    changes = {"setpoint.offset_n": 0.4, "controller.kp": 0.006, "controller.ki": 45.0}
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], changes).figures
+    there = fl.read_toml(figure.bench)
+    assert there.friction.nominal_n == the_finger()["friction.nominal_n"]
+    assert (there.setpoint.offset_n, there.setpoint.amplitude_n) == (0.4, 0.1)
+    gains = {"controller.kp": 0.006, "controller.ki": 45.0}
+    by_hand = check_controller(there.evolve(gains))
+    found = figure.checked.places["gains as given"]
+    assert found.held == sum(place.how == "within" for place in by_hand.places)
+    assert found.instead == by_hand.instead
+    shown = " ".join(str(line).strip() for line in figure_text(figure))
+    assert "on this finger with its own load, on both contacts" in shown
+    assert f"design check {figure.bench} --controller.kp" in shown
+    (would,) = figure.checked.said
+    kp, ki = (by_hand.instead[f"controller.{each}"] for each in ("kp", "ki"))
+    assert would.startswith(f"kp {kp:.4g}, ki {ki:.4g} 1/s would hold at all of them")
+    sines = protocol.Sines((0.4,))
+    error_n = fit(tracking(protocol.finger_system(the_finger()), by_hand.instead, sines)).rms_n
+    assert f"the error is {1e3 * error_n:.3g} mN then" in would
+
+
+def test_a_noisier_sensor_says_what_it_makes_of_the_force_and_that_the_gains_stay(tmp_path):
+    (figure,) = alone.alone(tmp_path, ["fig-5a"], {"sensor.noise_density_n_rthz": 4.6e-6}).figures
+    said = " ".join(figure.told)
+    assert "noise of the sensor in the force: " in said
+    assert "The change does not alter them: they are those of the bench unchanged too" in said
+    (slower,) = alone.alone(tmp_path, ["fig-5a"], {"plate.q": 460.0}).figures
+    assert "does not alter them" not in " ".join(slower.told)
+    assert "noise of the sensor" not in " ".join(slower.told)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -92,25 +93,27 @@ def _indented(line: str) -> list[str]:
 
 def _checked(figure: Shown) -> list[str]:
     """Return at how many contacts and speeds the gains hold on a changed bench, and the command that says more."""
-    from frictionloop.report.cited import flags_of
-
-    if not figure.checked:
-        return []
+    found, before = figure.checked, figure.checked_before
+    if not found.places:
+        return [each for line in found.said for each in _indented(line)]
     from frictionloop.report.changed import bench_of
+    from frictionloop.report.changed_check import best_of
 
     changed = " on the changed bench" if bench_of(figure.changed) else ""
-    lines = [f"  What frictionloop design check says of them{changed}:"]
-    for name, found in figure.checked.items():
-        ringing = f", unstable at {found.unstable}" if found.unstable else ""
-        there = figure.checked_before.get(name)
-        was = f" (unchanged: {there.held}, unstable at {there.unstable})" if there else ""
-        lines.append(f"  {name}: hold at {found.held} of {found.places} contacts and speeds{ringing}{was}")
-        lines += [f"    {where}" for where in found.unstable_on]
-    name = max(figure.checked, key=lambda each: (figure.checked[each].held, -figure.checked[each].unstable))
-    gains = {f"controller.{each}": figure.numbers[name][each] for each in ("kp", "ki")}
-    given = figure.changed | {path: float(f"{value:.4g}") for path, value in gains.items() if value is not None}
-    command = "frictionloop design check --preset bench"
-    return [*lines, f"  More of {name}, and what would hold: {' '.join([command, *flags_of(given)])}"]
+    lines = _indented(
+        f"What frictionloop design check says of them{changed}: on this finger with its own load, on both contacts, at "
+        "its speed, half and four times that, just landed and moist, with the resonance off too"
+    )
+    for name, there in found.places.items():
+        ringing = f", unstable at {there.unstable}" if there.unstable else ""
+        usual = before.places.get(name)
+        was = f" (unchanged: {usual.held}, unstable at {usual.unstable})" if usual else ""
+        lines.append(f"  {name}: hold at {there.held} of {there.places} contacts and speeds{ringing}{was}")
+        lines += [f"    {where}" for where in there.unstable_on]
+    name = best_of(found.places)
+    gains = [f"--controller.{each} {figure.numbers[name][each]:.4g}" for each in ("kp", "ki")]
+    more = " ".join(["frictionloop design check", shlex.quote(str(figure.bench)), *gains])
+    return [*lines, *(each for line in found.said for each in _indented(line)), f"  More of {name}: {more}"]
 
 
 def _table(numbers: Table) -> Any:

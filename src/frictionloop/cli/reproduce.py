@@ -25,8 +25,8 @@ Changed = Annotated[
     Parameter(
         name=flags.DOTTED,
         metavar="VALUE",
-        help="Change the bench, such as --sensor.resonance_hz 200, or give PI gains, --controller.kp 0.0146 "
-        "--controller.ki 31.5. For --only fig-5a, and of the bench fig-5a-printed, which are not the paper's then: "
+        help="Change the bench, such as --sensor.resonance_hz 200, or give PI gains, --controller.kp 0.0079 "
+        "--controller.ki 17. For --only fig-5a, and of the bench fig-5a-printed, which are not the paper's then: "
         "title and file say what was changed, and no statement is judged.",
         group=flags.RESULT,
     ),
@@ -85,7 +85,7 @@ def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> N
     claims, figures = alone(out, names, changes)
     if json:
         screen.show_json(
-            {"claims": [claim.as_dict() for claim in claims], "figures": [figure._asdict() for figure in figures]}
+            {"claims": [claim.as_dict() for claim in claims], "figures": [figure.as_dict() for figure in figures]}
         )
         return
     for claim in claims:

@@ -9,18 +9,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from frictionloop.loop.progress import progress_bar
+from frictionloop.parameters import write_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import changed
 from frictionloop.report.build import prepare
+from frictionloop.report.changed_check import Check
 from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import Claim, claim_ids, one_claim
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.results import Results
-from frictionloop.report.stability import Places
 from frictionloop.report.stroke_numbers import Table
 from frictionloop.report.style import write_both
+
+NOTHING = Check({}, [])
 
 
 class Shown(NamedTuple):
@@ -37,12 +40,18 @@ class Shown(NamedTuple):
     numbers: Table
     unchanged: Table
     """The same numbers of the bench that is not changed; empty where it is that."""
-    checked: dict[str, Places]
+    checked: Check
     """What ``design check`` says of the gains on a changed bench."""
-    checked_before: dict[str, Places]
+    checked_before: Check
     """The same of the report's gains on the bench that is not changed."""
+    bench: Path | None
+    """The changed bench under the finger that is drawn; None of a figure that is not changed."""
     told: list[str]
     """What the numbers do not say of the change."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it by name, as JSON can hold it."""
+        return self._asdict() | {each: getattr(self, each).as_dict() for each in ("checked", "checked_before")}
 
 
 class Alone(NamedTuple):
@@ -92,17 +101,23 @@ def alone(
         shown = []
         for name in wanted:
             if given:
-                figure, numbers, before, checked, held, told = changed.drawn(name, given, bar.inner())
+                figure, numbers, before, checked, held, there, told = changed.drawn(name, given, bar.inner())
                 file, seeds = changed.file_name(name, given), changed.seeds_of(given)
             else:
                 watched = results.watched()
                 figure, file = DRAWINGS[name](watched), name
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
-                before, checked, held, told = {}, {}, {}, []
+                before, checked, held, there, told = {}, NOTHING, NOTHING, None, []
             path = target / "figures" / f"{file}.svg"
             write_both(figure, file, path, " · ".join(cited(command_of(name, given), seeds)))
             made = cited_version(), command_of(name, given)
-            shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, held, told))
+            bench = None
+            if there is not None:
+                bench = path.with_suffix(".toml")
+                write_toml(
+                    there, bench, said=[f"The bench and the finger of {path.name}, asked for all of its forces."]
+                )
+            shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, held, bench, told))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 

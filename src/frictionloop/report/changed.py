@@ -10,16 +10,18 @@ import xarray as xr
 
 from frictionloop.design import retune
 from frictionloop.loop.progress import Bar
-from frictionloop.parameters import RETUNED, bench
+from frictionloop.parameters import RETUNED, System, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
+from frictionloop.report.changed_check import Check
+from frictionloop.report.changed_check import check as check_gains
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, tracking
 from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
-from frictionloop.report.stability import Places, checked
+from frictionloop.report.stability import asked_for
 from frictionloop.report.stroke_numbers import Table, of_strokes
 
 SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
@@ -86,10 +88,12 @@ class Drawn(NamedTuple):
     numbers: Table
     unchanged: Table
     """The same numbers of the bench that is not changed."""
-    checked: dict[str, Places]
+    checked: Check
     """What ``design check`` says of each pair of gains on the changed bench."""
-    checked_before: dict[str, Places]
-    """The same of the report's gains on the bench that is not changed; empty where it is that."""
+    checked_before: Check
+    """The same of the report's gains on the bench that is not changed; of nothing where it is that."""
+    bench: System
+    """The changed bench under the finger that is drawn, asked for all of its forces."""
     told: list[str]
     """What the numbers do not say of the change."""
 
@@ -104,14 +108,16 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)
     figure.suptitle("\n".join(title), fontsize=8.5, x=0.01, ha="left")
-    found = _checked(numbers, changes, bar)
+    found = check_gains(numbers, bench_of(changes), sines_of(changes), bar)
     # The bench unchanged is asked for the same, so that what the change does is seen alone.
     same = {path: value for path, value in changes.items() if path in SINES}
     same = {} if same == bench_of(changes) else same
     before = _tracked(name, same, bar)[1] if bench_of(changes) else {}
-    held = _checked({each: row for each, row in before.items() if each != HERE}, same, bar)
+    own = {each: row for each, row in before.items() if each != HERE}
+    held = check_gains(own, bench_of(same), sines_of(same), bar)
     said = told(changes, protocol.finger_system(the_finger()), numbers, before, sines_of(changes))
-    return Drawn(figure, numbers, before, found, held, [*said, _by_level(runs)])
+    there = asked_for(bench_of(changes), sines_of(changes))
+    return Drawn(figure, numbers, before, found, held, there, [*said, _by_level(runs)])
 
 
 def _by_level(runs: Mapping[str, xr.Dataset]) -> str:
@@ -120,17 +126,6 @@ def _by_level(runs: Mapping[str, xr.Dataset]) -> str:
     errors = {each: [fit(some.sel(level=[at])).rms_n for at in levels] for each, some in runs.items()}
     listed = [f"{each} {', '.join(number(1e3 * error_n) for error_n in row)}" for each, row in errors.items()]
     return f"error by level, {', '.join(f'{at:g}' for at in levels)} N (mN): {'; '.join(listed)}"
-
-
-def _checked(numbers: Table, changes: Mapping[str, Any], bar: Bar) -> dict[str, Places]:
-    """Return what ``design check`` says of each pair of gains on a bench."""
-    found = {}
-    for each, row in numbers.items():
-        if each not in (OPEN, IDEAL):  # which no bench has
-            bar.doing(f"design check of the {each}")
-            gains = {"controller.kp": row["kp"], "controller.ki": row["ki"]}
-            found[each] = checked(bench().evolve({**changes, **gains}))
-    return found
 
 
 def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -189,4 +184,4 @@ def file_name(name: str, changes: Mapping[str, Any]) -> str:
 
 
 def _plain(value: Any) -> str:
-    return number(value) if isinstance(value, float) else str(value)
+    return number(value, 4) if isinstance(value, float) else str(value)

@@ -6,13 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from frictionloop.analysis import operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
+from frictionloop.report.figures.closed_loop import HERE
 from frictionloop.report.protocol import Sines, occlusion_at_end
 
+NOISE = ("sensor.noise_density_n_rthz", "sensor.adc_bits", "sensor.range_n")
 MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
 
 
@@ -40,6 +43,8 @@ def told(
         *_sines(changes, before),
         *_reach(base.evolve(changes), base, sines),
         *_delay(changes, base, rows, before),
+        *_noise(changes, base, sines),
+        *_here(rows, before),
         *_unreached(changes, base, rows),
     ]
 
@@ -82,15 +87,19 @@ def _reach(there: System, base: System, sines: Sines) -> list[str]:
     low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
     said = []
     if low_n < ends[0][0]:
-        said.append(f"below {ends[0][0]:.3g} N when moist, at the end of the strokes (unchanged {ends[1][0]:.3g})")
+        said.append(f"below {ends[0][0]:.3g} N when moist, at the end of the strokes{_was(ends[0][0], ends[1][0])}")
     if high_n > ends[0][1]:
-        said.append(f"above {ends[0][1]:.3g} N when it lands (unchanged {ends[1][1]:.3g})")
+        said.append(f"above {ends[0][1]:.3g} N when it lands{_was(ends[0][1], ends[1][1])}")
     if not said:
         return []
     return [
-        f"out of this finger's reach at its mean load, whatever the gains: forces {' and '.join(said)}; of more where "
-        "it presses harder or lighter"
+        f"out of this finger's reach at its mean load, whatever the gains: forces {' and '.join(said)}; more "
+        "of them where it presses harder or lighter"
     ]
+
+
+def _was(now_n: float, before_n: float) -> str:
+    return "" if f"{now_n:.3g}" == f"{before_n:.3g}" else f" (unchanged {before_n:.3g})"
 
 
 def _band(system: System) -> tuple[float, float]:
@@ -119,6 +128,38 @@ def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], be
             "of the sensor's resonance (docs/bench-gains.md)"
         )
     return lines
+
+
+def _noise(changes: Mapping[str, Any], base: System, sines: Sines) -> list[str]:
+    """Return what the noise of the sensor makes of the force, which is too little to be seen in it."""
+    if not any(path in changes for path in NOISE):
+        return []
+    force_n = sum(sines.levels_n) / len(sines.levels_n)
+    found = []
+    for system in (base.evolve(changes), base):
+        try:
+            (loop,) = operating_band(system.evolve(CONTROLLERS[RETUNED_GAINS]), [force_n], [0.0])
+            found.append(1e6 * output_noise_rms_n(loop))
+        except FrictionloopError:  # unstable, or out of reach
+            return []
+    if not all(map(math.isfinite, found)) or math.isclose(*found, rel_tol=0.01):
+        return []
+    return [
+        f"noise of the sensor in the force: {found[0]:.3g} uN rms (unchanged {found[1]:.3g}), by the linear loop of "
+        f"the {RETUNED_GAINS} at {force_n:.3g} N"
+    ]
+
+
+def _here(rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
+    """Return for which finger gains were found anew, and that the change does not alter them."""
+    if HERE not in rows or HERE not in before:
+        return []
+    said = f"{HERE}: by fl.retune for the finger and the forces of the preset, as the {RETUNED_GAINS} were; this "
+    said += "finger is another, and so is its Ms"
+    pairs = [[each[HERE][name] for name in ("kp", "ki")] for each in (rows, before)]
+    if all(math.isclose(now, was, rel_tol=1e-3, abs_tol=1e-6) for now, was in zip(*pairs, strict=True)):
+        said += ". The change does not alter them: they are those of the bench unchanged too"
+    return [said]
 
 
 def _unreached(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
