@@ -9,7 +9,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from cyclopts import CycloptsError, UnknownOptionError, UnusedCliTokensError
+from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
 from frictionloop.cli.flags import DOTTED, gather
 from frictionloop.cli.outside import used
@@ -86,6 +86,10 @@ def _without(tokens: Sequence[str], flag: str) -> list[str]:
 def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
     if isinstance(error, UnusedCliTokensError):
         return f"{shlex.join(error.unused_tokens or [])}: not expected here; see --help"
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        name = error.argument.name
+        if name.startswith("--") and not any(token.partition("=")[0] == name for token in tokens):
+            return f"{' '.join(error.command_chain or ())}: {name} is missing; see --help"
     if isinstance(error, UnknownOptionError):
         flag = (error.token.keyword or error.token.value).partition("=")[0]
         if flag == DOTTED:

@@ -56,7 +56,8 @@ def device_words(system: System) -> dict[str, np.ndarray]:
     if system.controller.rate_hz != rate_hz:
         raise FrictionloopError(
             f"controller.rate_hz = {system.controller.rate_hz:g} Hz: the firmware runs at {rate_hz} Hz; gains are for "
-            f"one rate, so design again with controller.rate_hz = {rate_hz}"
+            f"one rate, so design again with controller.rate_hz = {rate_hz}; docs/how-to/a-board-of-my-own.md is for "
+            "other boards"
         )
     board, setpoint = system.board, cast("Any", system.setpoint)
     level_n = setpoint.levels_n[0] if setpoint.kind == "steps" else setpoint.offset_n
