@@ -143,13 +143,14 @@ class Population(Outcome):
         both, low, high, moving = (int(np.sum(each)) for each in (reach.able, ~reach.low, ~reach.high, reach.moving))
         drifts = f"that is at a steady load; as it drifts and trembles {moving} can, for 95 % of the time"
         times = f"{reach.contacts} contacts of " if reach.contacts > 1 else ""
-        upon = f"where contact upon contact ends {reach.in_the_end} can (--motion.lifted_s is the time between)"
+        upon = f"after many more contacts {reach.in_the_end} can, and {reach.moving_in_the_end} as the load moves: "
+        upon += "fingers get moister; a longer --motion.lifted_s dries them"
         return [
             f"able: {both} of {total} fingers can be given the set-point, {band},",
             f"for {times}{reach.contact_s:g} s on the plate; {low} cannot get so low, {high} cannot get so high",
             *self._beside,
             *([drifts] if moving != both else []),
-            *([upon] if reach.in_the_end is not None else []),
+            *([screen.wrapped(upon)] if reach.in_the_end is not None else []),
             *self._slide,
         ]
 
@@ -163,6 +164,7 @@ class Population(Outcome):
         found["asked_n"] = None if self.reach is None else [self.reach.low_n, self.reach.high_n]
         found["capable_load_moves"] = None if self.reach is None else self.reach.moving
         found["capable_in_the_end"] = None if self.reach is None else self.reach.in_the_end
+        found["capable_in_the_end_load_moves"] = None if self.reach is None else self.reach.moving_in_the_end
         found["capable"], found["replaced"] = able, self._replaced[0]
         found["ringing"] = ringing.as_json(self.rings)
         if able is not None:

@@ -31,7 +31,10 @@ class Reach(NamedTuple):
     moving: np.ndarray
     """Who can be given both for all but a twentieth of the time while the load drifts and trembles."""
     in_the_end: int | None
-    """How many can be given both with the load at its mean where contact upon contact ends; None of one that stays."""
+    """How many can be given both with the load at its mean once contact upon contact has made fingers as moist as they
+    get; None of one that stays."""
+    moving_in_the_end: int | None
+    """The same for all but a twentieth of the time while the load drifts and trembles."""
 
     @property
     def able(self) -> np.ndarray:
@@ -67,5 +70,7 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
 
     low, high = reached(here)
     moving = np.logical_and(*reached(band(contacts, True)))
-    last = int(np.logical_and(*reached(band(math.inf, False))).sum()) if lifts else None
-    return here, Reach(wanted.low_n, wanted.high_n, contact_s, contacts, low, high, moving, last)
+    last, last_moving = (
+        int(np.logical_and(*reached(band(math.inf, moves))).sum()) if lifts else None for moves in (False, True)
+    )
+    return here, Reach(wanted.low_n, wanted.high_n, contact_s, contacts, low, high, moving, last, last_moving)
