@@ -48,7 +48,7 @@ LIGHTER, HEAVIER = 0.7, 1.4
 def verdict(
     designed: Designed, after: System, wanted: Wanted, out: Path | None, people: Sequence[Row] = ()
 ) -> list[Row]:
-    """Return rows of the verdict: stable where, how else elsewhere, and what to do next.
+    """Return rows of the verdict: within its limits where, how else elsewhere, and what to do next.
 
     ``people`` are rows on other people's fingers, where these were looked at.
     """
@@ -73,7 +73,7 @@ def verdict(
     file = "my-controller.toml" if out is None else shlex.quote(str(out))
     others = other_people(after, f"`frictionloop design check {file}{wanted_flags(found, wanted)} --fingers 100`")
     worse += people
-    rows: list[Row] = [("STABLE", but(worse, moist) + "; ".join(filter(None, where)))]
+    rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [] if people else others
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]

@@ -137,7 +137,7 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert f"{controller.ki:.4g} 1/s" in answer.out
     first = " ".join(answer.out.split())
     assert first.startswith(
-        "STABLE but CLOSE TO UNSTABLE when fully moist, as below. Within its limits: contacts dahl and slider, 20 mm/s;"
+        "HOLDS but CLOSE TO UNSTABLE when fully moist, as below. Within its limits: contacts dahl and slider, 20 mm/s;"
     )
     assert "0.5 to 0.7 N; a finger just landed and a moist finger" in first
     assert "wider for other speeds and loads, `--speeds 10,20` and `--loads 0.35,0.7` design between these" in first
@@ -281,7 +281,7 @@ def test_saturation_is_judged_by_the_friction_law():
 def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
     said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
     assert said.startswith(
-        "STABLE but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below. "
+        "HOLDS but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below. "
         "Within its limits: contact dahl"
     )
     assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
@@ -373,7 +373,7 @@ def test_a_design_that_is_looked_at_on_other_fingers_says_on_how_many_it_holds(f
     many = frictionloop(*given, "--fingers", "6", "--json").json()["fingers"]
     assert many["count"] == 6 and many["hold"] < 6
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
-    assert said.startswith("STABLE but NOT ON ALL FINGERS,") and "other people" not in said
+    assert said.startswith("HOLDS but NOT ON ALL FINGERS,") and "other people" not in said
     assert (
         f"NOT ON ALL FINGERS the limits hold on {many['hold']} of 6 fingers of seed 0; contacts dahl and slider" in said
     )
