@@ -27,7 +27,8 @@ SETTLED = 3.0
 """Time constants after which occlusion is called complete: 95 %."""
 MATTER = {
     "friction.nominal_n": "N", "friction.susceptibility_per_um2": "um^-2",
-    "friction.occlusion_ratio": "", "friction.occlusion_s": "s", "friction.moist_loss": "", "plate.max_amplitude_um": "um",
+    "friction.occlusion_ratio": "", "friction.occlusion_s": "s", "friction.moist_loss": "",
+    "plate.max_amplitude_um": "um",
     "sensor.cutoff_hz": "Hz", "sensor.q": "", "controller.delay_s": "s", "motion.load_n": "N",
     "motion.lifted_s": "s", "setpoint.offset_n": "N", "setpoint.amplitude_n": "N",
 }  # fmt: skip

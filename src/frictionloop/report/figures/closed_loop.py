@@ -23,6 +23,7 @@ DOTS = 100
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 LIMITS_N, ROOM_N = (0.25, 0.95), 0.05
+"""Ends of the axis of set-points of several levels, which is the same for all benches, and the room beside them."""
 ABOVE = 1.7
 """Axis over the forces that the scores stand above."""
 LEAST_TOP_N = 1.3
@@ -90,7 +91,9 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     r = runs["f_r"].values.ravel()
     offset = float(runs["f_a"].mean()) - found.slope * r.mean()
     ends = np.array([r.min(), r.max()])
-    limits = min(LIMITS_N[0], r.min() - ROOM_N), max(LIMITS_N[1], r.max() + ROOM_N)
+    limits = r.min() - ROOM_N, r.max() + ROOM_N
+    if runs.sizes["level"] > 1:
+        limits = min(LIMITS_N[0], limits[0]), max(LIMITS_N[1], limits[1])
     axes.plot(limits, limits, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
     axes.plot(ends, offset + found.slope * ends, color=BLACK, lw=1.6, label="regression")
     scores = [
