@@ -11,8 +11,9 @@ import frictionloop as fl
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.reach import Missed, check_band, missed
 from frictionloop.cli import advice_text, ringing
-from frictionloop.cli.controller_holds import beyond_reach, instead_of
+from frictionloop.cli.controller_holds import beyond_reach
 from frictionloop.cli.controller_text import turn
+from frictionloop.cli.saved_controller import instead_of
 from frictionloop.design import synthesis
 from frictionloop.design.corners import occlusions
 from frictionloop.design.wanted import feedforward

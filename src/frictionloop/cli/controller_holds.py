@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
-from frictionloop.cli.scores import between
-from frictionloop.design.corners import CONTACT_S, load_of
+from frictionloop.design.corners import load_of
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import FingerFriction, Skin, Strokes
 
@@ -19,10 +16,6 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 
-AGAIN = "Look again: frictionloop design check FILE"
-"""Begins the line of a saved controller with the flags that it was designed for."""
-NOT_SAVED = ("would hold", "other people", "other loads", "by the file")
-"""Rows of a check that propose what to do next, which a file is not the place for."""
 MANY = "`frictionloop sweep FILE --fingers 100{}` says how many fingers can be given these forces."
 LARGER = ", or give a larger max_amplitude_um to plate and controller.model"
 DRIER = ", a shorter motion.contact_s or a longer motion.lifted_s."
@@ -30,63 +23,6 @@ OFF = {
     "sensor_error": "the pole of the sensor's electronics", "delay_error": "the delay",
     "gain_error": "the sensor's sensitivity", "q_error": "the Q of the sensor's resonance",
 }  # fmt: skip
-CONTACT_SAID = (
-    f"A moist finger is one after {CONTACT_S:g} s on the plate, or after contact upon contact of motion.contact_s."
-)
-
-
-def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
-    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds."""
-    found = designed.corners
-    forces = [each.loop.elements.force_n for each in found]
-    states = sorted({each.loop.elements.occluded for each in found})
-    fingers = " and ".join(finger(state) for state in states)
-    limits = [
-        f"{peak:.3g} " + (f"with it +-{100 * off:.3g} % off" if off else "as described")
-        for off, peak in sorted(wanted.limits.items())
-    ]
-    return [
-        f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
-        f"Strokes: {strokes_said(found, wanted) or 'none'}.",
-        f"Forces: {between(min(forces), max(forces))}, {fingers}.",
-        *([CONTACT_SAID] if max(states) > 0 else []),
-        *instead_of(loads_of(found), states),
-        f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
-        *ends_said(wanted),
-        *also_said(designed),
-        *designed.warnings,
-        *beyond_said(designed),
-        *(
-            ["The finger is that of this file; others: --fingers 100 with the next line."]
-            if has_people(found[0].loop.system)
-            else []
-        ),
-        f"{AGAIN}{wanted_flags(found, wanted)}",
-    ]
-
-
-def checked(verdict: Sequence[tuple[str, ...]], found: Sequence[Corner], wanted: Wanted, more: str) -> list[str]:
-    """Return the comment lines of a controller that was checked: the rows of the verdict, and how to look again."""
-    told, name = ["This controller as it was given; frictionloop design check found of it:"], ""
-    for first, said in verdict:
-        name = first or name
-        if name not in NOT_SAVED and not said.startswith("`frictionloop"):
-            told += textwrap.wrap(f"{first}: {said}" if first else f"  {said}", 100, subsequent_indent="  ")
-    return [*told, f"{AGAIN}{wanted_flags(found, wanted)}{more}"]
-
-
-def designed_for(file: Path | None) -> str:
-    """Return the flags that look at what a saved controller says it was designed for; empty of any other file."""
-    if file is None:
-        return ""
-    lines = (line.removeprefix("# ") for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
-    return next((line.removeprefix(AGAIN).strip() for line in lines if line.startswith(AGAIN)), "")
-
-
-def beyond_said(designed: Designed) -> list[str]:
-    """Return a line with the other contacts and speeds at which it is stable, beyond the limits; or none."""
-    places = in_words(designed.elsewhere.where("beyond"))
-    return [f"Stable, but beyond these limits: {'; '.join(places)}."] if places else []
 
 
 def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
@@ -128,17 +64,6 @@ def loads_of(found: Sequence[Corner]) -> list[System]:
     return [by_load[load] for load in sorted(by_load, key=lambda load: load or 0.0)]
 
 
-def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
-    """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
-    said = [
-        f"{each.in_words[0]} N is out of reach of {finger(each.occluded)}{_pressed(systems, [there])}: "
-        f"{each.in_words[1]} N is evaluated in its place."
-        for there in systems
-        for each in missed(there, states)
-    ]
-    return [*said, *filter(None, [_many(systems)])] if said else []
-
-
 def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tuple[str, str]]:
     """Return rows of a verdict: which forces no amplitude gives to which finger, and what to change; none if all do.
 
@@ -153,19 +78,19 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
             if here:
                 forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for _, each in here))
                 instead = list(
-                    dict.fromkeys(each.in_words[1] + f" N{_pressed(systems, [there])}" for there, each in here)
+                    dict.fromkeys(each.in_words[1] + f" N{pressed_said(systems, [there])}" for there, each in here)
                 )
                 rows.append(f"{forces} of {finger(state)}: {', '.join(instead)} {'are' if len(instead) > 1 else 'is'} "
                             f"looked at, near the {end} it can be given; a run does not follow there. Ask for {other} "
                             f"(setpoint.offset_n, amplitude_n){larger if low else '.'}")  # fmt: skip
     return (
-        [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate(filter(None, [*rows, _many(systems)]))]
+        [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate(filter(None, [*rows, many_said(systems)]))]
         if rows
         else []
     )
 
 
-def _many(systems: Sequence[System]) -> str:
+def many_said(systems: Sequence[System]) -> str:
     """Return the command that says how many fingers can be given the forces, pressed with the same loads."""
     if not all(map(has_people, systems)):
         return ""
@@ -173,7 +98,7 @@ def _many(systems: Sequence[System]) -> str:
     return MANY.format(f" --loads {loads[0]},{loads[-1]}" if len(loads) > 1 else "")
 
 
-def _pressed(systems: Sequence[System], some: Sequence[System]) -> str:
+def pressed_said(systems: Sequence[System], some: Sequence[System]) -> str:
     """Return at which of several loads, in words; nothing of one."""
     loads = dict.fromkeys("" if (load_n := load_of(each)) is None else f"{load_n:.3g}" for each in some)
     return f" pressed with {', '.join(loads)} N" if len(systems) > 1 else ""

@@ -54,9 +54,9 @@ def command(
         check_table,
         check_text,
         controller_also,
-        controller_holds,
         recorded,
         recorded_units,
+        saved_controller,
     )
     from frictionloop.design import on_fingers
     from frictionloop.design.checking import check_controller, loops
@@ -77,14 +77,14 @@ def command(
     many = None if people is None else on_fingers.check_fingers(system, people, wanted)
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
-    designed = controller_holds.designed_for(file) if must == AS_USUAL else ""
+    designed = saved_controller.designed_for(file) if must == AS_USUAL else ""
     given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
     given = " ".join([given, *_bench_flags(overrides)])
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
     crowd = others.rows(many, system, wanted, asked)
     verdict = check_text.verdict(found, system, wanted, given, moist, designed, crowd)
     if out is not None:
-        write_toml(given_system, out, said=controller_holds.checked(verdict, asked, wanted, others.again()))
+        write_toml(given_system, out, said=saved_controller.checked(verdict, asked, wanted, others.again()))
     if json:
         told = check_text.as_json(found, system, wanted) | {"saved": {"controller": out}}
         screen.show_json(told | others.as_json(many))

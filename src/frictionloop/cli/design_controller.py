@@ -70,11 +70,11 @@ def command(
     from frictionloop.cli import (
         controller_also,
         controller_followed,
-        controller_holds,
         controller_text,
         controller_verdict,
         recorded,
         recorded_units,
+        saved_controller,
     )
     from frictionloop.design.on_fingers import check_fingers
     from frictionloop.design.synthesis import default_law
@@ -101,7 +101,7 @@ def command(
             checks.write_figures("plots", plots, figures)
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
-        write_toml(new, out, said=[*controller_holds.holds(name, designed, wanted), *lines])
+        write_toml(new, out, said=[*saved_controller.holds(name, designed, wanted), *lines])
     many = None if people is None else check_fingers(after, people, wanted)  # when all else is on the disk
     saved = {"controller": out, "figures": plots}
     if json:

@@ -1,0 +1,102 @@
+"""The comment lines of a saved controller: what it holds for, or what a check found of it."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionloop.analysis.reach import missed
+from frictionloop.cli.controller_holds import (
+    also_said,
+    ends_said,
+    finger,
+    has_people,
+    loads_of,
+    many_said,
+    pressed_said,
+    strokes_said,
+    wanted_flags,
+)
+from frictionloop.cli.scores import between
+from frictionloop.design.corners import CONTACT_S
+from frictionloop.design.elsewhere import in_words
+
+if TYPE_CHECKING:
+    from frictionloop.design.corners import Corner
+    from frictionloop.design.wanted import Designed, Wanted
+    from frictionloop.parameters import System
+
+AGAIN = "Look again: frictionloop design check FILE"
+"""Begins the line of a saved controller with the flags that it was designed for."""
+NOT_SAVED = ("would hold", "other people", "other loads", "by the file")
+"""Rows of a check that propose what to do next, which a file is not the place for."""
+CONTACT_SAID = (
+    f"A moist finger is one after {CONTACT_S:g} s on the plate, or after contact upon contact of motion.contact_s."
+)
+
+
+def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
+    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds."""
+    found = designed.corners
+    forces = [each.loop.elements.force_n for each in found]
+    states = sorted({each.loop.elements.occluded for each in found})
+    fingers = " and ".join(finger(state) for state in states)
+    limits = [
+        f"{peak:.3g} " + (f"with it +-{100 * off:.3g} % off" if off else "as described")
+        for off, peak in sorted(wanted.limits.items())
+    ]
+    return [
+        f"Law {law} from frictionloop design controller. It holds for what follows; elsewhere, design again.",
+        f"Strokes: {strokes_said(found, wanted) or 'none'}.",
+        f"Forces: {between(min(forces), max(forces))}, {fingers}.",
+        *([CONTACT_SAID] if max(states) > 0 else []),
+        *instead_of(loads_of(found), states),
+        f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
+        *ends_said(wanted),
+        *also_said(designed),
+        *designed.warnings,
+        *beyond_said(designed),
+        *(
+            ["The finger is that of this file; others: --fingers 100 with the next line."]
+            if has_people(found[0].loop.system)
+            else []
+        ),
+        f"{AGAIN}{wanted_flags(found, wanted)}",
+    ]
+
+
+def checked(verdict: Sequence[tuple[str, ...]], found: Sequence[Corner], wanted: Wanted, more: str) -> list[str]:
+    """Return the comment lines of a controller that was checked: the rows of the verdict, and how to look again."""
+    told, name = ["This controller as it was given; frictionloop design check found of it:"], ""
+    for first, said in verdict:
+        name = first or name
+        if name not in NOT_SAVED and not said.startswith("`frictionloop"):
+            told += textwrap.wrap(f"{first}: {said}" if first else f"  {said}", 100, subsequent_indent="  ")
+    return [*told, f"{AGAIN}{wanted_flags(found, wanted)}{more}"]
+
+
+def designed_for(file: Path | None) -> str:
+    """Return the flags that look at what a saved controller says it was designed for; empty of any other file."""
+    if file is None:
+        return ""
+    lines = (line.removeprefix("# ") for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
+    return next((line.removeprefix(AGAIN).strip() for line in lines if line.startswith(AGAIN)), "")
+
+
+def beyond_said(designed: Designed) -> list[str]:
+    """Return a line with the other contacts and speeds at which it is stable, beyond the limits; or none."""
+    places = in_words(designed.elsewhere.where("beyond"))
+    return [f"Stable, but beyond these limits: {'; '.join(places)}."] if places else []
+
+
+def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
+    """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
+    said = [
+        f"{each.in_words[0]} N is out of reach of {finger(each.occluded)}{pressed_said(systems, [there])}: "
+        f"{each.in_words[1]} N is evaluated in its place."
+        for there in systems
+        for each in missed(there, states)
+    ]
+    return [*said, *filter(None, [many_said(systems)])] if said else []
