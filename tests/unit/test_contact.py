@@ -39,7 +39,22 @@ def test_lifting_in_between_and_times_of_a_part_are_those_of_the_file(tmp_path):
     slides = np.where((TIME_S >= 2.0) & (TIME_S < 2.3), NOISE_N, SLIDES_N)
     (one,), _ = asked(tmp_path, slides, start_s=1.0)
     assert "is near 0 at 2 to 2.299 s:" in one.in_flags()
-    assert re.findall(r"(\d\.\d+)", one.in_flags().partition("plate: ")[2]) == ["2.3", "5.999"]
+    assert re.findall(r"(\d\.\d+)", one.in_flags().partition("plate lasts ")[2]) == ["3.7", "2.3", "5.999"]
+
+
+def test_the_part_on_the_plate_leaves_out_landing_and_lifting(tmp_path):
+    """Over 0.2 s each the force rises and falls: it passes half of what it has after 0.1 s."""
+    ramp = np.clip(np.minimum(TIME_S - 1.0, 4.0 - TIME_S) / 0.2, 0.0, 1.0)
+    (one,), _ = asked(tmp_path, ramp * 0.6 + NOISE_N / 10)
+    start, stop = map(float, re.findall(r"_s (\d\.\d+)", one.in_flags()))
+    assert (start, stop) == (pytest.approx(1.1, abs=0.005), pytest.approx(3.9, abs=0.005))
+
+
+def test_an_offset_that_is_the_sensors_counts_where_the_finger_is_off_the_plate(tmp_path):
+    slides = np.where((TIME_S >= 0.7) & (TIME_S < 5.4), SLIDES_N, NOISE_N) - 0.3
+    assert asked(tmp_path, slides)[0] == []
+    (one,), _ = asked(tmp_path, slides, offset_n=0.3)
+    assert "is near 0 at 0 to 0.699 s, 5.4 to 5.999 s" in one.in_flags()
 
 
 def test_strokes_both_ways_with_the_finger_lifted_between_are_asked_about_too(tmp_path):

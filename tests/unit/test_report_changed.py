@@ -67,7 +67,7 @@ def test_forces_that_the_finger_cannot_be_given_are_told_with_both_ends(base):
     (line,) = told({"plate.max_amplitude_um": 0.5}, base, ROWS)
     assert line.startswith("out of this finger's reach at its mean load, whatever the gains: forces below ")
     (line,) = told({}, base, ROWS, protocol.Sines(levels_n=(1.2,), amplitude_n=0.01))
-    assert "forces above 0.95 N when it lands; more of them where" in line
+    assert "forces above 0.95 N when it lands, and more where it presses lighter" in line
 
 
 def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):

@@ -54,9 +54,9 @@ def by_band(run: xr.Dataset, mask: np.ndarray, edges_hz: list[float]) -> list[di
     return [dict(zip((*columns, "disturbance_left"), row, strict=True)) for row in rows]
 
 
-def rows(bands: list[dict[str, Any]]) -> list[tuple[str, str, str]]:
-    """Return a row a band, behind the metrics."""
-    return [("by frequency" if k == 0 else "", *_said(each)) for k, each in enumerate(bands)]
+def rows(bands: list[dict[str, Any]], ends_hz: float = math.inf) -> list[tuple[str, str, str]]:
+    """Return a row a band, behind the metrics; ``ends_hz`` is where the recording ends."""
+    return [("by frequency" if k == 0 else "", *_said(each, ends_hz)) for k, each in enumerate(bands)]
 
 
 def notes(run: xr.Dataset, mask: np.ndarray, bands: list[dict[str, Any]]) -> list[str]:
@@ -97,7 +97,7 @@ def _mixed(run: xr.Dataset, mask: np.ndarray, band: dict[str, Any], inside: list
     return bool(near_n > MUCH * band["disturbance_n"])
 
 
-def _said(band: dict[str, Any]) -> tuple[str, str]:
+def _said(band: dict[str, Any], ends_hz: float) -> tuple[str, str]:
     low, high = band["low_hz"], band["high_hz"]
     where = (
         f"below {high:g} Hz" if low == 0.0 else f"above {low:g} Hz" if math.isinf(high) else f"{low:g} to {high:g} Hz"
@@ -105,4 +105,5 @@ def _said(band: dict[str, Any]) -> tuple[str, str]:
     share = band["disturbance_left"]
     if math.isnan(share):
         return "-", f"{where}, where next to nothing varies"
+    where += f" (the file ends at {ends_hz:.3g} Hz)" if ends_hz < high and math.isinf(high) else ""
     return f"{share:.3g}", f"{where}, {1e3 * band['left_n']:.3g} of {1e3 * band['disturbance_n']:.3g} mN rms is left"

@@ -23,15 +23,17 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 REASONS = 3
 """Most reasons that are told."""
-SAVED = "`frictionloop design check FILE` with these flags and `--out my-gains.toml` checks and writes them to a file"
+SAVED = "`frictionloop design check FILE{}` with these gains and `--out my-gains.toml` checks and writes them to a file"
+SERVED = "For how many people a loop works says `frictionloop sweep FILE --fingers N`, with your --loads"
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 
 
-def rows(found: xr.Dataset, system: System, drawn: str, where: str) -> list[Row]:
+def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) -> list[Row]:
     """Return rows of a verdict: on how many fingers the limits hold, the worst of them, and gains for more of them.
 
-    ``drawn`` says from what the fingers were drawn, ``where`` at which contacts, speeds and loads they were looked at.
+    ``drawn`` says from what the fingers were drawn, ``where`` at which contacts, speeds and loads they were looked at,
+    ``again`` are the flags that look at them so again.
     """
     count = found.sizes["finger"]
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
@@ -43,9 +45,10 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str) -> list[Row]
     name = "on fingers" if held == count else "NOT ON ALL FINGERS"
     told: list[Row] = [(name, said)]
     if beyond:
-        told += [("", _worst(seen)), *_less(seen, system)]
+        told += [("", _worst(seen)), *_less(seen, system, again)]
     if missed := int((~seen["in_reach"]).sum()):
-        told.append(("", f"{missed} cannot be given all forces asked for; they were looked at where they can"))
+        said = f"{missed} cannot be given every force asked for at every load looked at, dry and moist; they were "
+        told.append(("", said + f"looked at where they can. {SERVED}"))
     return told
 
 
@@ -74,13 +77,13 @@ def _worst_of(seen: xr.Dataset) -> int:
     return int(np.nanargmin(seen["gain_factor"].values))
 
 
-def _less(seen: xr.Dataset, system: System) -> list[Row]:
+def _less(seen: xr.Dataset, system: System, again: str) -> list[Row]:
     """Return rows on which gains hold on nine fingers in ten, and on all, of those that can be looked at."""
     factors = np.sort(seen["gain_factor"].values)[::-1]
     most = float(factors[math.ceil(MOST * factors.size) - 1])
     wanted = [(f"on nine in ten of {factors.size} fingers", most), (f"on all {factors.size}", float(factors[-1]))]
     rows: list[Row] = [("", _gains(who, factor, system)) for who, factor in wanted]
-    return [*rows, ("", SAVED)] if isinstance(system.controller, PiController | FeedForward) else rows
+    return [*rows, ("", SAVED.format(again))] if isinstance(system.controller, PiController | FeedForward) else rows
 
 
 def _gains(who: str, factor: float, system: System) -> str:

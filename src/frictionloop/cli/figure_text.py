@@ -30,8 +30,8 @@ HIDDEN = ("scored", "stable_from_n")
 WIDTH = 90
 STROKES = (
     "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at those of the forces asked for, "
-    "{}, that it can be given; ∞ is unstable. moist: the same at the end of the last stroke. R2: of the regression, "
-    "large even of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
+    "{}, that it can be given; ∞ is unstable. moist: the same at the end of the last stroke, {} occluded. "
+    "R2: of the regression, large even of a loop that rings; id.: about f_a = f_r. Spread and error in mN."
 )
 """Heads of the numbers of Fig. 5a, which are many, and what they mean."""
 FACTORS = [
@@ -53,7 +53,7 @@ def figure_text(figure: Shown) -> list[Any]:
         *([_table(figure.numbers)] if figure.numbers else []),
         *(each for line in figure.told for each in _indented(line)),
         *before,
-        *(_indented(STROKES.format(_asked(figure))) if strokes else []),
+        *(_indented(STROKES.format(_asked(figure), _moist(figure))) if strokes else []),
         *_stable_from(figure.numbers),
         *_scored(figure.numbers),
         *(FACTORS if any("spread_divided_by" in row for row in figure.numbers.values()) else []),
@@ -62,6 +62,15 @@ def figure_text(figure: Shown) -> list[Any]:
         f"The figure: {figure.file}",
         "  beside it the same as .png",
     ]
+
+
+def _moist(figure: Shown) -> str:
+    """Return how moist the finger is at the end of the last stroke."""
+    from frictionloop.parameters import read_toml
+    from frictionloop.report import protocol
+    from frictionloop.report.stability import asked_for
+
+    return f"{protocol.occlusion_at_end(read_toml(figure.bench) if figure.bench else asked_for({})):.0%}"
 
 
 def _asked(figure: Shown) -> str:
@@ -97,12 +106,11 @@ def _checked(figure: Shown) -> list[str]:
     if not found.places:
         return [each for line in found.said for each in _indented(line)]
     from frictionloop.report.changed import bench_of
-    from frictionloop.report.changed_check import best_of
 
     changed = " on the changed bench" if bench_of(figure.changed) else ""
     lines = _indented(
         f"What frictionloop design check says of them{changed}: on this finger with its own load, on both contacts, at "
-        "its speed, half and four times that, just landed and moist, with the resonance off too"
+        "its speed, half and four times that, just landed and so moist, with the resonance off too"
     )
     for name, there in found.places.items():
         ringing = f", unstable at {there.unstable}" if there.unstable else ""
@@ -110,10 +118,27 @@ def _checked(figure: Shown) -> list[str]:
         was = f" (unchanged: {usual.held}, unstable at {usual.unstable})" if usual else ""
         lines.append(f"  {name}: hold at {there.held} of {there.places} contacts and speeds{ringing}{was}")
         lines += [f"    {where}" for where in there.unstable_on]
-    name = best_of(found.places)
+    name = found.best
     gains = [f"--controller.{each} {figure.numbers[name][each]:.4g}" for each in ("kp", "ki")]
     more = " ".join(["frictionloop design check", shlex.quote(str(figure.bench)), *gains])
-    return [*lines, *(each for line in found.said for each in _indented(line)), f"  More of {name}: {more}"]
+    return [*lines, *_instead(figure), f"  More of {name}: {more}"]
+
+
+def _instead(figure: Shown) -> list[str]:
+    """Return which gains would hold at all places."""
+    from frictionloop.report.figures.closed_loop import HOLDS
+
+    gains = figure.checked.instead
+    if not gains:
+        return []
+    kp, ki = (f"{gains[f'controller.{each}']:.4g}" for each in ("kp", "ki"))
+    if HOLDS in figure.numbers:
+        return [f"  {HOLDS}: kp {kp}, ki {ki} 1/s, found for that"]
+    if figure.name != "fig-5a":
+        return _indented(
+            f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a has a better one"
+        )
+    return [f"  kp {kp}, ki {ki} 1/s would hold at all of them"]
 
 
 def _table(numbers: Table) -> Any:

@@ -200,4 +200,5 @@ def _left(base: System, system: System, overrides: Mapping[str, Any], origin: st
             left = [each for each in left if getattr(old, each) != getattr(new, each)]
             if left:
                 values = ", ".join(f"{each} = {getattr(new, each)}" for each in left)
-                yield f"{name}.kind = {new.kind}: {values} by default, not as the {old.kind} of {origin} has"
+                had = ", ".join(f"{getattr(old, each)}" for each in left)
+                yield f"{name}.kind = {new.kind}: {values} by default; the {old.kind} of {origin} had {had}"

@@ -81,7 +81,8 @@ class OtherFingers:
         drawn = f"seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
-        return check_fingers.rows(found, system, drawn, where)
+        again = controller_holds.wanted_flags(asked, wanted) + self.again()
+        return check_fingers.rows(found, system, drawn, where, again)
 
     def again(self) -> str:
         """Return the flags that look at the same fingers again, with a blank before each; empty without any."""

@@ -15,8 +15,22 @@ WIDTH = 100
 def notes(system: System, duration_s: float) -> list[str]:
     """Return what is said of the recorded signals of a run of this length."""
     said = [_part(name, getattr(system, name), duration_s) for name in ("setpoint", "disturbance")]
-    told = (*said, uncut(system), beyond_range(system), on_top(system))
+    told = (*said, of_finger(system), uncut(system), beyond_range(system), on_top(system))
     return [line for each in told for line in textwrap.wrap(each, WIDTH)]
+
+
+def of_finger(system: System) -> str:
+    """Return on top of which friction a recorded disturbance comes, which sets how much of it a loop leaves."""
+    signal, friction = system.disturbance, system.friction
+    if not isinstance(signal, Recording) or system.controller.kind == "lookup" or not hasattr(friction, "nominal_n"):
+        return ""
+    from frictionloop.recordings.told import found
+
+    return (
+        f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N; the mean in the "
+        f"file is {found(signal).raw_mean_n:.3g} N, the zero of its sensor included. With less friction the loop gain "
+        "is lower, and more is left: give that of your finger."
+    )
 
 
 def uncut(system: System) -> str:

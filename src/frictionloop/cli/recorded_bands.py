@@ -15,6 +15,7 @@ from frictionloop.loop.bands import disturbance_left_by_band
 from frictionloop.loop.metrics import out_of_reach, reach_of, rms_error
 from frictionloop.loop.open_loop import disturbance_left
 from frictionloop.loop.record import system_of
+from frictionloop.parameters import Recording
 from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError
 
@@ -66,9 +67,10 @@ def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
     if not mask.any() or system.disturbance.kind not in RECORDED:
         return []
     if asked(system, "size", "signs"):
-        return ["What is left by frequency is not told while it is not clear what the recording is."]
-    said = _by_band(run, mask, system)
-    told = [entered(run, mask), said, at_the_start(run, mask)] if said else []
+        said = "From which frequency on feedback makes a variation larger is not told while it is not clear what the "
+        return textwrap.wrap(said + "recording is.", WIDTH)
+    split = _by_band(run, mask, system)
+    told = [entered(run, mask), split, at_the_start(run, mask)] if split else []
     return [line for each in told for line in textwrap.wrap(each, WIDTH)]
 
 
@@ -107,9 +109,21 @@ def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
         said = f"The recording has next to nothing below {split_hz:.3g} Hz; above, {above:.0%} of its variation is "
         return f"{said}left (rms): there {larger}"
     if math.isnan(above):
+        ends_hz = ends_at_hz(system_of(run))
+        if ends_hz < split_hz:
+            return f"The recording ends at {ends_hz:.3g} Hz, half its rate; from {split_hz:.3g} Hz on {larger}"
         return f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
     said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), "
     return f"{said}{own}from there on {larger}"
+
+
+def ends_at_hz(system: System) -> float:
+    """Return half the rate of a recorded disturbance, above which its file has nothing; infinite of another."""
+    if not isinstance(system.disturbance, Recording):
+        return math.inf
+    from frictionloop.recordings.told import found
+
+    return found(system.disturbance).rate_hz / 2.0
 
 
 def beyond(run: xr.Dataset, mask: np.ndarray, missed: float) -> str:

@@ -25,8 +25,8 @@ Changed = Annotated[
     Parameter(
         name=flags.DOTTED,
         metavar="VALUE",
-        help="Change the bench, such as --sensor.resonance_hz 200, or give PI gains, --controller.kp 0.0079 "
-        "--controller.ki 17. For --only fig-5a, and of the bench fig-5a-printed, which are not the paper's then: "
+        help="Change the bench, such as --sensor.resonance_hz 200, or give PI gains, --controller.kp 0.0064 "
+        "--controller.ki 13.8. For --only fig-5a, and of the bench fig-5a-printed, which are not the paper's then: "
         "title and file say what was changed, and no statement is judged.",
         group=flags.RESULT,
     ),
@@ -71,7 +71,7 @@ def command(
 def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> None:
     """Make some figures and claims, and show them with all of their numbers."""
     from frictionloop.cli.figure_text import figure_text
-    from frictionloop.cli.plausible import differing
+    from frictionloop.cli.plausible import ask, differing
     from frictionloop.parameters import bench
     from frictionloop.report.alone import alone
     from frictionloop.report.changed import check
@@ -79,6 +79,7 @@ def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> N
 
     if changes:
         check(names, changes)
+        ask(bench().evolve(changes))
         for line in differing(bench().evolve(changes), changes):
             screen.note(line)
         screen.tell_notes()

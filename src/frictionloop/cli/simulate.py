@@ -96,6 +96,7 @@ def command(
         recorded_units,
         ringing,
         scores,
+        unscored,
     )
     from frictionloop.loop.record import VARIABLES
     from frictionloop.loop.told import beyond
@@ -109,6 +110,7 @@ def command(
         said += bands_asked.notes(run, mask, bands)
         said += recorded_bands.lines(run, mask)
         said += recorded_followed.lines(run, mask)
+    said = [*unscored.lines(run, score_from_s, metrics["rms_error"]), *said]
     said += recorded_turns.lines(run, system, duration_s)
     said += recorded.notes(system, duration_s)
     times, steps = _steps(run, system, score_from_s)
@@ -129,7 +131,7 @@ def command(
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
-    rows += bands_asked.rows(bands) + scores.scored_rows(mask)
+    rows += bands_asked.rows(bands, recorded_bands.ends_at_hz(system)) + scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",

@@ -19,6 +19,8 @@ def off_plate(
 ) -> tuple[str, tuple[float, float]] | None:
     """Return the stretches near 0 in words and the longest part without one, both in s; None without any.
 
+    That part begins and ends where the magnitude passes half of its median.
+
     Nothing is found in a signal that lingers beside 0, as a sine about 0 or one that just reaches it, and noise do.
 
     Parameters
@@ -39,4 +41,7 @@ def off_plate(
     more = f" and {len(off) - SHOWN} more" if len(off) > SHOWN else ""
     seen_s = [[round(float(at_s[k]), 4) for k in part] for part in off[:SHOWN]]
     first, last = longest(on)
+    # Where the finger lands and lifts the force passes half of what it has there.
+    slides = np.flatnonzero(size[first : last + 1] >= np.median(size[first : last + 1]) / 2.0)
+    first, last = first + int(slides[0]), first + int(slides[-1])
     return ", ".join(said(*each) for each in seen_s) + more, (float(at_s[first]), float(at_s[last]))

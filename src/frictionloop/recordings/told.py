@@ -73,7 +73,8 @@ def found(recording: Recording) -> Found:
     unit, by = _unit(recording, column)
     scale = recording.scale
     largest_n, mean_n = float(np.abs(raw).max()), float(force.mean())
-    off, on_s = off_plate(raw, file_hz, part.at_s) or ("", None)
+    zeroed = raw if recording.remove_mean else force  # an offset is that of the sensor, or a level beside a mean
+    off, on_s = off_plate(zeroed, file_hz, part.at_s) or ("", None)
     return Found(
         column=_named(recording, column),
         head=column.head,
@@ -89,7 +90,7 @@ def found(recording: Recording) -> Found:
         raw_lowest_n=float(raw.min()),
         raw_highest_n=float(raw.max()),
         raw_mean_n=float(raw.mean()),
-        signs=signs_of(raw if recording.remove_mean else force, raw.size / file_hz),
+        signs=signs_of(zeroed, raw.size / file_hz),
         mean_n=0.0 if abs(mean_n) <= 1e-9 * largest_n else mean_n,  # of one that is removed its rounding is left
         rms_n=float(force.std()),
         off_plate=off,

@@ -24,6 +24,11 @@ from frictionloop.report.stroke_numbers import Table
 from frictionloop.report.style import write_both
 
 NOTHING = Check({}, [])
+SAID = [
+    "The bench and the finger of the figure beside this file, asked for all of its forces by one sine:",
+    "margins are those of the figure, errors of its runs are not. Its gains are given as --controller.kp and ki.",
+]
+"""Begins the file of a changed bench."""
 
 
 class Shown(NamedTuple):
@@ -114,9 +119,7 @@ def alone(
             bench = None
             if there is not None:
                 bench = path.with_suffix(".toml")
-                write_toml(
-                    there, bench, said=[f"The bench and the finger of {path.name}, asked for all of its forces."]
-                )
+                write_toml(there, bench, said=SAID)
             shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, held, bench, told))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)

@@ -18,7 +18,7 @@ from frictionloop.report.changed_check import check as check_gains
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, tracking
-from frictionloop.report.figures.closed_loop import GIVEN, HERE, figure_closed_loop
+from frictionloop.report.figures.closed_loop import GIVEN, HERE, HOLDS, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
 from frictionloop.report.stability import asked_for
@@ -104,11 +104,15 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
     runs, numbers = _tracked(name, changes, bar)
+    found = check_gains(numbers, bench_of(changes), sines_of(changes), bar)
+    if HERE in numbers and GIVEN not in numbers and found.instead:
+        bar.doing(f"Fig. 5a, {HOLDS}")
+        more, rows = _runs({HOLDS: found.instead}, changes)
+        runs, numbers = runs | more, numbers | rows
     figure = figure_closed_loop(runs, list(runs), numbers)
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)
     figure.suptitle("\n".join(title), fontsize=8.5, x=0.01, ha="left")
-    found = check_gains(numbers, bench_of(changes), sines_of(changes), bar)
     # The bench unchanged is asked for the same, so that what the change does is seen alone.
     same = {path: value for path, value in changes.items() if path in SINES}
     same = {} if same == bench_of(changes) else same
@@ -136,7 +140,6 @@ def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
 def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str, xr.Dataset], Table]:
     """Return the strokes of each controller on a bench, and their numbers."""
     of_bench = bench_of(changes)
-    base = protocol.finger_system(the_finger()).evolve(of_bench)
     again = HERE in SHOWN[name] and (of_bench or not changes)  # found anew, but not beside gains of one's own alone
     found = {HERE: retune(bench().evolve(of_bench)).overrides} if again else {}
     if gains := {path: changes[path] for path in GAINS if path in changes}:
@@ -144,11 +147,21 @@ def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str,
     controllers = {
         each: {**CONTROLLERS, **found}[each] for each in (*SHOWN[name], GIVEN) if each in {**CONTROLLERS, **found}
     }
-    runs = {}
+    runs, numbers = dict[str, xr.Dataset](), Table()
     for each, overrides in controllers.items():
         bar.doing(f"Fig. 5a on {'another bench' if of_bench else 'the bench unchanged'}, {each}")
-        runs[each] = tracking(base, overrides, sines_of(changes))
-    return runs, of_strokes(runs, controllers, base, sines_of(changes))
+        more, rows = _runs({each: overrides}, changes)
+        runs, numbers = runs | more, numbers | rows
+    return runs, numbers
+
+
+def _runs(
+    controllers: Mapping[str, Mapping[str, Any]], changes: Mapping[str, Any]
+) -> tuple[dict[str, xr.Dataset], Table]:
+    """Return the strokes of some controllers, and their numbers."""
+    base, sines = protocol.finger_system(the_finger()).evolve(bench_of(changes)), sines_of(changes)
+    runs = {each: tracking(base, overrides, sines) for each, overrides in controllers.items()}
+    return runs, of_strokes(runs, controllers, base, sines)
 
 
 def sines_of(changes: Mapping[str, Any]) -> protocol.Sines:

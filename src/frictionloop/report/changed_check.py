@@ -8,9 +8,7 @@ from typing import Any, NamedTuple
 from frictionloop.loop.progress import Bar
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
-from frictionloop.report.device import IDEAL, OPEN, fit, tracking
-from frictionloop.report.numbers import number
-from frictionloop.report.people import the_finger
+from frictionloop.report.device import IDEAL, OPEN
 from frictionloop.report.stability import Places, asked_for, checked
 from frictionloop.report.stroke_numbers import Table
 
@@ -24,15 +22,25 @@ class Check(NamedTuple):
     places: dict[str, Places]
     """Of each pair of gains; empty where it can look at none."""
     said: list[str]
-    """Which gains would hold at all places, with their error; or why none was looked at."""
+    """Why none was looked at."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name, as JSON can hold it."""
         return {"places": {name: each._asdict() for name, each in self.places.items()}, "said": self.said}
 
+    @property
+    def best(self) -> str:
+        """The controller that holds at most places, and of these is unstable at fewest."""
+        return max(self.places, key=lambda each: (self.places[each].held, -self.places[each].unstable))
+
+    @property
+    def instead(self) -> Mapping[str, float]:
+        """Gains in its ratio that would hold at all places, as overrides; empty if its own do, or none was found."""
+        return self.places[self.best].instead if self.places else {}
+
 
 def check(numbers: Table, changed: Mapping[str, Any], sines: protocol.Sines, bar: Bar) -> Check:
-    """Return where each pair of gains holds on a bench, and what would hold everywhere.
+    """Return where each pair of gains holds on a bench.
 
     Parameters
     ----------
@@ -55,23 +63,4 @@ def check(numbers: Table, changed: Mapping[str, Any], sines: protocol.Sines, bar
             found[each] = checked(there.evolve(gains))
         except FrictionloopError as error:  # no force is in reach
             return Check({}, [f"design check looks at no place: {error}"])
-    return Check(found, _would_hold(found, changed, sines, bar) if found else [])
-
-
-def best_of(found: Mapping[str, Places]) -> str:
-    """Return the controller that holds at most places, and of these is unstable at fewest."""
-    return max(found, key=lambda each: (found[each].held, -found[each].unstable))
-
-
-def _would_hold(
-    found: Mapping[str, Places], changed: Mapping[str, Any], sines: protocol.Sines, bar: Bar
-) -> list[str]:  # fmt: skip
-    """Return the gains that would hold at all places, in the ratio of the best, with the error that they leave."""
-    name = best_of(found)
-    instead = found[name].instead
-    if not instead:
-        return []
-    bar.doing("Fig. 5a with gains that would hold everywhere")
-    runs = tracking(protocol.finger_system(the_finger()).evolve(changed), instead, sines)
-    kp, ki = (number(instead[f"controller.{each}"], 4) for each in ("kp", "ki"))
-    return [f"kp {kp}, ki {ki} 1/s would hold at all of them: the error is {number(1e3 * fit(runs).rms_n)} mN then"]
+    return Check(found, [])

@@ -87,15 +87,17 @@ def _reach(there: System, base: System, sines: Sines) -> list[str]:
     low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
     said = []
     if low_n < ends[0][0]:
-        said.append(f"below {ends[0][0]:.3g} N when moist, at the end of the strokes{_was(ends[0][0], ends[1][0])}")
+        said.append(
+            f"below {ends[0][0]:.3g} N when moist, at the end of the strokes{_was(ends[0][0], ends[1][0])}, and more "
+            "where it presses harder"
+        )
     if high_n > ends[0][1]:
-        said.append(f"above {ends[0][1]:.3g} N when it lands{_was(ends[0][1], ends[1][1])}")
+        said.append(
+            f"above {ends[0][1]:.3g} N when it lands{_was(ends[0][1], ends[1][1])}, and more where it presses lighter"
+        )
     if not said:
         return []
-    return [
-        f"out of this finger's reach at its mean load, whatever the gains: forces {' and '.join(said)}; more "
-        "of them where it presses harder or lighter"
-    ]
+    return [f"out of this finger's reach at its mean load, whatever the gains: forces {'; '.join(said)}"]
 
 
 def _was(now_n: float, before_n: float) -> str:
@@ -154,8 +156,8 @@ def _here(rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
     """Return for which finger gains were found anew, and that the change does not alter them."""
     if HERE not in rows or HERE not in before:
         return []
-    said = f"{HERE}: by fl.retune for the finger and the forces of the preset, as the {RETUNED_GAINS} were; this "
-    said += "finger is another, and so is its Ms"
+    said = f"{HERE}: by fl.retune for one contact and speed, the finger and the forces of the preset, as the "
+    said += f"{RETUNED_GAINS} were; this finger is another, and so is its Ms"
     pairs = [[each[HERE][name] for name in ("kp", "ki")] for each in (rows, before)]
     if all(math.isclose(now, was, rel_tol=1e-3, abs_tol=1e-6) for now, was in zip(*pairs, strict=True)):
         said += ". The change does not alter them: they are those of the bench unchanged too"

@@ -98,7 +98,9 @@ def _opened(run: xr.Dataset) -> xr.Dataset | None:
         opened = open_loop_of(run)
     except FrictionloopError:
         return None
-    return None if opened is None or np.array_equal(opened["f_a"].values, run["f_a"].values) else opened
+    if opened is None or np.array_equal(opened["f_a"].values, run["f_a"].values):
+        return None
+    return opened.assign(scored=run["scored"]) if "scored" in run else opened  # the error of the same periods
 
 
 def _error(run: xr.Dataset) -> str:

@@ -21,7 +21,8 @@ class Stability(NamedTuple):
     """Of the linear loop at the forces that the sines ask for."""
 
     sensitivity_peak: float
-    """Largest Ms of a finger that has just landed, at those that it can be given; infinite if unstable at one."""
+    """Largest Ms of a finger that has just landed, at those that it can be given; infinite if unstable at one; NaN if
+    it can be given none."""
     sensitivity_peak_moist: float
     """The same at the end of the last stroke; NaN if it can be given none of them."""
     stable_from_n: float | None
@@ -38,9 +39,15 @@ def stability(system: System, sines: protocol.Sines = protocol.THE_SINES) -> Sta
 
 
 def _peaks(system: System, forces_n: Sequence[float], occluded: float) -> dict[float, float]:
-    """Return Ms at those of the forces that a finger so moist can be given at its mean load, by force, rising."""
+    """Return Ms at those of the forces that a finger so moist can be given at its mean load, by force, rising.
+
+    The sines pass all forces between the ends: that at which the reach begins or stops is looked at too.
+    """
     low_n, high_n = reach_n(system, law_at(system, occluded))
-    there = [force_n for force_n in forces_n if low_n <= force_n <= high_n]
+    low_n, high_n = max(low_n, forces_n[0]), min(high_n, forces_n[-1])
+    there = sorted({low_n, high_n, *(force_n for force_n in forces_n if low_n <= force_n <= high_n)})
+    if low_n > high_n:
+        return {}
     return {force_n: operating_band(system, [force_n], [occluded])[0].sensitivity_peak() for force_n in there}
 
 
@@ -49,14 +56,18 @@ def _largest(peaks: Mapping[float, float]) -> float:
 
 
 def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_SINES) -> System:
-    """Return the bench, with what is changed of it, under the finger that Fig. 5a draws, asked for all its forces."""
+    """Return the bench, with what is changed of it, under the finger that Fig. 5a draws, asked for all its forces.
+
+    It lifts between strokes as there, so that contact upon contact leaves it as moist as the last stroke does.
+    """
     low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
     asked = Sine(
         offset_n=round((low_n + high_n) / 2, 9),
         amplitude_n=round((high_n - low_n) / 2, 9),
         frequency_hz=sines.frequency_hz,
     )
-    return protocol.finger_system(the_finger()).evolve({**changed, "setpoint": asked})
+    lifts = {"motion.contact_s": protocol.STROKE_S, "motion.lifted_s": protocol.EVERY_S - protocol.STROKE_S}
+    return protocol.finger_system(the_finger()).evolve({**lifts, **changed, "setpoint": asked})
 
 
 class Places(NamedTuple):

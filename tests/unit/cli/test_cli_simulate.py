@@ -82,7 +82,7 @@ def test_order_of_flags_does_not_matter_for_a_kind(frictionloop):
         "amplitude_n": 0,
         "frequency_hz": 5,
     }
-    left = "setpoint.kind = sine: amplitude_n = 0.0 by default, not as the log_sweep of feasible() has"
+    left = "setpoint.kind = sine: amplitude_n = 0.0 by default; the log_sweep of feasible() had 0.18"
     assert left in told.err
 
 

@@ -101,8 +101,11 @@ def test_what_is_too_large_for_newtons_is_not_split(tmp_path):
     recording = fl.Recording(path=str(path), column="F", remove_mean=True)
     with pytest.warns(fl.SignalWarning, match="is up to 750 N before its mean is removed"):
         run = run_of(**{"disturbance": recording})
-    (said,) = lines(run, np.ones(run.sizes["time"], bool))
-    assert said.startswith("What is left by frequency is not told while it is not clear")
+    said = " ".join(lines(run, np.ones(run.sizes["time"], bool)))
+    assert said == (
+        "From which frequency on feedback makes a variation larger is not told while it is not clear what the "
+        "recording is."
+    )
 
 
 def test_gains_that_ring_on_a_recorded_set_point_are_told(frictionloop, tmp_path):
@@ -190,3 +193,16 @@ def test_a_recording_that_was_not_cut_says_so(frictionloop, tmp_path):
     given = ["simulate", "--preset", "feasible", "--duration-s", "1", *given]
     assert "used uncut: landing, rests and lifting count" in " ".join(frictionloop(*given).out.split())
     assert "uncut" not in frictionloop(*given, "--disturbance.stop_s", "1.5").out
+
+
+def test_the_friction_that_a_recording_comes_on_and_where_its_file_ends_are_told(frictionloop, tmp_path):
+    np.savetxt(tmp_path / "s.csv", 0.3 + 0.02 * np.sin(np.arange(400) / 3), header="Ft [N]", comments="")
+    flags = ("kind", "recording", "path", "s.csv", "column", "Ft", "rate_hz", "100", "remove_mean", "true")
+    given = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
+    fixed = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--split-hz", "2")
+    given = ["simulate", "--preset", "feasible", "--duration-s", "3", *given, *fixed]
+    said = " ".join(frictionloop(*given).out.split())
+    assert "comes on a finger of friction.nominal_n = 0.8 N; the mean in the file is 0.3 N" in said
+    assert "above 2 Hz (the file ends at 50 Hz)" in said
+    assert "The recording ends at 50 Hz, half its rate; from 604 Hz on feedback makes a variation larger." in said
+    assert "comes on a finger" not in frictionloop(*given, "--controller.kind", "lookup").out

@@ -32,13 +32,16 @@ HERE = "re-tuned here"
 """Gains found for a bench that is not the paper's."""
 GIVEN = "gains as given"
 """Gains of one's own."""
+HOLDS = "hold everywhere"
+"""Gains that hold at all contacts and speeds that a check looks at."""
 TITLES = {
     OPEN: "open loop: the lookup alone",
     PRINTED: "closed loop, printed gains",
     RETUNED_GAINS: "closed loop, re-tuned gains",
     IDEAL: "printed gains,\nideal sensor, no delay",
-    HERE: "re-tuned for this bench",
+    HERE: "re-tuned here,\nfor one contact and speed",
     GIVEN: GIVEN,
+    HOLDS: "hold at all contacts\nand speeds checked",
 }
 
 
@@ -56,7 +59,7 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], 
         row = rows[name]
         _cloud(axes, tracked[name], top_n, _stable(row))
         kp, ki = row["kp"], row["ki"]
-        gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp)}, $K_i$ {number(ki)} 1/s"
+        gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp, 4)}, $K_i$ {number(ki, 4)} 1/s"
         axes.set_title(TITLES[name] + gains, fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
