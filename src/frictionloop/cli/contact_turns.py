@@ -9,6 +9,9 @@ from frictionloop.parameters.motion import TURN_SHARE
 IN_STEP = 1e-3
 """Share by which a stroke may last longer than a contact with the lift after it, and count as one with it."""
 
+SEVERAL = 2.0
+"""Strokes of a contact from which on it is meant to be back and forth (chosen)."""
+
 
 def ask(system: System) -> None:
     """Note the question, for stderr: of a run, since a design has no turns."""
@@ -17,12 +20,17 @@ def ask(system: System) -> None:
 
 
 def question(system: System) -> str:
-    """Return what is told of strokes that end within contacts; empty of a finger that stays, or turns in the air."""
+    """Return what is told of strokes that end within contacts.
+
+    Empty of a finger that stays, goes back and forth within a contact, or turns in the air.
+    """
     motion = system.motion
     if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
         return ""
     period_s, half_s = motion.contact_s + motion.lifted_s, 0.5 * motion.cycle_s
     if abs(half_s - period_s) < IN_STEP * period_s and motion.reversal_s <= motion.lifted_s * (1.0 + IN_STEP):
+        return ""
+    if motion.contact_s >= SEVERAL * half_s:
         return ""
     stroke_mm = motion.speed_mm_s * (motion.contact_s + TURN_SHARE * motion.lifted_s)
     changes = {

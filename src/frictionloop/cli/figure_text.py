@@ -135,9 +135,7 @@ def _instead(figure: Shown) -> list[str]:
     if HOLDS in figure.numbers:
         return [f"  {HOLDS}: kp {kp}, ki {ki} 1/s, found for that"]
     if figure.name != "fig-5a":
-        return _indented(
-            f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another"
-        )
+        return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
     return [f"  kp {kp}, ki {ki} 1/s would hold at all of them"]
 
 

@@ -31,7 +31,8 @@ def test_a_finger_that_turns_within_its_contacts_is_asked_about(frictionloop):
     said = " ".join(frictionloop("simulate", "--preset", "bench", *flags).err.split())
     assert "motion.contact_s is 2 s and a stroke lasts 2.04 s, so the finger turns round on the plate" in said
     assert said.endswith("--motion.stroke_mm 185 --motion.reversal_s 0.5 --motion.start 0.05")
-    assert question(fl.bench()) == question(fl.paper()) == ""
+    back_and_forth = fl.bench().evolve(LIFTS | {"motion.contact_s": 6.0})
+    assert question(fl.bench()) == question(fl.paper()) == question(back_and_forth) == ""
 
 
 def test_a_stroke_that_is_longer_than_the_plate_says_which_plate():
