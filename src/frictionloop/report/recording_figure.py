@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from frictionloop.identification.first_look import FirstLook, Trace
 
-MOST = 12
+MOST = 24
 """Channels that are drawn."""
 
 

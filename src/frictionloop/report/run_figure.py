@@ -5,6 +5,7 @@ A recording of a device has no force on the finger, which nobody can measure the
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from frictionloop.analysis.levels import RECORDED
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.open_loop import disturbance_left, open_loop_of
 from frictionloop.loop.record import system_of
+from frictionloop.parameters import Recording
 from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
@@ -50,6 +52,7 @@ def figure_of(run: xr.Dataset) -> Figure:
         axes = rest.pop(0)
         axes.plot(*_ends(time, run["d"].values), color=PURPLE, linewidth=1.0)
         axes.set(ylabel="disturbance\n$d$ (N)")
+        axes.set_title(_recorded(run), loc="right", fontsize=7.5, fontweight="normal", pad=3.0)
         axes.margins(y=0.15)
     amplitude, *rest = rest
     amplitude.plot(*_ends(time, run["a"].values), color=GREY, linewidth=1.0)
@@ -64,6 +67,15 @@ def figure_of(run: xr.Dataset) -> Figure:
     figure.legend(*force.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     figure.align_ylabels()
     return figure
+
+
+def _recorded(run: xr.Dataset) -> str:
+    """Return of which file, column and part the disturbance is; empty of one that was not recorded."""
+    signal = system_of(run).disturbance
+    if not isinstance(signal, Recording):
+        return ""
+    begins = "" if signal.start_s is None else f", t = 0 is {signal.start_s:g} s in it"
+    return f"{Path(signal.path).name}, column {signal.column}{begins}"
 
 
 def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
