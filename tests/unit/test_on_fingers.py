@@ -94,7 +94,7 @@ def test_a_law_of_higher_order_has_its_own_response():
 def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_were_not():
     light, weak = PEOPLE[1] | {"motion.load_n": 0.001}, PEOPLE[2] | {"friction.nominal_n": 0.1}
     found = check_fingers(PI, [PEOPLE[5], light, weak, weak], FEW)
-    said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "contact dahl"))
+    said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "contact dahl", ""))
     assert "the limits hold on 0 of 4 fingers" in said and "3 cannot be looked at: 2 as no force asked for" in said
     assert "1 as motion.load_n = 0.001 N" in said and "on all 1 the limits hold with" in said
 

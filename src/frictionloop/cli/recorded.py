@@ -26,10 +26,15 @@ def of_finger(system: System) -> str:
         return ""
     from frictionloop.recordings.told import found
 
+    believed_n = getattr(getattr(system.controller, "model", None), "nominal_n", friction.nominal_n)
+    table = f"for which the lookup table is made (controller.model.nominal_n = {believed_n:g} N)"
+    if believed_n != friction.nominal_n:
+        table = f"and the lookup table is made for {believed_n:g} N, another finger: --controller.model.nominal_n "
+        table += f"{friction.nominal_n:g} makes it for this one"
     return (
-        f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N; the mean in the "
-        f"file is {found(signal).raw_mean_n:.3g} N, the zero of its sensor included. With less friction the loop gain "
-        "is lower, and more is left: give that of your finger."
+        f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N, {table}. A "
+        "finger with less friction than believed has a lower loop gain, and more is left. The mean in the file is "
+        f"{found(signal).raw_mean_n:.3g} N, the zero of its sensor included."
     )
 
 

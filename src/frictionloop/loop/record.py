@@ -61,6 +61,8 @@ def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
     import xarray as xr  # only here and below: a live page, which runs the loop too, is open half a second sooner
 
     time = np.arange(traces.shape[1]) / system.controller.rate_hz
+    if system.motion.kind == "sliding":  # without place, speed and load, whichever loop ran it
+        traces = traces[: list(VARIABLES).index("position")]
     data = {
         name: xr.Variable("time", row != 0 if name in _FLAGS else row, {"units": units, "long_name": meaning})
         for row, (name, (units, meaning)) in zip(traces, VARIABLES.items(), strict=False)
