@@ -233,6 +233,7 @@ def test_the_check_of_a_changed_figure_is_of_the_finger_that_it_draws(tmp_path):
     (figure,) = alone.alone(tmp_path, ["fig-5a"], {"setpoint.offset_n": 0.4, **gains}).figures
     there = fl.read_toml(figure.bench)
     assert there.friction.nominal_n == the_finger()["friction.nominal_n"]
+    assert (there.controller.kp, there.controller.ki) == (0.006, 45.0)
     assert (there.setpoint.offset_n, there.setpoint.amplitude_n) == (0.4, 0.1)
     moist = occlusion_after(there.friction, there.motion.contact_s, there.motion.lifted_s, len(protocol.LOADS))
     assert moist == pytest.approx(protocol.occlusion_at_end(there))
@@ -256,8 +257,11 @@ def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_pa
     assert check_controller(asked_for({"sensor.resonance_hz": 90.0}).evolve(gains)).holds
     base = protocol.finger_system(the_finger()).evolve({"sensor.resonance_hz": 90.0})
     assert row["error_n"] == fit(tracking(base, gains)).rms_n
-    shown = [str(line).strip() for line in figure_text(figure)]
-    assert f"{HOLDS}: kp {row['kp']:.4g}, ki {row['ki']:.4g} 1/s, found for that" in shown
+    shown = " ".join(str(line).strip() for line in figure_text(figure))
+    best = figure.checked.best
+    assert f"{HOLDS}: kp {row['kp']:.4g}, ki {row['ki']:.4g} 1/s, in the ratio of the {best}; another may" in shown
+    named = figure.numbers[best]
+    assert row["kp"] * named["ki"] == pytest.approx(row["ki"] * named["kp"], rel=1e-3)
 
 
 def test_a_noisier_sensor_says_what_it_makes_of_the_force_and_that_the_gains_stay(tmp_path):

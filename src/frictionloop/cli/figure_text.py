@@ -133,7 +133,11 @@ def _instead(figure: Shown) -> list[str]:
         return []
     kp, ki = (f"{gains[f'controller.{each}']:.4g}" for each in ("kp", "ki"))
     if HOLDS in figure.numbers:
-        return [f"  {HOLDS}: kp {kp}, ki {ki} 1/s, found for that"]
+        said = f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}; another may leave less:"
+        return [
+            *_indented(said),
+            f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds SLOWEST,FASTEST",
+        ]
     if figure.name != "fig-5a":
         return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
     return [f"  kp {kp}, ki {ki} 1/s would hold at all of them"]

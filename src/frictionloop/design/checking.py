@@ -84,7 +84,7 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
         to do.
     """
     asked, judged = wanted or Wanted(), learnt(system)
-    check_places(system, asked, whole=False)
+    check_places(system, asked)
     close = asked.over(CHECKED, LOADS)._replace(contacts=())
     try:
         touched = Over(asked.touched).systems(judged)

@@ -7,8 +7,7 @@ from dataclasses import replace
 from itertools import count
 
 from frictionloop.analysis.operating import check_reach
-from frictionloop.analysis.reach import check_band
-from frictionloop.design.corners import Corner, broken, corners, occlusions
+from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.over import Over
 from frictionloop.design.wanted import Designed, Wanted, unheld
 from frictionloop.loop.progress import step
@@ -22,17 +21,11 @@ ENDS, LOADS = 2, 3
 Synthesis = Callable[[System, Wanted], Designed]
 
 
-def check_places(system: System, asked: Wanted, whole: bool) -> None:
-    """Refuse forces that are out of reach at a speed or a load, where none can be had.
-
-    With ``whole`` one that is out of reach of a finger just landed is too much, at the load of the system. Within a
-    range of loads it counts as the nearest that can be had.
-    """
+def check_places(system: System, asked: Wanted) -> None:
+    """Refuse a speed or a load at which none of the forces can be had; one alone counts as the nearest that can."""
     _, speeds, loads = asked.over(ENDS, LOADS)
     for there in Over((), speeds, loads).systems(system):
         check_reach(there)
-        if whole and not loads:
-            check_band(there, occlusions(there))
 
 
 def held_between(system: System, law: str, synthesis: Synthesis, asked: Wanted) -> tuple[Designed, Sequence[Corner]]:

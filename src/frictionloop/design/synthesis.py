@@ -125,12 +125,12 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     Raises
     ------
     FrictionloopError
-        An unknown law, a force asked for that is out of reach of a finger just landed, or no controller of that law
+        An unknown law, no force asked for that is in reach of a finger just landed, or no controller of that law
         holds: the line says what limits it.
     """
     name, asked = law or default_law(system), wanted or Wanted()
     check_known("law", [name], SYNTHESES)
-    check_places(system, asked, whole=True)
+    check_places(system, asked)
     try:
         return _designed(system, name, asked)
     except FrictionloopError as error:

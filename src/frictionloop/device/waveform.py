@@ -152,7 +152,8 @@ def _sampled(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Tab
     if error > LARGEST_ERROR_N:
         raise FrictionloopError(
             f"set-point of {duration_s:g} s: {most} points miss it by {error:.2g} N rms; must be at most "
-            f"{LARGEST_ERROR_N:g} N (a shorter run, a slower signal, or one that repeats)"
+            f"{LARGEST_ERROR_N:g} N (a shorter run, a slower signal, or a sine, which repeats; between points are "
+            "straight lines, which miss steps: `frictionloop device set PORT setpoint.hold_n=LEVEL` sets a level)"
         )
     return found._replace(error_n=error)
 

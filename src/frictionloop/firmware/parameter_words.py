@@ -60,6 +60,11 @@ def device_words(system: System) -> dict[str, np.ndarray]:
             "other boards"
         )
     board, setpoint = system.board, cast("Any", system.setpoint)
+    if setpoint.kind != "steps" and not hasattr(setpoint, "offset_n"):
+        raise FrictionloopError(
+            f"setpoint.kind = {setpoint.kind!r}: has no level that a device holds before a run; accepted here: "
+            "constant, sine, steps, recording; give this signal to the run"
+        )
     level_n = setpoint.levels_n[0] if setpoint.kind == "steps" else setpoint.offset_n
     values = {
         **_drive(system),

@@ -26,7 +26,7 @@ from frictionloop.report.style import write_both
 NOTHING = Check({}, [])
 SAID = [
     "The bench and the finger of the figure beside this file, asked for all of its forces by one sine:",
-    "margins are those of the figure, errors of its runs are not. Its gains are given as --controller.kp and ki.",
+    "margins are those of the figure, errors of its runs are not. Its gains are those given, or hold everywhere.",
 ]
 """Begins the file of a changed bench."""
 

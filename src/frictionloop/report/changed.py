@@ -109,7 +109,9 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
         bar.doing(f"Fig. 5a, {HOLDS}")
         more, rows = _runs({HOLDS: found.instead}, changes)
         runs, numbers = runs | more, numbers | rows
-    figure = figure_closed_loop(runs, list(runs), numbers)
+    held = {each: f"holds at {there.held} of {there.places} places" for each, there in found.places.items()}
+    held |= {HOLDS: "holds at all places"}
+    figure = figure_closed_loop(runs, list(runs), numbers, held)
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)
     figure.suptitle("\n".join(title), fontsize=8.5, x=0.01, ha="left")
@@ -118,10 +120,11 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     same = {} if same == bench_of(changes) else same
     before = _tracked(name, same, bar)[1] if bench_of(changes) else {}
     own = {each: row for each, row in before.items() if each != HERE}
-    held = check_gains(own, bench_of(same), sines_of(same), bar)
+    usual = check_gains(own, bench_of(same), sines_of(same), bar)
     said = told(changes, protocol.finger_system(the_finger()), numbers, before, sines_of(changes))
-    there = asked_for(bench_of(changes), sines_of(changes))
-    return Drawn(figure, numbers, before, found, held, there, [*said, _by_level(runs)])
+    gains = {path: changes[path] for path in GAINS if path in changes} or found.instead or RETUNED
+    there = asked_for(bench_of(changes) | dict(gains), sines_of(changes))
+    return Drawn(figure, numbers, before, found, usual, there, [*said, _by_level(runs)])
 
 
 def _by_level(runs: Mapping[str, xr.Dataset]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 LIMITS_N, ROOM_N = (0.25, 0.95), 0.05
 """Ends of the axis of set-points of several levels, which is the same for all benches, and the room beside them."""
+NOBODY: Mapping[str, str] = MappingProxyType({})
 ABOVE = 1.7
 """Axis over the forces that the scores stand above."""
 LEAST_TOP_N = 1.3
@@ -46,10 +48,13 @@ TITLES = {
 
 
 @styled
-def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table) -> Figure:
+def figure_closed_loop(
+    tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table, held: Mapping[str, str] = NOBODY
+) -> Figure:
     """Return force against set-point for some controllers, a panel each, with the regression and both kinds of R2.
 
-    Each panel says the gains, and how stable their loop is, from ``rows`` by controller (`of_strokes`).
+    Each panel says the gains, and how stable their loop is, from ``rows`` by controller (`of_strokes`), and where else
+    they hold, from ``held``.
     The axis of forces is that of all controllers, so that figures can stand side by side.
     """
     figure = new_figure(2.3 * len(names), 3.5)
@@ -57,7 +62,7 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], 
     top_n = max(LEAST_TOP_N, *(_top_n(tracked[name]) for name in tracked if name in TITLES))
     for axes, name in zip(panels, names, strict=True):
         row = rows[name]
-        _cloud(axes, tracked[name], top_n, _stable(row))
+        _cloud(axes, tracked[name], top_n, "\n".join(filter(None, [_stable(row), held.get(name, "")])))
         kp, ki = row["kp"], row["ki"]
         gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp, 4)}, $K_i$ {number(ki, 4)} 1/s"
         axes.set_title(TITLES[name] + gains, fontsize=8.5)
