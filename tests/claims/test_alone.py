@@ -156,7 +156,7 @@ def test_the_bench_unchanged_is_asked_for_the_same(tmp_path):
 def test_gains_of_ones_own_stand_beside_the_reports_on_the_papers_bench(tmp_path, results):
     gains = dict(zip(("controller.kp", "controller.ki"), fl.RETUNED.values(), strict=True))
     (figure,) = alone.alone(tmp_path, ["fig-5a"], gains).figures
-    assert list(figure.numbers) == [OPEN, RETUNED_GAINS, GIVEN] and figure.unchanged == {}
+    assert list(figure.numbers) == [OPEN, RETUNED_GAINS, GIVEN, HOLDS] and figure.unchanged == {}
     assert figure.numbers[GIVEN] == figure.numbers[RETUNED_GAINS] == NUMBERS["fig-5a"](results)[RETUNED_GAINS]
     assert figure.file.name == "fig-5a-with-controller.kp-0.062-controller.ki-134.svg"
 
@@ -244,8 +244,8 @@ def test_the_check_of_a_changed_figure_is_of_the_finger_that_it_draws(tmp_path):
     shown = " ".join(str(line).strip() for line in figure_text(figure))
     assert "on this finger with its own load, on both contacts" in shown
     assert f"design check {figure.bench} --controller.kp" in shown
-    kp, ki = (by_hand.instead[f"controller.{each}"] for each in ("kp", "ki"))
-    assert f"kp {kp:.4g}, ki {ki:.4g} 1/s would hold at all of them" in shown
+    assert by_hand.instead and f"{HOLDS}: kp {figure.numbers[HOLDS]['kp']:.4g}, ki " in shown
+    assert "--law pi --speeds 10,80" in shown
 
 
 def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_path):

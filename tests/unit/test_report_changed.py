@@ -86,3 +86,11 @@ def test_what_the_finger_had_in_place_of_a_change_is_told(base):
     assert told({"motion.load_n": 0.8}, own, ROWS) == [
         "this finger's own, which the change replaces: motion.load_n = 0.67 N"
     ]
+
+
+def test_one_sine_that_varies_as_much_as_three_is_not_said_to_vary_less(base):
+    wide = protocol.Sines((0.6,), 0.3)
+    (line,) = [each for each in told({"setpoint.offset_n": 0.6}, base, ROWS, wide) if "one sine" in each]
+    assert "R2 is smaller" not in line
+    (line,) = [each for each in told({"setpoint.offset_n": 0.6}, base, ROWS, protocol.Sines((0.6,))) if "sine" in each]
+    assert "R2 is smaller, as the set-point varies less" in line

@@ -124,6 +124,15 @@ def _checked(figure: Shown) -> list[str]:
     return [*lines, *_instead(figure), f"  More of {name}: {more}"]
 
 
+def _speeds(figure: Shown) -> str:
+    """Return the slowest and the fastest speed that a check looks at."""
+    from frictionloop.design.elsewhere import FASTER, SLOWER
+    from frictionloop.parameters import read_toml
+
+    motion: Any = read_toml(figure.bench).motion if figure.bench else None  # strokes, by the protocol
+    return ",".join(f"{factor * motion.speed_mm_s:g}" for factor in (SLOWER, FASTER[-1]))
+
+
 def _instead(figure: Shown) -> list[str]:
     """Return which gains would hold at all places."""
     from frictionloop.report.figures.closed_loop import HOLDS
@@ -136,7 +145,7 @@ def _instead(figure: Shown) -> list[str]:
         said = f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}; another may leave less:"
         return [
             *_indented(said),
-            f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds SLOWEST,FASTEST",
+            f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
         ]
     if figure.name != "fig-5a":
         return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")

@@ -124,6 +124,9 @@ def scalar(text: str) -> Any:
 def overrides_of(flags: Iterable[str] | None) -> dict[str, Any]:
     """Return the overrides that gathered flags stand for."""
     pairs = [flag.partition("=") for flag in flags or ()]
+    names = [pair[0] for pair in pairs]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise FrictionloopError(f"--{twice}: is given more than once; give it once")
     # A kind comes first, so that the other values land in the block of that kind.
     pairs.sort(key=lambda pair: not pair[0].endswith(".kind"))
     return {name: scalar(value) for name, _, value in pairs}

@@ -118,12 +118,13 @@ def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
 
 
 def ends_at_hz(system: System) -> float:
-    """Return half the rate of a recorded disturbance, above which its file has nothing; infinite of another."""
+    """Return half the rate of a recorded disturbance, above which its file has nothing; infinite if a run has less."""
     if not isinstance(system.disturbance, Recording):
         return math.inf
     from frictionloop.recordings.told import found
 
-    return found(system.disturbance).rate_hz / 2.0
+    rate_hz = found(system.disturbance).rate_hz
+    return rate_hz / 2.0 if rate_hz < system.controller.rate_hz else math.inf
 
 
 def beyond(run: xr.Dataset, mask: np.ndarray, missed: float) -> str:

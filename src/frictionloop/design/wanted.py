@@ -123,9 +123,12 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
     """Return the line that says what a law does not hold, how far it gets, and what limits it."""
     limits = ", ".join(f"{peak:.3g} at +-{off:.0%}" for off, peak in sorted(wanted.limits.items()))
     limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
+    peak = f"{worst.sensitivity_peak:.3g}"
+    peak = f"{worst.sensitivity_peak:.5g}" if peak == f"{worst.limit:.3g}" else peak
+    other = "" if law == "pi" else "; `--law pi`, which is slower, may hold"
     return (
         f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
-        f"{worst.sensitivity_peak:.3g} at {worst.where}; {limit}{on_one(wanted)}"
+        f"{peak} at {worst.where}; {limit}{other}{on_one(wanted)}"
     )
 
 

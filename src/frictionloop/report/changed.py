@@ -60,7 +60,7 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
         if path in KEPT:
             raise FrictionloopError(
                 f"{path}: is set by the protocol of Fig. 5a, sines on strokes under a PI; change the bench, its gains, "
-                f"or {', '.join(SINES)}"
+                f"speed and load of the strokes, or {', '.join(SINES)}"
             )
     given = [path for path in GAINS if path in changes]
     if len(given) == 1:
@@ -105,7 +105,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     """
     runs, numbers = _tracked(name, changes, bar)
     found = check_gains(numbers, bench_of(changes), sines_of(changes), bar)
-    if HERE in numbers and GIVEN not in numbers and found.instead:
+    if OPEN in numbers and found.instead:
         bar.doing(f"Fig. 5a, {HOLDS}")
         more, rows = _runs({HOLDS: found.instead}, changes)
         runs, numbers = runs | more, numbers | rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,7 +14,7 @@ from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
-from frictionloop.report.protocol import Sines, occlusion_at_end
+from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
 
 NOISE = ("sensor.noise_density_n_rthz", "sensor.adc_bits", "sensor.range_n")
 MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
@@ -40,11 +41,11 @@ def told(
     return [
         *_own(changes, base),
         *_speed(changes, base, rows),
-        *_sines(changes, before),
+        *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),
         *_delay(changes, base, rows, before),
         *_noise(changes, base, sines),
-        *_here(rows, before),
+        *_here(changes, rows, before),
         *_unreached(changes, base, rows),
     ]
 
@@ -70,15 +71,19 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
 
 
-def _sines(changes: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
+def _sines(changes: Mapping[str, Any], before: Mapping[str, Any], sines: Sines) -> list[str]:
     """Return that one sine has a smaller R2 than three together."""
     if MEAN not in changes:
         return []
     alone = before and all(path.startswith("setpoint.") for path in changes)
     other = "; below are the three" if alone else ", unchanged too" * bool(before)
-    return [
-        f"one sine in place of the protocol's three{other}: R2 is smaller, as the set-point varies less; compare errors"
-    ]
+    less = "" if _varies_n(sines) >= _varies_n(THE_SINES) else ": R2 is smaller, as the set-point varies less"
+    return [f"one sine in place of the protocol's three{other}{less}; compare errors"]
+
+
+def _varies_n(sines: Sines) -> float:
+    """Return the standard deviation of the forces asked for."""
+    return math.hypot(statistics.pstdev(sines.levels_n), sines.amplitude_n / math.sqrt(2.0))
 
 
 def _reach(there: System, base: System, sines: Sines) -> list[str]:
@@ -152,11 +157,12 @@ def _noise(changes: Mapping[str, Any], base: System, sines: Sines) -> list[str]:
     ]
 
 
-def _here(rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
+def _here(changes: Mapping[str, Any], rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
     """Return for which finger gains were found anew, and that the change does not alter them."""
     if HERE not in rows or HERE not in before:
         return []
-    said = f"{HERE}: by fl.retune for one contact and speed, the finger and the forces of the preset, as the "
+    forces = "these forces" if any(path.startswith("setpoint.") for path in changes) else "its forces"
+    said = f"{HERE}: by fl.retune for one contact and speed, the finger of the preset and {forces}, as the "
     said += f"{RETUNED_GAINS} were; this finger is another, and so is its Ms"
     pairs = [[each[HERE][name] for name in ("kp", "ki")] for each in (rows, before)]
     if all(math.isclose(now, was, rel_tol=1e-3, abs_tol=1e-6) for now, was in zip(*pairs, strict=True)):

@@ -245,3 +245,8 @@ def test_full_disk_leaves_the_old_file(frictionloop, monkeypatch, option):
     assert line == f"error: {target}: cannot be written (No space left on device); the old file is untouched\n"
     assert target.read_bytes() == b"old"
     assert [path.name for path in Path().iterdir()] == [target.name]
+
+
+def test_a_parameter_that_is_given_twice_is_refused(frictionloop):
+    answer = frictionloop("simulate", "--controller.kp", "1", "--controller.ki", "2", "--controller.kp", "3")
+    assert (answer.code, answer.noted) == (2, ["error: --controller.kp: is given more than once; give it once"])
