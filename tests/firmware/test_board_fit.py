@@ -68,3 +68,11 @@ def test_another_rate_and_a_plate_between_two_carriers_are_told_and_the_bench_is
     (plate,) = misfits(between)
     assert "the nearest carrier is 38217 Hz, 36 MHz / 942, where the plate gives 50.7 % of its amplitude" in plate
     assert carrier_said(between) in plate and carrier_said(fl.feasible()) == ""
+
+
+def test_strokes_that_the_position_sensor_cannot_follow_are_told_with_a_scale_that_can():
+    far = fl.bench().evolve({"motion.stroke_mm": 80.0})
+    (said,) = misfits(far)
+    assert "goes to 40 mm from the middle, and is read to 32.8 mm with board.position_m_per_count = 1e-06" in said
+    scale = float(said.partition("sensor_saturated; ")[2].split()[0])
+    assert misfits(far.evolve({"board.position_m_per_count": scale})) == []

@@ -14,6 +14,7 @@ import xarray as xr
 
 from frictionloop.device.codec import Message
 from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
+from frictionloop.device.fault_words import WORDS
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
@@ -167,7 +168,8 @@ def free_path() -> Path:
 
 
 def _fault(number: int, where: str) -> str:
-    return f"fault {FAULTS.get(number, number)} {where}"
+    name = str(FAULTS.get(number, number))
+    return f"fault {name} {where}" + (f": {WORDS[name]}" if name in WORDS else "")
 
 
 def reading_told(fault: Message) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.parameters import ResonantPlate, System
+from frictionloop.parameters import ResonantPlate, Strokes, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 
@@ -14,6 +14,8 @@ USUAL_TICKS = 783
 """Period of the carrier in an image for no certain plate: 46 kHz, as the paper's."""
 MOST_TICKS = 32766
 """Longest period whose product with a duty the board has room for."""
+COUNTS, ROOM = 2**15 - 1, 1.1
+"""Largest reading of a converter, and what a stroke leaves of it free (chosen)."""
 LEAST_LEFT = 0.9
 """Share of the plate's amplitude at the carrier below which it is told (chosen)."""
 
@@ -71,7 +73,22 @@ def misfits(system: System) -> list[str]:
         )
     if isinstance(plate, ResonantPlate):
         said += _off_the_carrier(system, plate)
-    return said
+    return said + _beyond_position(system)
+
+
+def _beyond_position(system: System) -> list[str]:
+    """Return that strokes go farther than the position sensor reads, where the board ends with a fault."""
+    motion, m_per_count = system.motion, system.board.position_m_per_count
+    if not isinstance(motion, Strokes) or not m_per_count:
+        return []
+    half_mm, reads_mm = motion.stroke_mm / 2.0, 1e3 * COUNTS * abs(m_per_count)
+    if half_mm < reads_mm:
+        return []
+    return [
+        f"motion.stroke_mm = {motion.stroke_mm:g} mm: the position goes to {half_mm:g} mm from the middle, and is read "
+        f"to {reads_mm:.3g} mm with board.position_m_per_count = {m_per_count:g}, where the board stops with the fault "
+        f"sensor_saturated; {1e-3 * half_mm / COUNTS * ROOM:.2g} reads all of it"
+    ]
 
 
 def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:
