@@ -39,8 +39,22 @@ def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
     return metrics(run, mask)
 
 
-def metric_rows(found: dict[str, float]) -> list[Row]:
-    """Return (metric, value with unit, what it says); of a constant set-point no R2, which it does not have."""
+def open_error_n(run: xr.Dataset, mask: np.ndarray) -> float:
+    """Return the rms error of the same run under the lookup table alone, N; NaN where it is that, or not known."""
+    from frictionloop.loop.metrics import rms_error
+    from frictionloop.loop.open_loop import open_loop_of
+    from frictionloop.loop.record import system_of
+
+    opened = None if system_of(run).controller.kind == "lookup" or not mask.any() else open_loop_of(run)
+    return math.nan if opened is None else rms_error(opened, mask)
+
+
+def metric_rows(found: dict[str, float], opened_n: float = math.nan) -> list[Row]:
+    """Return (metric, value with unit, what it says); of a constant set-point no R2, which it does not have.
+
+    ``opened_n`` is the rms error in open loop, N.
+    """
+    beside = "" if math.isnan(opened_n) else f"; {newtons(opened_n)} in open loop"
     missing = found["r2_bound"] - found["r2_identity"]
     offset = f"{'-' if found['intercept'] < 0 else '+'} {number(abs(found['intercept']))}"
     line = f"of the line f_a = {number(found['slope'])} f_r {offset} N"
@@ -54,7 +68,7 @@ def metric_rows(found: dict[str, float]) -> list[Row]:
         ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
         ("r2_bound", number(found["r2_bound"]), bound),
         ("r2_regression", number(found["r2_regression"]), line),
-        ("rms_error", newtons(found["rms_error"]), "rms of f_a - f_r"),
+        ("rms_error", newtons(found["rms_error"]), f"rms of f_a - f_r{beside}"),
         *_left(found),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -103,6 +104,7 @@ def command(
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
+        opened_n = scores.open_error_n(run, mask)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
         left, bands = beyond(run), bands_asked.by_band(run, mask, edges_hz)
         said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
@@ -123,6 +125,7 @@ def command(
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
         result |= {"steps": [each._asdict() for each in times], "ringing": ringing.as_json(rings)}
+        result |= {} if math.isnan(opened_n) else {"open_loop": {"rms_error": opened_n}}
         result |= {"bands": bands} if bands else {}
         result |= {"beyond": left._asdict()} if left else {}
         read = {name: each._asdict() for name, each in recorded_units.recordings(system).items()}
@@ -130,7 +133,7 @@ def command(
         screen.show_json(result | {"saved": saved, "elapsed_s": elapsed_s})
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
-    rows = [*scores.metric_rows(metrics), *scores.step_rows(times, steps)] if mask.any() else []
+    rows = [*scores.metric_rows(metrics, opened_n), *scores.step_rows(times, steps)] if mask.any() else []
     rows += bands_asked.rows(bands, recorded_bands.ends_at_hz(system)) + scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),

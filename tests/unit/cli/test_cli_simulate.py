@@ -377,3 +377,13 @@ def test_a_bound_below_zero_is_explained_without_a_difference(frictionloop):
     said = " ".join(frictionloop("simulate", *below, "--duration-s", "1").out.split())
     row = said.partition("r2_bound")[2].partition("r2_regression")[0]
     assert row.endswith("below 0: reach alone misses f_r by more than f_r varies ")
+
+
+def test_the_error_in_open_loop_stands_beside_that_of_the_loop(frictionloop):
+    given = ("simulate", "--preset", "bench", "--controller.kp", "0.03", "--controller.ki", "20", "--duration-s", "3")
+    told = frictionloop(*given, "--json").json()
+    expected_n = fl.rms_error(fl.simulate(fl.bench().evolve({"controller.kind": "lookup"}), 3.0))
+    assert told["open_loop"]["rms_error"] == pytest.approx(expected_n, rel=1e-12)
+    assert f"{1e3 * expected_n:.4g} mN in open loop" in " ".join(frictionloop(*given).out.split())
+    alone = frictionloop("simulate", "--preset", "bench", "--controller.kind", "lookup", "--duration-s", "1")
+    assert "in open loop" not in alone.out
