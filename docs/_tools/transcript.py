@@ -33,7 +33,13 @@ SESSION = (
 def transcript() -> str:
     """Return the session: commands, and what each prints."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        return "\n".join(f"{_typed(words)}\n{command(words, ends=ends)}" for words, ends in SESSION)
+        return "\n".join(f"{_typed(words)}\n{_shown(command(words, ends=ends))}" for words, ends in SESSION)
+
+
+def _shown(text: str) -> str:
+    """Return what a command prints, long lines broken as a terminal breaks them."""
+    lines = [wrap(line, WIDTH + 2) if len(line) > WIDTH + 2 else [line] for line in text.split("\n")]
+    return "\n".join(part for parts in lines for part in parts)
 
 
 def _typed(words: str) -> str:

@@ -13,7 +13,8 @@ from frictionloop.design.corners import moistest
 
 CHECK = ("design", "check")
 RIGID = ("--finger.kind", "rigid")
-PI = ("--controller.kind", "pi", "--controller.kp", "0.05", "--controller.ki")
+WITH_KP = ("--controller.kind", "pi", "--controller.kp")
+PI = (*WITH_KP, "0.05", "--controller.ki")
 
 
 def test_help_has_examples_that_fit(frictionloop, monkeypatch):
@@ -60,7 +61,7 @@ def test_a_file_whose_gains_hold(frictionloop):
 
 
 def test_one_place_and_what_is_asked_for(frictionloop):
-    little = (*RIGID, *PI, "7", "--controller.kp", "0")
+    little = (*RIGID, *WITH_KP, "0", "--controller.ki", "7")
     out = " ".join(frictionloop(*CHECK, *little).out.split())
     assert out.startswith(
         "HOLDS at the contact and speed looked at, pressed with 0.5 N alone "
@@ -118,7 +119,7 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
 
 
 def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_one(frictionloop):
-    weak = (*PI, "2", "--controller.kp", "0", "--contacts", "slider", "--motion.load_n", "0.8")
+    weak = (*WITH_KP, "0", "--controller.ki", "2", "--contacts", "slider", "--motion.load_n", "0.8")
     there = f"{0.95 * 1.6**0.9:.3g}"
     said = " ".join(frictionloop(*CHECK, *weak).out.split())
     assert "the law believes 0.95 N without vibration, that of friction.reference_load_n = 0.5 N;" in said
@@ -128,7 +129,7 @@ def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_o
 
 
 def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones(frictionloop):
-    weak = (*PI, "60", "--controller.kp", "0.02", "--contacts", "dahl", "--speeds", "15,25")
+    weak = (*WITH_KP, "0.02", "--controller.ki", "60", "--contacts", "dahl", "--speeds", "15,25")
     found = frictionloop(*CHECK, *weak, "--json").json()
     asked, slower, faster = found["places"]
     assert [asked["how"], slower["how"], faster["how"]] == ["within", "within", "beyond"]

@@ -199,13 +199,13 @@ def test_the_friction_that_a_recording_comes_on_and_where_its_file_ends_are_told
     np.savetxt(tmp_path / "s.csv", 0.3 + 0.02 * np.sin(np.arange(400) / 3), header="Ft [N]", comments="")
     flags = ("kind", "recording", "path", "s.csv", "column", "Ft", "rate_hz", "100", "remove_mean", "true")
     given = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
-    fixed = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--split-hz", "2")
+    fixed = ("--setpoint.kind", "constant", "--split-hz", "2", "--setpoint.offset_n")
     given = ["simulate", "--preset", "feasible", "--duration-s", "3", *given, *fixed]
-    said = " ".join(frictionloop(*given).out.split())
+    said = " ".join(frictionloop(*given, "0.5").out.split())
     assert "on a finger of friction.nominal_n = 0.8 N, for which the lookup table is made" in said
     assert "The mean in the file is 0.3 N, the zero of its sensor included." in said
-    other = " ".join(frictionloop(*given, "--friction.nominal_n", "0.6", "--setpoint.offset_n", "0.3").out.split())
+    other = " ".join(frictionloop(*given, "0.3", "--friction.nominal_n", "0.6").out.split())
     assert "made for 0.8 N, another finger: --controller.model.nominal_n 0.6 makes it for this one" in other
     assert "above 2 Hz (the file ends at 50 Hz)" in said
     assert "The recording ends at 50 Hz, half its rate; from 604 Hz on feedback makes a variation larger." in said
-    assert "comes on a finger" not in frictionloop(*given, "--controller.kind", "lookup").out
+    assert "comes on a finger" not in frictionloop(*given, "0.5", "--controller.kind", "lookup").out
