@@ -129,7 +129,8 @@ def _speeds(figure: Shown) -> str:
     from frictionloop.design.elsewhere import FASTER, SLOWER
     from frictionloop.parameters import read_toml
 
-    motion: Any = read_toml(figure.bench).motion if figure.bench else None  # strokes, by the protocol
+    assert figure.bench is not None  # as of every figure that is checked
+    motion: Any = read_toml(figure.bench).motion  # strokes, by the protocol
     return ",".join(f"{factor * motion.speed_mm_s:g}" for factor in (SLOWER, FASTER[-1]))
 
 
@@ -147,9 +148,7 @@ def _instead(figure: Shown) -> list[str]:
             *_indented(said),
             f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
         ]
-    if figure.name != "fig-5a":
-        return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
-    return [f"  kp {kp}, ki {ki} 1/s would hold at all of them"]
+    return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
 
 
 def _table(numbers: Table) -> Any:

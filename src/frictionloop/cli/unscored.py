@@ -1,4 +1,4 @@
-"""What no metric says of a run: the force where the finger turns round, and a force beyond the sensor's range."""
+"""What no metric says of a run: the force where the finger turns round or lands, and one beyond the sensor's range."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def beyond_sensor(run: xr.Dataset, score_from_s: float) -> str:
 
 
 def at_reversals(run: xr.Dataset, score_from_s: float, error_n: float) -> str:
-    """Return how far the force is above the set-point at reversals, and for how long; empty if it is not."""
+    """Return how far the force is above the set-point at reversals and landings, and for how long; empty if it is not."""
     system = system_of(run)
     if not isinstance(system.motion, Strokes) or "scored" not in run or not error_n > 0.0:
         return ""
@@ -50,15 +50,12 @@ def at_reversals(run: xr.Dataset, score_from_s: float, error_n: float) -> str:
     high = above_n > TIMES * error_n
     if not high.any():
         return ""
-    worst, lasts = (
-        int(np.argmax(above_n)),
-        [sum(1 for _ in group) for is_high, group in itertools.groupby(high) if is_high],
-    )
+    worst = int(np.argmax(above_n))
+    lasts = [sum(1 for _ in group) for is_high, group in itertools.groupby(high) if is_high]
     longest_ms = 1e3 * max(lasts) / system.controller.rate_hz
     clamped = float(run["saturated"].values[high].mean())
-    said = (
-        f"Not scored: where the finger turns round the force goes up to {f_a[worst]:.3g} N (at {time_s[worst]:.4g} s, "
-    )
+    said = f"Not scored: where the finger turns round or lands the force goes up to {f_a[worst]:.3g} N "
+    said += f"(at {time_s[worst]:.4g} s, "
     said += f"{f_r[worst]:.3g} N asked for). It is more than {TIMES:g} times the rms error above the set-point "
     said += f"{len(lasts)} time{'s' * (len(lasts) > 1)}, for up to {longest_ms:.3g} ms"
     said += f", with the command clamped {clamped:.0%} of that" if clamped > 0.0 else ""

@@ -25,7 +25,8 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
 LIMITS_N, ROOM_N = (0.25, 0.95), 0.05
 """Ends of the axis of set-points of several levels, which is the same for all benches, and the room beside them."""
-NOBODY: Mapping[str, str] = MappingProxyType({})
+NOT_ASKED: Mapping[str, str] = MappingProxyType({})
+"""Of the report's own figure, whose panels do not say where else gains hold."""
 ABOVE = 1.7
 """Axis over the forces that the scores stand above."""
 LEAST_TOP_N = 1.3
@@ -49,7 +50,7 @@ TITLES = {
 
 @styled
 def figure_closed_loop(
-    tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table, held: Mapping[str, str] = NOBODY
+    tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table, held: Mapping[str, str] = NOT_ASKED
 ) -> Figure:
     """Return force against set-point for some controllers, a panel each, with the regression and both kinds of R2.
 
