@@ -39,7 +39,7 @@ def beyond_sensor(run: xr.Dataset, score_from_s: float) -> str:
 
 
 def at_reversals(run: xr.Dataset, score_from_s: float, error_n: float) -> str:
-    """Return how far the force is above the set-point at reversals and landings, and for how long; empty if it is not."""
+    """Return how far the force is above the set-point at reversals and landings, for how long; empty if it is not."""
     system = system_of(run)
     if not isinstance(system.motion, Strokes) or "scored" not in run or not error_n > 0.0:
         return ""
