@@ -20,6 +20,7 @@ from frictionloop.quantities import FrictionloopError
 
 SMALLEST = (
     "rms_error",
+    "open_loop_rms_error",
     "saturation_index",
     "disturbance_left",
     "output_noise",

@@ -12,13 +12,12 @@ import xarray as xr
 from pydantic import BaseModel
 
 from frictionloop.analysis.levels import RECORDED
-from frictionloop.cli import advice, advice_text, describe, ringing, screen
+from frictionloop.cli import advice, advice_text, describe, ringing, screen, served
 from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, left_out, loss_of, shown
 from frictionloop.cli.population_reach import Reach, reach_of
 from frictionloop.cli.recorded_units import beside_able
 from frictionloop.cli.replaced import replaced, replaced_said
-from frictionloop.cli.scores import between
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.fingers import Fingers, fingers
 from frictionloop.quantities import FrictionloopError
@@ -135,24 +134,11 @@ class Population(Outcome):
             self.work(of, duration_s),
         ]
 
-    def _reach_lines(self, total: int) -> list[str]:
+    def _reach_lines(self, total: int) -> list[Any]:
         reach = self.reach
         if reach is None:
             return [screen.wrapped(f"which fingers can be given the set-point is not known: {self._unknown}")]
-        band = between(reach.low_n, reach.high_n)
-        both, low, high, moving = (int(np.sum(each)) for each in (reach.able, ~reach.low, ~reach.high, reach.moving))
-        drifts = f"that is at a steady load; as it drifts and trembles {moving} can, for 95 % of the time"
-        times = f"{reach.contacts} contacts of " if reach.contacts > 1 else ""
-        upon = f"after many more contacts {reach.in_the_end} can, and {reach.moving_in_the_end} as the load moves: "
-        upon += "fingers get moister; a longer --motion.lifted_s dries them"
-        return [
-            f"able: {both} of {total} fingers can be given the set-point, {band},",
-            f"for {times}{reach.contact_s:g} s on the plate; {low} cannot get so low, {high} cannot get so high",
-            *self._beside,
-            *([drifts] if moving != both else []),
-            *([screen.wrapped(upon)] if reach.in_the_end is not None else []),
-            *self._slide,
-        ]
+        return [*served.lines(reach, total), *self._beside, *self._slide]
 
     def as_json(self) -> dict[str, Any]:
         """Return everything: each finger's metrics and reach, and what the summary says."""
@@ -161,11 +147,7 @@ class Population(Outcome):
         names = [str(name) for name in self.result.data_vars]
         found["population"] = {name: self.spread(name) for name in names}
         found["lowest_n"], found["highest_n"] = self.result["lowest_n"].values, self.result["highest_n"].values
-        found["asked_n"] = None if self.reach is None else [self.reach.low_n, self.reach.high_n]
-        found["capable_load_moves"] = None if self.reach is None else self.reach.moving
-        found["capable_in_the_end"] = None if self.reach is None else self.reach.in_the_end
-        found["capable_in_the_end_load_moves"] = None if self.reach is None else self.reach.moving_in_the_end
-        found["capable"], found["replaced"] = able, self._replaced[0]
+        found |= served.as_json(self.reach) | {"replaced": self._replaced[0]}
         found["ringing"] = ringing.as_json(self.rings)
         if able is not None:
             found["population_capable"] = {name: self.spread(name, able) for name in names}

@@ -147,6 +147,7 @@ def command(
 def _swept(system: System, points: Any, duration_s: float, seeds: int, names: Any, **options: Any) -> Outcome:
     """Return what a sweep found, or what was done of it before Ctrl-C."""
     from frictionloop.cli import outcome, population
+    from frictionloop.cli.population_open import with_open_loop
     from frictionloop.loop.record import save
     from frictionloop.loop.sweep import SweepInterrupted, sweep
     from frictionloop.physics.fingers import Fingers
@@ -159,6 +160,16 @@ def _swept(system: System, points: Any, duration_s: float, seeds: int, names: An
     elapsed_s = time.perf_counter() - start_s
     if not isinstance(points, Fingers):
         return outcome.Outcome(result, elapsed_s, complete)
+    if complete:
+        result = with_open_loop(
+            result,
+            system,
+            points,
+            duration_s,
+            seeds,
+            score_from_s=options["score_from_s"],
+            n_jobs=options["n_jobs"],
+        )
     found = population.Population(result, elapsed_s, complete, system, points)
     if options["path"] is not None:  # what each finger can be given beside its metrics
         save(found.result, options["path"])

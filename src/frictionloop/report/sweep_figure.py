@@ -19,6 +19,8 @@ LOWEST_R2 = -1.0
 """R2 below which fingers are counted and not drawn: all such are far off (chosen)."""
 SHOWN = {"N": (1e3, "mN"), "s": (1e3, "ms")}
 """How a metric's unit is drawn."""
+OPEN = "open_loop_rms_error"
+"""The error of the same runs in open loop, drawn beside that of the loop."""
 
 
 @styled
@@ -105,10 +107,22 @@ def _distribution(panel: Axes, metric: xr.DataArray) -> None:
 def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Figure:
     """Return a panel per metric in which each finger is a point, sorted by the metric, and a caption."""
     able = result["capable"].values if "capable" in result.coords else None
-    figure = _panels(names, [None], lambda panel, name, _: _sorted(panel, result[name], able))
+
+    def drawn(panel: Axes, name: str, _: Any) -> None:
+        if name == "rms_error" and OPEN in names:  # as large as fingers differ: only ratios show both
+            panel.set_yscale("log")
+            opened, _ = _scaled(result[OPEN].mean("seed"))
+            opened = np.sort(opened[~np.isnan(opened)])
+            panel.plot(
+                np.arange(1, opened.size + 1), opened, color=GREY, label=f"open loop, median {np.median(opened):.3g}"
+            )
+        _sorted(panel, result[name], able)
+
+    figure = _panels([name for name in names if name != OPEN or "rms_error" not in names], [None], drawn)
     said = "Each point is one finger, with its own friction, skin, load and tremor; the bar is its range over seeds."
     if able is not None:
-        said = f"{said}\nOpen: {int(np.sum(~able))} of {able.size} fingers, which cannot be given the set-point."
+        hollow = f"Hollow: {int(np.sum(~able))} of {able.size} fingers, which"
+        said = f"{said}\n{hollow} cannot be given the set-point even under a steady load."
     if without:
         said = f"{said}\nNo run has a value of {', '.join(without)}."
     figure.supxlabel(said, fontsize=8.0)

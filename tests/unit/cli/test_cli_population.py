@@ -29,9 +29,9 @@ def in_python():
 def test_json_holds_the_same_numbers_as_python(frictionloop):
     answer, result = frictionloop(*POPULATION, "--json").json(), in_python()
     assert answer["dims"] == ["finger", "seed"]
-    assert list(answer["metrics"]) == list(METRICS)
-    for name, values in answer["metrics"].items():
-        np.testing.assert_array_equal(values, result[name])
+    assert list(answer["metrics"]) == [*METRICS[:2], "open_loop_rms_error", *METRICS[2:]]
+    for name in METRICS:
+        np.testing.assert_array_equal(answer["metrics"][name], result[name])
         assert answer["population"][name]["median"] == np.median(result[name])
     rms = sorted(result.rms_error.values[:, 0])
     assert answer["population"]["rms_error"] == {"median": np.median(rms), "worst_decile": rms[10], "fingers": N}
@@ -51,12 +51,13 @@ def test_summary(frictionloop, monkeypatch):
     assert (answer.code, answer.err) == (0, "")
     able = fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5)
     count = int(able.capable.sum())
-    assert f"able: {count} of {N} fingers can be given the set-point, 0.5 to 0.7 N," in answer.out
     moving = fl.capable(fl.fingers(N, SEED), 0.5, 0.7, contact_s=0.5, load_moves=True)
     assert 0 < int(moving.capable.sum()) < count
-    assert f"as it drifts and trembles {int(moving.capable.sum())} can, for 95 % of the time" in answer.out
+    said, answered = " ".join(answer.out.split()), int(moving.capable.sum())
+    assert f"{answered} of {N} fingers can be given the set-point, 0.5 to 0.7 N, in ordinary use: as the load" in said
+    assert f"able steady load load moves in 0.5 s on the plate {count} {answered} of the {N}" in said
     low, high = int((~able.reaches_low).sum()), int((~able.reaches_high).sum())
-    assert f"for 0.5 s on the plate; {low} cannot get so low, {high} cannot get so high" in answer.out
+    assert f"of the {N} under a steady load, {low} cannot get so low, {high} cannot get so high" in said
     median = 1e3 * float(in_python().rms_error.median())
     assert re.search(rf"^rms_error +{median:.4g} mN ", answer.out, re.MULTILINE)
     assert f"{N} fingers of 0.5 s, {N} of {N} runs done" in answer.out
@@ -165,7 +166,7 @@ def test_worst_decile_of_each_kind_of_metric():
 
 def test_a_constant_set_point_is_one_level():
     text = population(fl.Constant(offset_n=0.6)).summary(0.01)
-    assert any("the set-point, 0.6 N," in str(line) for line in text)
+    assert any("the set-point, 0.6 N, in ordinary use" in str(line) for line in text)
 
 
 def test_the_finger_is_held_until_the_last_contact_of_the_run_ends():
@@ -188,12 +189,39 @@ def test_the_finger_is_held_until_the_last_contact_of_the_run_ends():
 def test_contact_upon_contact_is_told_of_in_the_end(frictionloop):
     lifts = ("--motion.contact_s", "2", "--fingers", "20", "--duration-s", "4")
     answer = frictionloop("sweep", "--preset", "bench", "--controller.kp", "0.06", "--controller.ki", "60", *lifts)
-    assert "for 2 contacts of 2 s on the plate; " in answer.out
     people = fl.fingers(20, 0)
     count = int(fl.capable(people, 0.5, 0.7, contact_s=2.0, contacts=np.inf).capable.sum())
     moving = fl.capable(people, 0.5, 0.7, contact_s=2.0, contacts=np.inf, load_moves=True)
     said = " ".join(answer.out.split())
-    assert f"after many more contacts {count} can, and {moving.capable.sum():d} as the load moves: fingers" in said
+    assert re.search(r"in 2 contacts of 2 s on the plate \d+ \d+ after", said)
+    assert f"after many more contacts {count} {moving.capable.sum():d} of the 20 under a steady load" in said
+    assert said.count(f"{moving.capable.sum():d} of 20 fingers can be given the set-point") == 1
+    assert "for 95 % of the time, contact upon contact" in said
+
+
+def test_the_error_in_open_loop_is_that_of_the_lookup_table_alone(frictionloop):
+    """Beside the error of the loop, of the same fingers and seeds; none where the loop is open already."""
+    found = frictionloop(*POPULATION, "--json").json()
+    opened = fl.bench().evolve({"controller.kind": "lookup", "controller.form": "float"})
+    alone = fl.sweep(opened, fl.fingers(N, SEED), 0.5, metrics=["rms_error"], score_from_s=0.2)
+    np.testing.assert_array_equal(found["metrics"]["open_loop_rms_error"], alone.rms_error)
+    worst = np.sort(alone.rms_error.values[:, 0])[10]
+    assert found["population"]["open_loop_rms_error"]["worst_decile"] == worst
+    for more in (("--controller.kind", "lookup"), ("--metrics", "r2_identity")):
+        assert "open_loop" not in frictionloop(*POPULATION, *more).out
+
+
+def test_its_figure_draws_both_errors_in_one_panel(frictionloop):
+    assert frictionloop(*POPULATION, "--out", "f.h5").code == 0
+    panels = fl.plot(fl.load("f.h5")).axes
+    assert [panel.get_ylabel() for panel in panels] == [
+        "r2_identity",
+        "rms_error (mN)",
+        "saturation_index",
+        "perceptual_index",
+    ]
+    words = [text.get_text() for text in panels[1].get_legend().get_texts()]
+    assert words[0].startswith("open loop, median ")
 
 
 def test_values_of_the_system_that_no_finger_brings_count():
@@ -222,7 +250,9 @@ def test_a_recorded_set_point_is_judged_by_its_lowest_and_highest_value(friction
     assert 0 < able.sum() < N
     found = frictionloop(*flags, "--json").json()
     assert (found["asked_n"], found["capable"]) == ([pytest.approx(0.4), pytest.approx(0.9)], able.tolist())
-    assert f"able: {able.sum()} of {N} fingers can be given the set-point, 0.4 to 0.9 N," in frictionloop(*flags).out
+    said = " ".join(frictionloop(*flags).out.split())
+    assert "fingers can be given the set-point, 0.4 to 0.9 N, in ordinary use" in said
+    assert f"in 0.5 s on the plate {able.sum()} " in said
 
 
 def test_a_set_point_from_outside_is_not_judged():

@@ -1,0 +1,53 @@
+"""For how many people of a population a set-point can be rendered: the answer, and the table that it stands in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frictionloop.cli import screen
+from frictionloop.cli.population_reach import Reach
+from frictionloop.cli.scores import between
+
+
+def lines(reach: Reach, total: int) -> list[Any]:
+    """Return the answer for ordinary use, and a table of who is able under a steady load and as it moves.
+
+    Ordinary use is the strictest of the four: the load drifts and trembles, and fingers that lift are as moist as
+    contact upon contact leaves them.
+    """
+    steady, moving = int(reach.able.sum()), int(reach.moving.sum())
+    times = f"{reach.contacts} contacts of " if reach.contacts > 1 else ""
+    rows = [
+        ("of these fingers are able", "steady load", "load moves", ""),
+        (f"in {times}{reach.contact_s:g} s on the plate", f"{steady}", f"{moving}", ""),
+    ]
+    lifts = ""
+    if reach.in_the_end is not None:
+        rows.append(("after many more contacts", f"{reach.in_the_end}", f"{reach.moving_in_the_end}", ""))
+        lifts = ", contact upon contact"
+    answer = moving if reach.moving_in_the_end is None else reach.moving_in_the_end
+    low, high = int(np.sum(~reach.low)), int(np.sum(~reach.high))
+    moist = "; fingers get moister contact upon contact, a longer --motion.lifted_s dries them" if lifts else ""
+    return [
+        screen.wrapped(
+            f"{answer} of {total} fingers can be given the set-point, {between(reach.low_n, reach.high_n)}, "
+            f"in ordinary use: as the load drifts and trembles, for 95 % of the time{lifts}"
+        ),
+        screen.table(rows, whole=True),
+        screen.wrapped(
+            f"of the {total} under a steady load, {low} cannot get so low, {high} cannot get so high{moist}"
+        ),
+    ]
+
+
+def as_json(reach: Reach | None) -> dict[str, Any]:
+    """Return who is able, and how many in the end, by name; None where it is not known."""
+    return {
+        "asked_n": None if reach is None else [reach.low_n, reach.high_n],
+        "capable": None if reach is None else reach.able,
+        "capable_load_moves": None if reach is None else reach.moving,
+        "capable_in_the_end": None if reach is None else reach.in_the_end,
+        "capable_in_the_end_load_moves": None if reach is None else reach.moving_in_the_end,
+    }
