@@ -10,7 +10,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.cli.check_fingers import rows
 from frictionloop.design.corners import MET, band_of, corners
-from frictionloop.design.on_fingers import check_fingers
+from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
 from frictionloop.design.wanted import Wanted
 
 PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})
@@ -116,3 +116,17 @@ def bent(loop):
         return loop.law is None
     except fl.FrictionloopError as error:
         return "not smooth at rest" in str(error)
+
+
+def test_ctrl_c_keeps_the_fingers_that_were_looked_at():
+    class Stopped(list):
+        def __iter__(self):
+            yield from self[:2]
+            raise KeyboardInterrupt
+
+    with pytest.raises(FingersInterrupted) as stop:
+        check_fingers(PI, Stopped(PEOPLE), FEW)
+    assert stop.value.partial.identical(check_fingers(PI, PEOPLE[:2], FEW))
+    with pytest.raises(KeyboardInterrupt) as at_once:
+        check_fingers(PI, Stopped([PEOPLE[0] | {"motion.load_n": 0.001}] * 2), FEW)
+    assert not isinstance(at_once.value, FingersInterrupted)

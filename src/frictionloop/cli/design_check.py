@@ -58,7 +58,6 @@ def command(
         recorded_units,
         saved_controller,
     )
-    from frictionloop.design import on_fingers
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
     from frictionloop.parameters import write_toml
@@ -74,7 +73,7 @@ def command(
     lasts = check_text.takes(count, check_text.EACH_S.get(law, check_text.OTHER_S))
     with screen.waiting(f"checking {law} on up to {count} loops; this takes {lasts}{more}"):
         found = check_controller(system, wanted)
-    many = None if people is None else on_fingers.check_fingers(system, people, wanted)
+    many = others.look(system, people, wanted)
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = saved_controller.designed_for(file) if must == AS_USUAL else ""
@@ -88,6 +87,7 @@ def command(
     if json:
         told = check_text.as_json(found, system, wanted) | {"saved": {"controller": out}}
         screen.show_json(told | others.as_json(many))
+        others.stop(many)
         return
     about = controller_also.moist_row(system, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
@@ -103,6 +103,7 @@ def command(
         *(["", *map(screen.wrapped, notes)] if notes else []),
         *(["", *screen.saved({"controller": out})] if out is not None else []),
     )
+    others.stop(many)
 
 
 def _bench_flags(overrides: list[str] | None) -> list[str]:

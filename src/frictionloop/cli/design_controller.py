@@ -76,7 +76,6 @@ def command(
         recorded_units,
         saved_controller,
     )
-    from frictionloop.design.on_fingers import check_fingers
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits
     from frictionloop.parameters import write_toml
@@ -102,12 +101,13 @@ def command(
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
         write_toml(new, out, said=[*saved_controller.holds(name, designed, wanted), *lines])
-    many = None if people is None else check_fingers(after, people, wanted)  # when all else is on the disk
+    many = others.look(after, people, wanted)  # when all else is on the disk
     saved = {"controller": out, "figures": plots}
     if json:
         told = controller_text.as_json(name, designed, new, wanted, found, left)
         told |= {"followed": follows and follows._asdict(), "saved": saved}
         screen.show_json(told | others.as_json(many))
+        others.stop(many)
         return
     given = flags.overrides_of(overrides)
     more = (
@@ -135,6 +135,7 @@ def command(
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
     )
+    others.stop(many)
 
 
 def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Designed, Wanted]:

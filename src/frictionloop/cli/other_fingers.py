@@ -72,13 +72,30 @@ class OtherFingers:
         count = self.fingers * loops_of_a_finger(system, wanted)
         return f", then {takes(count, FINGERS_S.get(law, OTHER_FINGERS_S))} for {self.fingers} fingers"
 
+    def look(self, system: System, people: Sequence[Any] | None, wanted: Wanted) -> xr.Dataset | None:
+        """Return what is found on them, after Ctrl-C on those that were looked at; None if none are asked for."""
+        from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
+
+        if people is None:
+            return None
+        try:
+            return check_fingers(system, people, wanted)
+        except FingersInterrupted as stop:
+            return stop.partial
+
+    def stop(self, found: xr.Dataset | None) -> None:
+        """Leave as after Ctrl-C if not all that were asked for were looked at."""
+        if found is not None and found.sizes["finger"] < (self.fingers or 0):
+            raise KeyboardInterrupt(f"{found.sizes['finger']} of {self.fingers} fingers looked at")
+
     def rows(self, found: xr.Dataset | None, system: System, wanted: Wanted, asked: Sequence[Corner]) -> list[Row]:
         """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for."""
         from frictionloop.cli import check_fingers, controller_holds
 
         if found is None:
             return []
-        drawn = f"seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
+        first = f"the first {found.sizes['finger']} of " * (found.sizes["finger"] < (self.fingers or 0))
+        drawn = f"{first}seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
         again = controller_holds.wanted_flags(asked, wanted) + self.again()

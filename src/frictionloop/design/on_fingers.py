@@ -21,6 +21,15 @@ from frictionloop.design.wanted import Wanted
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import Skin, System
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.brief import Brief
+
+
+class FingersInterrupted(KeyboardInterrupt, metaclass=Brief):
+    """Ctrl-C while fingers are looked at; ``partial`` has those that were looked at before."""
+
+    def __init__(self, partial: xr.Dataset) -> None:
+        super().__init__(f"{partial.sizes['finger']} fingers looked at")
+        self.partial = partial
 
 
 class _Found(NamedTuple):
@@ -86,20 +95,31 @@ def check_fingers(
     ------
     FrictionloopError
         No finger, or a law that has no linear analysis: the reason is that of the first finger.
+    FingersInterrupted
+        On Ctrl-C once a finger has been looked at, carrying what was found.
     """
     must = wanted or Wanted()
     if not len(people):
         raise FrictionloopError("people: needs one finger at least, such as fl.fingers(100, 0)")
     found: list[_Found] = []
     with progress_bar("margins of fingers", len(people), progress) as bar:
-        for person in people:
-            try:
-                found.append(_of(learnt(system.evolve(dict(person))), must))
-            except FrictionloopError as error:
-                found.append(_Found(unseen=str(error)))
-            bar()
+        try:
+            for person in people:
+                try:
+                    found.append(_of(learnt(system.evolve(dict(person))), must))
+                except FrictionloopError as error:
+                    found.append(_Found(unseen=str(error)))
+                bar()
+        except KeyboardInterrupt:
+            if all(each.unseen for each in found):
+                raise
+            raise FingersInterrupted(_dataset(found)) from None
     if all(each.unseen for each in found):
         raise FrictionloopError(f"no finger can be looked at; the first: {found[0].unseen}")
+    return _dataset(found)
+
+
+def _dataset(found: Sequence[_Found]) -> xr.Dataset:
     values = {name: ("finger", np.array([getattr(each, name) for each in found]),
                      {"units": units, "long_name": said}) for name, (units, said) in ABOUT.items()}  # fmt: skip
     result = xr.Dataset(values, {"finger": np.arange(len(found))})

@@ -213,3 +213,24 @@ def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
     again = " ".join(frictionloop("design", "check", "g.toml").out.split())
     assert "by the file `--contacts dahl --fingers 8` looks at what it was designed or checked for" in again
     assert "exists and is not replaced" in frictionloop("design", "check", "g.toml", "--out", "g.toml").err
+
+
+def test_a_check_that_is_stopped_tells_what_it_has_found(frictionloop, monkeypatch):
+    """Ctrl-C at the fourth of eight fingers: the verdict on the finger of the file, and on three others."""
+    from frictionloop.design import on_fingers
+
+    seen, of_one = [], on_fingers._of
+
+    def look(*given):
+        seen.append(given)
+        if len(seen) > 3:
+            raise KeyboardInterrupt
+        return of_one(*given)
+
+    monkeypatch.setattr(on_fingers, "_of", look)
+    gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--contacts", "dahl")
+    answer = frictionloop(*CHECK, *WITH_KP[:2], *gains, "--out", "c.toml")
+    assert answer.code == 130 and answer.err.endswith("interrupted: 3 of 8 fingers looked at\n")
+    said = " ".join(answer.out.split())
+    assert "DOES NOT HOLD" in said and "of 3 fingers of the first 3 of seed 0; contact dahl" in said
+    assert "of 3 fingers of the first 3 of seed 0" in " ".join(Path("c.toml").read_text().replace("#", " ").split())
