@@ -76,3 +76,10 @@ def test_strokes_that_the_position_sensor_cannot_follow_are_told_with_a_scale_th
     assert "goes to 40 mm from the middle, and is read to 32.8 mm with board.position_m_per_count = 1e-06" in said
     scale = float(said.partition("sensor_saturated; ")[2].split()[0])
     assert misfits(far.evolve({"board.position_m_per_count": scale})) == []
+
+
+def test_steps_are_told_which_a_table_of_points_has_not():
+    levels = {"kind": "steps", "times_s": (0.0, 1.0), "levels_n": (0.4, 0.6)}
+    (said,) = misfits(fl.bench().evolve({"setpoint": levels}))
+    assert "1024 points with straight lines between them, which miss steps in a run above 0.2 s" in said
+    assert misfits(fl.bench().evolve({"setpoint": levels | {"times_s": (0.0,), "levels_n": (0.4,)}})) == []

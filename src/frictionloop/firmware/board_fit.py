@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.parameters import ResonantPlate, Strokes, System
+from frictionloop.firmware.effect_tables import STORE
+from frictionloop.parameters import ResonantPlate, Steps, Strokes, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 
@@ -73,7 +74,17 @@ def misfits(system: System) -> list[str]:
         )
     if isinstance(plate, ResonantPlate):
         said += _off_the_carrier(system, plate)
-    return said + _beyond_position(system)
+    return said + _beyond_position(system) + _steps(system, rate_hz)
+
+
+def _steps(system: System, rate_hz: float) -> list[str]:
+    """Return that a table of points with straight lines between them has no steps."""
+    if not isinstance(system.setpoint, Steps) or len(system.setpoint.levels_n) == 1:
+        return []
+    return [
+        f'setpoint.kind = "steps": the device plays {STORE} points with straight lines between them, which miss steps '
+        f"in a run above {STORE / rate_hz:.2g} s; `frictionloop device set PORT setpoint.hold_n=LEVEL` sets a level"
+    ]
 
 
 def _beyond_position(system: System) -> list[str]:
