@@ -299,6 +299,21 @@ def test_ctrl_c_names_the_file_and_overwrites_none(device: Device, board: Any, t
         assert (board.state, board.decimation) == (0, 0)
 
 
+def test_a_run_that_ends_before_its_first_sample_leaves_no_file(
+    device: Device, board: Any, tmp_path: Any, monkeypatch: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = board.say
+    board.say = lambda name, **fields: None if name == "telemetry" else said(name, **fields)
+
+    def stopped(_: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match=r"^nothing was recorded$"):
+        device.run(0.5, 2.0, progress=stopped)
+    assert not list(tmp_path.iterdir())
+
+
 def test_telemetry_as_it_comes(device: Device, board: Any) -> None:
     parts = list(device.stream(0.5, decimation=10))
     ticks = np.concatenate([part["tick"] for part in parts])

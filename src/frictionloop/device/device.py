@@ -295,7 +295,7 @@ class Device(metaclass=Brief):
             found["ended"] = "complete" if ended is None else str(ended) or type(ended).__name__
             if ended is None:
                 return recording.finish(rows, found, path)
-            kept = Path(path or free_path())
+            kept = Path(path or free_path()) if path or recorder.reached else None
             run = recording.finish(recorder.reached, found, kept)
         if isinstance(ended, KeyboardInterrupt):
             raise KeyboardInterrupt(recorded_in(recording.recorded, kept)) from None

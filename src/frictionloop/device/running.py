@@ -38,16 +38,16 @@ KEPT_AS = "interrupted-run"
 
 
 class Interrupted(DeviceError):
-    """A run that ended early; `run` is what was recorded, `path` the file that keeps it."""
+    """A run that ended early; `run` is what was recorded, `path` the file that keeps it, if there is anything."""
 
-    def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str], samples: int) -> None:
+    def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str] | None, samples: int) -> None:
         super().__init__(f"{why}; {recorded_in(samples, path)}")
         self.run, self.path = run, path
 
 
-def recorded_in(samples: int, path: str | os.PathLike[str]) -> str:
+def recorded_in(samples: int, path: str | os.PathLike[str] | None) -> str:
     """Return in words what a run that ended early leaves where."""
-    return f"{samples} samples recorded so far are in {path}"
+    return "nothing was recorded" if path is None else f"{samples} samples recorded so far are in {path}"
 
 
 class Running:
