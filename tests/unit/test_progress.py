@@ -111,4 +111,9 @@ def test_the_step_of_long_work_is_told_beside_it(monkeypatch):
         progress.step("notch 2 of 9")
         assert now() == "designing: notch 2 of 9"
     assert progress.on_step == []
+    with screen.waiting("designing", "; this takes 5 minutes"):
+        progress.step("notch 2 of 9")
+        assert progress.under_way[-1]() == "designing; this takes 5 minutes: notch 2 of 9"
+        monkeypatch.setattr(screen, "FORECAST_S", 0.0)
+        assert progress.under_way[-1]() == "designing: notch 2 of 9"
     progress.step("nobody waits for this")

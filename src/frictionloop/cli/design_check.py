@@ -71,7 +71,7 @@ def command(
     law = system.controller.kind
     more = others.takes(law, system, wanted)
     lasts = check_text.takes(count, check_text.EACH_S.get(law, check_text.OTHER_S))
-    with screen.waiting(f"checking {law} on up to {count} loops; this takes {lasts}{more}"):
+    with screen.waiting(f"checking {law}", f" on up to {count} loops; this takes {lasts}{more}"):
         found = check_controller(system, wanted)
     many = others.look(system, people, wanted)
     with screen.waiting("checking a fully moist finger"):

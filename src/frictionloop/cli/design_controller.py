@@ -147,7 +147,8 @@ def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Desi
     noise = ", after the friction noise is identified by simulation" if law in SLOW else ""
     count = loops(system, wanted)
     lasts = takes(count, DESIGN_S.get(law, OTHER_DESIGN_S))
-    with screen.waiting(f"designing {law} and checking it on up to {count} loops{noise}; this takes {lasts}{more}"):
+    forecast = f" and checking it on up to {count} loops{noise}; this takes {lasts}{more}"
+    with screen.waiting(f"designing {law}", forecast):
         found = design_controller(system, law, wanted)
     if not found.not_both:
         return found, wanted

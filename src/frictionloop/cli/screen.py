@@ -14,6 +14,8 @@ from frictionloop.loop.progress import doing, on_step
 
 QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
+FORECAST_S = 6.0
+"""Until when lines have the forecast as well: after the first of them, before the second (chosen)."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -84,19 +86,25 @@ def _plain(value: Any) -> Any:
 
 
 @contextmanager
-def waiting(text: str) -> Iterator[None]:
-    """Show what is under way and its step, elsewhere than on a terminal by plain lines after `QUIET_S`."""
+def waiting(text: str, forecast: str = "") -> Iterator[None]:
+    """Show what is under way and its step, elsewhere than on a terminal by plain lines after `QUIET_S`.
+
+    ``forecast``, how much it is and how long it takes, follows the text; in lines, in the first.
+    """
     if sys.stderr.isatty():
         from rich.console import Console
 
-        with Console(stderr=True).status(text) as status, _steps(lambda said: status.update(f"{text}: {said}")):
+        whole = text + forecast
+        with Console(stderr=True).status(whole) as status, _steps(lambda said: status.update(f"{whole}: {said}")):
             yield
         return
-    began_s, now = time.perf_counter(), [text]
-    with (
-        doing(lambda: now[-1] if time.perf_counter() - began_s >= QUIET_S else ""),
-        _steps(lambda said: now.__setitem__(-1, f"{text}: {said}")),
-    ):
+    began_s, step = time.perf_counter(), [""]
+
+    def now() -> str:
+        lasts_s = time.perf_counter() - began_s
+        return "" if lasts_s < QUIET_S else text + forecast * (lasts_s < FORECAST_S) + step[-1]
+
+    with doing(now), _steps(lambda said: step.__setitem__(-1, f": {said}")):
         yield
 
 
