@@ -11,7 +11,7 @@ from frictionloop.cli.figure_text import _scored, figure_text
 from frictionloop.design.checking import check_controller
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report import alone, changed, protocol
+from frictionloop.report import alone, changed, changed_runs, protocol
 from frictionloop.report.device import CONTROLLERS, OPEN, RETUNED_GAINS, fit, tracking
 from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS, closed_loop
@@ -68,7 +68,7 @@ def test_every_figure_of_a_result_has_numbers(results):
 def test_a_change_that_changes_nothing_gives_the_numbers_of_the_report(tmp_path):
     bench = fl.bench()
     same = {"sensor.resonance_hz": bench.sensor.resonance_hz, "controller.delay_s": bench.controller.delay_s}
-    for name in changed.SHOWN:
+    for name in changed_runs.SHOWN:
         (paper,), (here,) = (alone.alone(tmp_path, [name], each).figures for each in ({}, same))
         assert {row: here.numbers[row] for row in paper.numbers} == paper.numbers
         assert set(here.numbers) - set(paper.numbers) <= {HERE, HOLDS}

@@ -14,7 +14,7 @@ MIDDLE = protocol.Sines(levels_n=(0.6,), amplitude_n=0.01)
 
 def told(changes, base, rows, sines=MIDDLE):
     """Return the lines of a figure whose numbers say nothing."""
-    return changed_told.told(changes, base, {name: {} for name in rows}, {}, sines)
+    return changed_told.told(changes, base, {name: {} for name in rows}, {}, {}, sines)
 
 
 @pytest.fixture(scope="module")

@@ -70,7 +70,7 @@ class SampledPlant:
         if late > LONGEST_DELAY:
             raise FrictionloopError(
                 f"controller.delay_s = {late * self.period_s:g} s is {late} control periods; "
-                f"a state space takes up to {LONGEST_DELAY}"
+                f"the linear analysis takes up to {LONGEST_DELAY}"
             )
         size = len(self.transition)
         # Column 0 is u[k], column i is u[k-i].

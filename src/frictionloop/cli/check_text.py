@@ -91,7 +91,7 @@ def pressed(system: System, wanted: Wanted) -> str:
     if not isinstance(system.motion, Strokes):
         return ""
     low, high = min(wanted.loads_n, default=system.motion.load_n), max(wanted.loads_n, default=system.motion.load_n)
-    return f", pressed with {low:g} N alone" if low == high else f", pressed with {low:g} to {high:g} N"
+    return f", pressed with {low:.3g} N alone" if low == high else f", pressed with {low:.3g} to {high:.3g} N"
 
 
 def _other_loads(system: System, wanted: Wanted) -> list[Row]:

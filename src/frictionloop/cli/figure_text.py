@@ -27,6 +27,8 @@ NARROW = {
 }
 HIDDEN = ("scored", "stable_from_n")
 """Numbers that a line tells, where they are no matter of course."""
+ALONE = ("sensitivity_peak", "sensitivity_peak_moist", "r2_regression", "spread_n", "error_n")
+"""Numbers that are shown of each change alone, beside a long name."""
 WIDTH = 90
 STROKES = (
     "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at those of the forces asked for, "
@@ -42,16 +44,20 @@ FACTORS = [
 
 def figure_text(figure: Shown) -> list[Any]:
     """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
-    from frictionloop.report.changed import bench_of, words
+    from frictionloop.report.changed_runs import bench_of, words
     from frictionloop.report.cited import cited
 
     strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
     other = "not the paper's bench" if bench_of(figure.changed) else "with gains as given"
     before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
+    gains = next((name for name in figure.numbers if figure.numbers[name].get("kp") is not None), "")
+    alone = {name: {key: row[key] for key in ALONE} for name, row in figure.alone.items()}
+    one = [f"  with one change at a time, {gains}:", _table(alone)] if alone else []
     return [
         figure.name + (f", {other}: {words(figure.changed)}" if figure.changed else ""),
         *([_table(figure.numbers)] if figure.numbers else []),
         *(each for line in figure.told for each in _indented(line)),
+        *one,
         *before,
         *(_indented(STROKES.format(_asked(figure), _moist(figure))) if strokes else []),
         *_stable_from(figure.numbers),
@@ -73,9 +79,19 @@ def _moist(figure: Shown) -> str:
     return f"{protocol.occlusion_at_end(read_toml(figure.bench) if figure.bench else asked_for({})):.0%}"
 
 
+def _moistest(figure: Shown) -> str:
+    """Return how moist the finger is that a check looks at."""
+    from frictionloop.design.corners import moistest
+    from frictionloop.parameters import read_toml
+
+    assert figure.bench is not None  # as of every figure that is checked
+    bench: Any = read_toml(figure.bench)
+    return f"{moistest(bench.friction, bench.motion):.0%}"
+
+
 def _asked(figure: Shown) -> str:
     """Return the forces that the figure asks for, with those of the bench unchanged where they differ."""
-    from frictionloop.report.changed import sines_of
+    from frictionloop.report.changed_runs import sines_of
 
     def ends(changes: Mapping[str, Any]) -> str:
         sines = sines_of(changes)
@@ -105,12 +121,13 @@ def _checked(figure: Shown) -> list[str]:
     found, before = figure.checked, figure.checked_before
     if not found.places:
         return [each for line in found.said for each in _indented(line)]
-    from frictionloop.report.changed import bench_of
+    from frictionloop.report.changed_runs import bench_of
 
     changed = " on the changed bench" if bench_of(figure.changed) else ""
     lines = _indented(
         f"What frictionloop design check says of them{changed}: on this finger with its own load, on both contacts, at "
-        "its speed, half and four times that, just landed and so moist, with the resonance off too"
+        f"its speed, half and four times that, just landed and {_moistest(figure)} occluded, as contact upon contact "
+        "leaves it in the end, with the resonance off too"
     )
     for name, there in found.places.items():
         ringing = f", unstable at {there.unstable}" if there.unstable else ""

@@ -45,6 +45,8 @@ class Shown(NamedTuple):
     numbers: Table
     unchanged: Table
     """The same numbers of the bench that is not changed; empty where it is that."""
+    alone: Table
+    """With one change at a time, the numbers of its first gains; empty of a single change."""
     checked: Check
     """What ``design check`` says of the gains on a changed bench."""
     checked_before: Check
@@ -106,13 +108,13 @@ def alone(
         shown = []
         for name in wanted:
             if given:
-                figure, numbers, before, checked, held, there, told = changed.drawn(name, given, bar.inner())
+                figure, numbers, before, single, checked, held, there, told = changed.drawn(name, given, bar.inner())
                 file, seeds = changed.file_name(name, given), changed.seeds_of(given)
             else:
                 watched = results.watched()
                 figure, file = DRAWINGS[name](watched), name
                 numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
-                before, checked, held, there, told = {}, NOTHING, NOTHING, None, []
+                before, single, checked, held, there, told = {}, {}, NOTHING, NOTHING, None, []
             path = target / "figures" / f"{file}.svg"
             write_both(figure, file, path, " · ".join(cited(command_of(name, given), seeds)))
             made = cited_version(), command_of(name, given)
@@ -120,7 +122,7 @@ def alone(
             if there is not None:
                 bench = path.with_suffix(".toml")
                 write_toml(there, bench, said=SAID)
-            shown.append(Shown(name, path, seeds, *made, given, numbers, before, checked, held, bench, told))
+            shown.append(Shown(name, path, seeds, *made, given, numbers, before, single, checked, held, bench, told))
             bar()
         return Alone([one_claim(id, results) for id in names if id not in DRAWINGS], shown)
 
@@ -129,8 +131,16 @@ def _check_names(names: Iterable[str]) -> None:
     known = [*DRAWINGS, *claim_ids()]
     for name in names:
         if name not in known:
-            near = " or ".join(difflib.get_close_matches(name, known, cutoff=0.4)) or "fig-5a or closed-loop-r2"
             raise FrictionloopError(
-                f"only = {name!r}: is neither a figure nor a claim; a name is accepted, as {near}; the page of the "
-                "report names each"
+                f"only = {name!r}: is neither a figure nor a claim; a name is accepted, as "
+                f"{' or '.join(_near(name, known)) or 'fig-5a or closed-loop-r2'}; the page of the report names each"
             )
+
+
+def _near(name: str, known: Sequence[str]) -> list[str]:
+    """Return up to three names that have a word of this one, else names that are written much as it is."""
+    parts = {each for each in name.split("-") if len(each) > 2}
+    shared = {each: len(parts & set(each.split("-"))) for each in known}
+    with_words = sorted((each for each in known if shared[each]), key=lambda each: -shared[each])
+    written = difflib.get_close_matches(name, known, cutoff=0.6)
+    return list(dict.fromkeys([*written, *with_words]))[:3] or difflib.get_close_matches(name, known, cutoff=0.4)

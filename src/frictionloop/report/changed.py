@@ -8,28 +8,32 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from frictionloop.design import retune
 from frictionloop.loop.progress import Bar
 from frictionloop.parameters import RETUNED, System, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.changed_check import Check
 from frictionloop.report.changed_check import check as check_gains
+from frictionloop.report.changed_runs import (
+    GAINS,
+    SHOWN,
+    SINES,
+    bench_of,
+    each_alone,
+    runs_of,
+    sines_of,
+    tracked,
+    words,
+)
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, tracking
-from frictionloop.report.figures.closed_loop import GIVEN, HERE, HOLDS, figure_closed_loop
+from frictionloop.report.device import OPEN, fit
+from frictionloop.report.figures.closed_loop import HERE, HOLDS, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
 from frictionloop.report.stability import asked_for
-from frictionloop.report.stroke_numbers import Table, of_strokes
+from frictionloop.report.stroke_numbers import Table
 
-SHOWN = {"fig-5a": (OPEN, RETUNED_GAINS, HERE), "fig-5a-printed": (PRINTED, IDEAL)}
-"""Figures that a changed bench has a meaning for, and their controllers."""
-SINES = ("setpoint.offset_n", "setpoint.amplitude_n", "setpoint.frequency_hz")
-"""What may be changed of the set-point; a mean of one's own makes the three sines one."""
-GAINS = ("controller.kp", "controller.ki")
-"""Gains of one's own, which get a panel of Fig. 5a."""
 OTHER = {
     "fig-5a-population": "; by another protocol, with the re-tuned gains: frictionloop sweep --preset bench "
     "--controller.kp {kp:g} --controller.ki {ki:g} --setpoint.amplitude_n 0.3 --fingers 26 --fingers-seed 1 {changes}"
@@ -88,6 +92,8 @@ class Drawn(NamedTuple):
     numbers: Table
     unchanged: Table
     """The same numbers of the bench that is not changed."""
+    alone: Table
+    """With one change at a time, the numbers of the first gains of the figure; empty of a single change."""
     checked: Check
     """What ``design check`` says of each pair of gains on the changed bench."""
     checked_before: Check
@@ -103,11 +109,11 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
 
     Two pairs of gains are told apart: `RETUNED`, as given, and those that `retune` finds for either bench.
     """
-    runs, numbers = _tracked(name, changes, bar)
+    runs, numbers = tracked(name, changes, bar)
     found = check_gains(numbers, bench_of(changes), sines_of(changes), bar)
     if OPEN in numbers and found.instead:
         bar.doing(f"Fig. 5a, {HOLDS}")
-        more, rows = _runs({HOLDS: found.instead}, changes)
+        more, rows = runs_of({HOLDS: found.instead}, changes)
         runs, numbers = runs | more, numbers | rows
     held = {each: f"holds at {there.held} of {there.places} places" for each, there in found.places.items()}
     held |= {HOLDS: "holds at all places"}
@@ -118,13 +124,14 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     # The bench unchanged is asked for the same, so that what the change does is seen alone.
     same = {path: value for path, value in changes.items() if path in SINES}
     same = {} if same == bench_of(changes) else same
-    before = _tracked(name, same, bar)[1] if bench_of(changes) else {}
+    before = tracked(name, same, bar)[1] if bench_of(changes) else {}
     own = {each: row for each, row in before.items() if each != HERE}
     usual = check_gains(own, bench_of(same), sines_of(same), bar)
-    said = told(changes, protocol.finger_system(the_finger()), numbers, before, sines_of(changes))
+    alone = each_alone(name, changes, bar)
+    said = told(changes, protocol.finger_system(the_finger()), numbers, before, alone, sines_of(changes))
     gains = {path: changes[path] for path in GAINS if path in changes} or found.instead or RETUNED
     there = asked_for(bench_of(changes) | dict(gains), sines_of(changes))
-    return Drawn(figure, numbers, before, found, usual, there, [*said, _by_level(runs)])
+    return Drawn(figure, numbers, before, alone, found, usual, there, [*said, _by_level(runs)])
 
 
 def _by_level(runs: Mapping[str, xr.Dataset]) -> str:
@@ -135,58 +142,9 @@ def _by_level(runs: Mapping[str, xr.Dataset]) -> str:
     return f"error by level, {', '.join(f'{at:g}' for at in levels)} N (mN): {'; '.join(listed)}"
 
 
-def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is changed of the bench."""
-    return {path: value for path, value in changes.items() if path not in GAINS}
-
-
-def _tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str, xr.Dataset], Table]:
-    """Return the strokes of each controller on a bench, and their numbers."""
-    of_bench = bench_of(changes)
-    again = HERE in SHOWN[name] and (of_bench or not changes)  # found anew, but not beside gains of one's own alone
-    found = {HERE: retune(bench().evolve(of_bench)).overrides} if again else {}
-    if gains := {path: changes[path] for path in GAINS if path in changes}:
-        found[GIVEN] = gains
-    controllers = {
-        each: {**CONTROLLERS, **found}[each] for each in (*SHOWN[name], GIVEN) if each in {**CONTROLLERS, **found}
-    }
-    runs, numbers = dict[str, xr.Dataset](), Table()
-    for each, overrides in controllers.items():
-        bar.doing(f"Fig. 5a on {'another bench' if of_bench else 'the bench unchanged'}, {each}")
-        more, rows = _runs({each: overrides}, changes)
-        runs, numbers = runs | more, numbers | rows
-    return runs, numbers
-
-
-def _runs(
-    controllers: Mapping[str, Mapping[str, Any]], changes: Mapping[str, Any]
-) -> tuple[dict[str, xr.Dataset], Table]:
-    """Return the strokes of some controllers, and their numbers."""
-    base, sines = protocol.finger_system(the_finger()).evolve(bench_of(changes)), sines_of(changes)
-    runs = {each: tracking(base, overrides, sines) for each, overrides in controllers.items()}
-    return runs, of_strokes(runs, controllers, base, sines)
-
-
-def sines_of(changes: Mapping[str, Any]) -> protocol.Sines:
-    """Return the sines of a figure: one of a mean that is given."""
-    names = {path: float(changes[path]) for path in SINES if path in changes}
-    mean, size, pace = (names.get(path) for path in SINES)
-    usual = protocol.THE_SINES
-    return protocol.Sines(
-        usual.levels_n if mean is None else (mean,),
-        usual.amplitude_n if size is None else size,
-        usual.frequency_hz if pace is None else pace,
-    )
-
-
 def seeds_of(changes: Mapping[str, Any]) -> str:
     """Return the seeds of its runs."""
     return f"0 to {len(protocol.LOADS) * len(sines_of(changes).levels_n) - 1}"
-
-
-def words(changes: Mapping[str, Any]) -> str:
-    """Return what was changed."""
-    return ", ".join(f"{path} = {_plain(value)}" for path, value in changes.items())
 
 
 def file_name(name: str, changes: Mapping[str, Any]) -> str:
@@ -197,7 +155,3 @@ def file_name(name: str, changes: Mapping[str, Any]) -> str:
     """
     told = (f"{path}-{value:g}" if isinstance(value, float) else f"{path}-{value}" for path, value in changes.items())
     return "-".join([name, "with", *told])
-
-
-def _plain(value: Any) -> str:
-    return number(value, 4) if isinstance(value, float) else str(value)

@@ -12,16 +12,22 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.report.changed_runs import words
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
 from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
 
 NOISE = ("sensor.noise_density_n_rthz", "sensor.adc_bits", "sensor.range_n")
-MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
+MEAN, DELAY = "setpoint.offset_n", "controller.delay_s"
 
 
 def told(
-    changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any], sines: Sines
+    changes: Mapping[str, Any],
+    base: System,
+    rows: Mapping[str, Any],
+    before: Mapping[str, Any],
+    alone: Mapping[str, Any],
+    sines: Sines,
 ) -> list[str]:
     """Return the lines.
 
@@ -35,6 +41,8 @@ def told(
         The numbers of the figure's controllers, by name.
     before
         The same of the bench unchanged; empty of gains of one's own on it.
+    alone
+        The numbers of the first of these gains with one change at a time, by what it is; empty of a single change.
     sines
         What the figure asks for.
     """
@@ -43,7 +51,7 @@ def told(
         *_speed(changes, base, rows),
         *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),
-        *_delay(changes, base, rows, before),
+        *_delay(changes, base, rows, before, alone),
         *_noise(changes, base, sines),
         *_here(changes, rows, before),
         *_unreached(changes, base, rows),
@@ -115,7 +123,13 @@ def _band(system: System) -> tuple[float, float]:
     return reach_n(system, law_at(system, moist))[0], reach_n(system, law_at(system, 0.0))[1]
 
 
-def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], before: Mapping[str, Any]) -> list[str]:
+def _delay(
+    changes: Mapping[str, Any],
+    base: System,
+    rows: Mapping[str, Any],
+    before: Mapping[str, Any],
+    alone: Mapping[str, Any],
+) -> list[str]:
     """Return the delay with what hold and integral add to it, and why more of it may calm a loop."""
     was, now = base.controller, base.evolve(changes).controller
     if (now.delay_s, now.rate_hz) == (was.delay_s, was.rate_hz):
@@ -127,12 +141,12 @@ def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any], be
     ]
     if now.rate_hz != was.rate_hz and DELAY not in changes and math.isclose(was.delay_s * was.rate_hz, 1.0):
         lines.append(f"a controller that computes for one period has controller.delay_s = {period_s:g} at this rate")
-    peaks = [each.get(RETUNED_GAINS, {}).get("sensitivity_peak") for each in (rows, before)]
-    later = now.delay_s + period_s > was.delay_s + 1.0 / was.rate_hz and set(changes) <= {DELAY, RATE}
-    if later and None not in peaks and peaks[0] < peaks[1]:
+    by_itself = alone.get(words({DELAY: now.delay_s})) or (rows.get(RETUNED_GAINS) if set(changes) == {DELAY} else {})
+    here, there = ((each or {}).get("sensitivity_peak") for each in (by_itself, before.get(RETUNED_GAINS)))
+    if now.delay_s > was.delay_s and here is not None and there is not None and here < there:
         lines.append(
-            f"Ms of the {RETUNED_GAINS} falls with more delay: the phase reaches -180 degrees farther below the peak "
-            "of the sensor's resonance (docs/bench-gains.md)"
+            f"Ms of the {RETUNED_GAINS} falls with more delay, to {here:.3g} by that alone: the phase reaches -180 "
+            "degrees farther below the peak of the sensor's resonance (docs/bench-gains.md)"
         )
     return lines
 
