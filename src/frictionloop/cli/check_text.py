@@ -36,7 +36,7 @@ FINGERS_S: dict[str, tuple[float, float]] = {"pi": (0.0015, 0.006)}
 """The same of loops of other people's fingers, which share a grid of frequencies (assumed)."""
 OTHER_FINGERS_S = (0.003, 0.012)
 """The same of other laws (assumed)."""
-DESIGN_S: dict[str, tuple[float, float]] = {"pi": (0.03, 0.08)}
+DESIGN_S: dict[str, tuple[float, float]] = {"pi": (0.014, 0.06), "notch_pi": (0.027, 0.12)}
 """Time to design and to check a loop, s: on an idle core, and on a busy one (assumed)."""
 OTHER_DESIGN_S = (0.05, 0.2)
 """The same of laws that are searched for longer (assumed)."""

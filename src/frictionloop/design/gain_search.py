@@ -1,20 +1,15 @@
-"""PI gains and notches within limits on Ms: stretches of ki that no frequency forbids, and the best of all kp."""
+"""PI gains within limits on Ms: stretches of ki that no frequency forbids, and the best of all kp."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from itertools import count
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize_scalar
 
-from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.state_space import Array
-from frictionloop.control.notch import notch_section, section_response
 from frictionloop.design.plants import Plants
-from frictionloop.loop.progress import step
 
 KPS = 20
 """Values of kp looked at."""
@@ -33,7 +28,13 @@ class Gains(NamedTuple):
     ki: float
 
 
-def best_gains(plants: Plants, peaks: Sequence[float], density: Array | None = None, refine: bool = False) -> Gains:
+def best_gains(
+    plants: Plants,
+    peaks: Sequence[float],
+    density: Array | None = None,
+    refine: bool = False,
+    most_kp: float | None = None,
+) -> Gains:
     """Return the PI gains of least cost with which every plant is stable and keeps its Ms; ki = 0 if there are none.
 
     Parameters
@@ -46,6 +47,8 @@ def best_gains(plants: Plants, peaks: Sequence[float], density: Array | None = N
         Disturbance whose residual is to be least, N^2/Hz at the plants' frequencies. None: ki is to be largest.
     refine
         Look between the values of kp too.
+    most_kp
+        Largest kp. None: that of the plants.
     """
 
     def cost(kp: float, ki: float) -> float:
@@ -59,7 +62,7 @@ def best_gains(plants: Plants, peaks: Sequence[float], density: Array | None = N
                 return min(Gains(cost(kp, ki), kp, ki) for ki in tried)
         return Gains(NO_GAINS, kp, 0.0)
 
-    kps = np.linspace(0.0, plants.kp_limit(), KPS)
+    kps = np.linspace(0.0, plants.kp_limit() if most_kp is None else most_kp, KPS)
     tried = [at(float(kp)) for kp in kps]
     best = int(np.argmin([each.cost for each in tried]))
     if not refine:
@@ -94,55 +97,3 @@ def open_stretches(plants: Plants, peaks: Sequence[float], kp: float) -> list[tu
     closed = closed[np.argsort(closed[:, 0])]
     reached = np.maximum.accumulate(np.append(0.0, closed[:, 1]))
     return [(float(end), float(start)) for end, start in zip(reached, closed[:, 0], strict=False) if start > end]
-
-
-STARTS = [
-    (place, width, share)
-    for place in (0.85, 0.92, 0.97, 1.0)
-    for width in (0.15, 0.5, 2.0, 7.0)
-    for share in (0.01, 0.1, 0.4)
-]
-"""Notches looked at before the best is refined: centre over resonance, width, depth over width."""
-REFINED = 120
-"""Most notches that are looked at to refine it."""
-
-
-class NotchSearch:
-    """Notches x = (log centre over resonance, log width, log depth over width), and the gains that go with each."""
-
-    def __init__(
-        self, plants: Plants, peaks: Sequence[float], resonance_hz: float, disturbance: Spectrum | None
-    ) -> None:
-        self.plants, self.peaks, self.resonance_hz = plants, peaks, resonance_hz
-        self.density = None if disturbance is None else np.asarray(disturbance(plants.frequency_hz), dtype=float)
-
-    def best(self) -> Array:
-        """Return the best notch of a grid, refined (Nelder and Mead)."""
-        counted = count(1)
-
-        def cost(x: Array) -> float:
-            step(f"notch {next(counted)} of at most {len(STARTS) + REFINED}")
-            return self.gains(x).cost
-
-        grid = np.log(np.array(STARTS))
-        start = grid[int(np.argmin([cost(x) for x in grid]))]
-        simplex = start + np.vstack([np.zeros(3), np.diag([0.03, 0.3, 0.5])])
-        options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-5, "maxfev": REFINED}
-        return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x)
-
-    def notch(self, x: Array) -> tuple[float, float, float]:
-        """Return Hz, depth and width, inside what the parameters of the controller take."""
-        hz = min(self.resonance_hz * math.exp(x[0]), 0.45 * self.plants.rate_hz)
-        width = min(math.exp(x[1]), 10.0)
-        return hz, width * min(math.exp(x[2]), 1.0), width
-
-    def behind(self, x: Array) -> Plants:
-        """Return the plants behind a notch."""
-        rate_hz = self.plants.rate_hz
-        return self.plants.behind(
-            section_response(notch_section(*self.notch(x), rate_hz), self.plants.frequency_hz, rate_hz)
-        )
-
-    def gains(self, x: Array, refine: bool = False) -> Gains:
-        """Return the best gains that a notch allows."""
-        return best_gains(self.behind(x), self.peaks, self.density, refine)

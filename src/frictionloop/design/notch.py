@@ -14,7 +14,8 @@ from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.state_space import Array
-from frictionloop.design.gain_search import NotchSearch, best_gains
+from frictionloop.design.gain_search import best_gains
+from frictionloop.design.notch_search import NotchSearch
 from frictionloop.design.plants import Plants, shifted, stiffened
 from frictionloop.loop.progress import step as progress
 from frictionloop.parameters import SuspendedSensor, System

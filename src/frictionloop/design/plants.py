@@ -88,6 +88,10 @@ class Plants:
         """Return the plants behind a filter of this response."""
         return replace(self, responses=self.responses * filter_)
 
+    def some(self, numbers: Sequence[int]) -> Plants:
+        """Return the plants of these numbers."""
+        return replace(self, responses=self.responses[list(numbers)])
+
     def returned(self, controller: Complex) -> Complex:
         """Return 1 + G under a controller of this response, shape (loops, frequencies)."""
         return np.asarray(1.0 + controller * self.responses)
