@@ -18,8 +18,10 @@ PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "a-board-of-my-own.md"
 @pytest.mark.parametrize(
     "setpoint", [fl.Constant(offset_n=0.5), fl.Sine(offset_n=0.5, amplitude_n=0.3, frequency_hz=3.0)]
 )
-def test_the_lines_of_the_page_are_the_law(setpoint):
+@pytest.mark.parametrize(("delay_s", "forward"), [(200e-6, True), (200e-6, False), (480e-6, True), (750e-6, True)])
+def test_the_lines_of_the_page_are_the_law(setpoint, delay_s, forward):
     (law, _) = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    law = law.replace('"feedforward": True', f'"feedforward": {forward}, "delay_s": {delay_s}')
     there = {}
     exec(compile(law, str(PAGE), "exec"), there)
     run = fl.simulate(there["bench"].evolve({"setpoint": setpoint, "motion.contact_s": 0.5}), 2.0)
