@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.controller_also import fully_moist, moist_row, noisy, range_said
+from frictionloop.cli.controller_also import moist_row, noisy, range_said
 from frictionloop.cli.controller_holds import (
     also_said,
     beyond_reach,
     finger,
+    has_people,
     loads_of,
     other_people,
     strokes_said,
@@ -46,11 +47,17 @@ LIGHTER, HEAVIER = 0.7, 1.4
 
 
 def verdict(
-    designed: Designed, after: System, wanted: Wanted, out: Path | None, people: Sequence[Row] = ()
+    designed: Designed,
+    after: System,
+    wanted: Wanted,
+    out: Path | None,
+    moist: str = "",
+    people: Sequence[Row] = (),
 ) -> list[Row]:
     """Return rows of the verdict: within its limits where, how else elsewhere, and what to do next.
 
-    ``people`` are rows on other people's fingers, where these were looked at.
+    ``moist`` says how it is on a fully moist finger (`fully_moist`), ``people`` are rows on other people's fingers,
+    where these were looked at.
     """
     found, elsewhere = designed.corners, designed.elsewhere
     forces = [each.loop.elements.force_n for each in found]
@@ -69,7 +76,6 @@ def verdict(
         hints = _designs_for(not_held, found, bool(designed.not_both))
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
-    moist = fully_moist(after, wanted)
     file = "my-controller.toml" if out is None else shlex.quote(str(out))
     others = other_people(after, f"`frictionloop design check {file}{wanted_flags(found, wanted)} --fingers 100`")
     worse += people
@@ -136,11 +142,14 @@ def _next(system: System, wanted: Wanted, out: Path | None) -> list[Row]:
 
 
 def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:
-    """Return the speed that the saved system is simulated at, and the command for others that it was designed for."""
+    """Return the speed that the saved system is simulated at, and the commands for other speeds and other people."""
     if not isinstance(system.motion, Strokes):
         return []
     said = [f"A simulation runs at {system.motion.speed_mm_s:g} mm/s, `motion.speed_mm_s` in the file."]
     if wanted.speeds_mm_s:
         values = ",".join(f"{each:.3g}" for each in wanted.spread_mm_s(3))
         said.append(f"For the others: frictionloop sweep {file} --over motion.speed_mm_s={values}")
+    if has_people(system):
+        loads = f" --loads {','.join(f'{each:g}' for each in wanted.loads_n)}" * bool(wanted.loads_n)
+        said.append(f"For how many people, and how well: frictionloop sweep {file} --fingers 100{loads}")
     return said

@@ -98,9 +98,11 @@ def command(
     if plots is not None:
         with screen.waiting("writing the figures"):
             checks.write_figures("plots", plots, figures)
+    with screen.waiting("checking a fully moist finger"):
+        moist = controller_also.fully_moist(after, wanted)
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
-        write_toml(new, out, said=[*saved_controller.holds(name, designed, wanted), *lines])
+        write_toml(new, out, said=[*saved_controller.holds(name, designed, after, wanted, moist), *lines])
     many = others.look(after, people, wanted)  # when all else is on the disk
     saved = {"controller": out, "figures": plots}
     if json:
@@ -117,9 +119,8 @@ def command(
         *recorded.at_design(system),
     )
     notes, stated = [each for each in more if each], flags.stated(file, overrides) | must.stated
-    with screen.waiting("checking a fully moist finger"):
-        crowd = others.rows(many, after, wanted, found)
-        verdict = controller_verdict.verdict(designed, after, wanted, out, crowd)
+    crowd = others.rows(many, after, wanted, found)
+    verdict = controller_verdict.verdict(designed, after, wanted, out, moist, crowd)
     screen.show(
         screen.columns(verdict),
         "",

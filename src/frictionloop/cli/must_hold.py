@@ -31,7 +31,8 @@ class MustHold:
         float,
         _asked(
             "Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7 "
-            "is asked. Of one known to 15 %, 0.075 holds the wider limit at 15 %, and 0.15 the narrower one."
+            "is asked. Of one known to 15 % take 0.15; where that leaves too little gain, 0.075 holds the wider limit "
+            "at 15 %."
         ),
     ] = 0.05
     sensor_error: Annotated[

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionloop.analysis.reach import missed
+from frictionloop.cli.controller_also import range_said
 from frictionloop.cli.controller_holds import (
     also_said,
     ends_said,
@@ -37,8 +38,12 @@ CONTACT_SAID = (
 )
 
 
-def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
-    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds."""
+def holds(law: str, designed: Designed, after: System, wanted: Wanted, moist: str) -> list[str]:
+    """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds.
+
+    ``after`` is the system with it, ``moist`` says how it is on a fully moist finger; empty of one that lifts.
+    """
+    ranged = range_said(after, wanted)
     found = designed.corners
     forces = [each.loop.elements.force_n for each in found]
     states = sorted({each.loop.elements.occluded for each in found})
@@ -58,6 +63,8 @@ def holds(law: str, designed: Designed, wanted: Wanted) -> list[str]:
         *also_said(designed),
         *designed.warnings,
         *beyond_said(designed),
+        *([f"Fully moist: {moist}."] if moist else []),
+        *([f"Range: {ranged}."] if ranged else []),
         *(
             ["The finger is that of this file; others: --fingers 100 with the next line."]
             if has_people(found[0].loop.system)
