@@ -14,6 +14,7 @@ from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, Un
 from frictionloop.cli.flags import DOTTED, gather
 from frictionloop.cli.outside import used
 from frictionloop.cli.screen import Interrupted, forget_notes, say
+from frictionloop.cli.verb import flags_of_commands
 from frictionloop.cli.verbs import app
 from frictionloop.loop.progress import plain_lines
 from frictionloop.quantities.units import FrictionloopError, SignalWarning
@@ -96,6 +97,9 @@ def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
             return _not_here(error, tokens)
         if meant := _parameters_named(flag):
             return f"Unknown option: {flag}. Did you mean {' or '.join(meant)}?"
+        if others := [f"`{name}`" for name, flags in flags_of_commands(app) if flag in flags]:
+            here = " ".join(error.command_chain or ())
+            return f"Unknown option: {flag}. {here} has none; it belongs to {', '.join(others)}"
     said = " ".join(str(error).split())
     if said.endswith(", ..."):  # of the verbs only the first eight are told
         said = f"{said.partition(' Available commands:')[0]} Available commands: {', '.join(_verbs())}."

@@ -83,7 +83,7 @@ def command(
     levels = at_levels(system)
     recorded_units.ask(system)
     for line in misfits(system) if out is not None else ():
-        screen.note(line)
+        screen.note(f"on the project's board: {line}")
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)
     people = others.people(system, overrides)

@@ -5,17 +5,26 @@ from __future__ import annotations
 import textwrap
 
 from frictionloop.analysis.levels import at_levels
+from frictionloop.cli import recorded_jumps
 from frictionloop.cli.scores import between
 from frictionloop.parameters import Constant, Recording, Samples, Sine, SuspendedSensor, System
 from frictionloop.parameters.still import stirring
 
 WIDTH = 100
+UNLIKE = 0.7
+"""Share of the finger's friction below which that of the recording is another's (chosen)."""
 
 
 def notes(system: System, duration_s: float) -> list[str]:
     """Return what is said of the recorded signals of a run of this length."""
     said = [_part(name, getattr(system, name), duration_s) for name in ("setpoint", "disturbance")]
-    told = (*said, of_finger(system), uncut(system), beyond_range(system), on_top(system))
+    told = (
+        *said,
+        of_finger(system),
+        recorded_jumps.said(system) or uncut(system),
+        beyond_range(system),
+        on_top(system),
+    )
     return [line for each in told for line in textwrap.wrap(each, WIDTH)]
 
 
@@ -31,11 +40,12 @@ def of_finger(system: System) -> str:
     if believed_n != friction.nominal_n:
         table = f"and the lookup table is made for {believed_n:g} N, another finger: --controller.model.nominal_n "
         table += f"{friction.nominal_n:g} makes it for this one"
-    return (
-        f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N, {table}. A "
-        "finger with less friction than believed has a lower loop gain, and more is left. The mean in the file is "
-        f"{found(signal).raw_mean_n:.3g} N, the zero of its sensor included."
-    )
+    mean_n = found(signal).raw_mean_n
+    said = f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N, {table}. The "
+    said += f"mean in the file is {mean_n:.3g} N, the zero of its sensor included"
+    if 0.0 < mean_n < UNLIKE * friction.nominal_n:
+        said += ": a finger of that friction has a lower loop gain, and more is left on it"
+    return f"{said}."
 
 
 def uncut(system: System) -> str:

@@ -113,8 +113,8 @@ def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
         if ends_hz < split_hz:
             return f"The recording ends at {ends_hz:.3g} Hz, half its rate; from {split_hz:.3g} Hz on {larger}"
         return f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
-    said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), "
-    return f"{said}{own}from there on {larger}"
+    said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), {own}"
+    return said + (f"from there on {larger}" if above >= 1.0 else "from there on feedback gains nothing.")
 
 
 def ends_at_hz(system: System) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from cyclopts import App, Group, Parameter
@@ -58,3 +58,15 @@ def group_app(name: str, text: str, example: str, group: Group, verbs: dict[str,
     app = new_app(name, text, usage=f"{path} COMMAND [OPTIONS]", help_epilogue=told, group=group)
     add(app, path, verbs)
     return app
+
+
+def flags_of_commands(app: App, above: tuple[str, ...] = ()) -> Iterator[tuple[str, set[str]]]:
+    """Yield the name of each command, with those of its groups, and its flags."""
+    for name in app:
+        if name.startswith("-"):
+            continue
+        command, chain = app[name], (*above, name)
+        if command.default_command is not None:
+            found = command.assemble_argument_collection()
+            yield " ".join(chain), {flag for argument in found for flag in argument.names}
+        yield from flags_of_commands(command, chain)

@@ -32,6 +32,8 @@ SIMULATE = [
     ),
     (("--preset", "papr"), 'Invalid value "papr" for --preset. Choose from: "paper", "feasible", "bench"'),
     (("--setpoint.kind", "steps", "--setpoint.levels_n", "[.4, 0.6]"), "[.4, 0.6]: is no list; write one like [0.4"),
+    (("--split", "3"), "Unknown option: --split. Did you mean --split-hz?"),
+    (("--jobs", "3"), "Unknown option: --jobs. simulate has none; it belongs to `sweep`, `compare`"),
     (("--sed", "3"), "Unknown option: --sed. Did you mean --seed?"),
     (("--seed", "x"), "Invalid value for --seed"),
     (("--seed", "1.5"), 'Invalid value for --seed: unable to convert "1.5" into a whole number'),

@@ -339,8 +339,8 @@ def test_the_estimate_counts_the_errors_that_are_asked_for(frictionloop, monkeyp
     said = []
 
     @contextmanager
-    def waiting(text):
-        said.append(text)
+    def waiting(text, forecast=""):
+        said.append(text + forecast)
         yield
 
     def stop(*_):
