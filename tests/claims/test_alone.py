@@ -96,6 +96,21 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
     assert all("$M_s$" in text or "unstable" in text for text in said[1:])
 
 
+def test_each_of_several_changes_is_told_alone(tmp_path):
+    """The numbers of the report's gains under one change are those of a figure with that change."""
+    changes = {"sensor.resonance_hz": 200.0, "controller.delay_s": 3e-4}
+    ((both,), (delay,)) = (
+        alone.alone(tmp_path, ["fig-5a"], each).figures for each in (changes, {"controller.delay_s": 3e-4})
+    )
+    assert delay.alone == {} and list(both.alone) == ["sensor.resonance_hz = 200", "controller.delay_s = 3×10⁻⁴"]
+    assert both.alone["controller.delay_s = 3×10⁻⁴"] == delay.numbers[RETUNED_GAINS]
+    assert both.numbers[RETUNED_GAINS]["error_n"] not in {row["error_n"] for row in both.alone.values()}
+    peak = delay.numbers[RETUNED_GAINS]["sensitivity_peak"]
+    for each in (both, delay):
+        (line,) = (line for line in each.told if line.startswith("Ms of the re-tuned gains falls with more delay"))
+        assert f"to {peak:.3g} by that alone" in line
+
+
 @pytest.mark.parametrize(
     ("peak", "moist", "from_n", "said"),
     [
