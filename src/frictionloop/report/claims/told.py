@@ -35,7 +35,7 @@ def paper_and_ours(claim: Claim) -> tuple[str, str]:
 
 
 def claims_tables(claims: Sequence[Claim]) -> list[Table]:
-    """Return the claims as ``rich`` tables for 80 columns, one per group: sign, statement, the paper's value, ours."""
+    """Return the claims as ``rich`` tables for 80 columns, one per group: sign, statement with name, paper's, ours."""
     from rich.table import Table
     from rich.text import Text
 
@@ -48,7 +48,8 @@ def claims_tables(claims: Sequence[Claim]) -> list[Table]:
         for claim in some:
             sign = Text(SYMBOLS[claim.verdict], style=COLOURS[claim.verdict])
             published, ours = paper_and_ours(claim)
-            table.add_row(sign, claim.title, published, f"{claim.quantity}: {ours}{beside(claim)}")
+            named = Text(claim.title).append(f"\n{claim.id}", style="dim")
+            table.add_row(sign, named, published, f"{claim.quantity}: {ours}{beside(claim)}")
         tables.append(table)
     return tables
 
