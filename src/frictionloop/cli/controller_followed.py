@@ -13,6 +13,8 @@ from frictionloop.parameters import PiController, Recording, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
+PRINTED = PiController()
+"""With the gains that the paper prints."""
 SECONDS = 10.0
 """Of signal that are simulated, the time of a default run; less where a recording ends before."""
 LEAST_S = 1.0
@@ -69,6 +71,8 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
         head += "; it is dry at first. Contact upon contact: simulate it with --duration-s 60 --score-from-s 40"
     law: Any = before.controller
     gains = f" (kp {law.kp:.4g}, ki {law.ki:.4g} 1/s)" if isinstance(law, PiController) else ""
+    printed = isinstance(law, PiController) and (law.kp, law.ki) == (PRINTED.kp, PRINTED.ki)
+    whose = "the gains that the paper prints" if printed else "the controller that was there"
     rows = [
         ("error", f"{1e3 * found.rms_error_n:.3g} mN", "rms of f_a - f_r with this law"),
         (
@@ -79,7 +83,7 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
         (
             "before",
             f"{1e3 * found.before_rms_error_n:.3g} mN",
-            f"with the controller that was there, {law.kind}{gains}{_rings(before)}",
+            f"with {whose}, {law.kind}{gains}{_rings(before)}",
         ),
     ]
     return [screen.wrapped(head), screen.columns(rows)]
