@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal.windows import tukey
 
 import frictionloop as fl
 from frictionloop.analysis import operating_band
@@ -59,10 +60,30 @@ EDGES = st.lists(st.floats(0.5, 2400.0), min_size=1, max_size=6, unique=True)
 
 
 @given(EDGES, st.integers(0, 2**16), st.integers(50, 400))
-def test_squares_of_bands_from_0_on_add_up_to_those_of_the_whole(inner_hz, seed, samples):
+def test_squares_of_bands_from_0_on_add_up_to_those_of_the_windowed_signal(inner_hz, seed, samples):
     values, time_s = np.cumsum(np.random.default_rng(seed).normal(size=samples)), np.arange(samples) / RATE_HZ
     parts = rms_by_band(values, time_s, slice(None), [0.0, *sorted(inner_hz), np.inf])
-    assert np.sqrt(np.sum(parts**2)) == pytest.approx(np.std(values), rel=1e-9)
+    window = tukey(samples, 0.2, sym=False)
+    shown = window * (values - values.mean())
+    power = (np.sum(shown**2) - np.sum(shown) ** 2 / samples) / np.sum(window**2)
+    assert np.sqrt(np.sum(parts**2)) == pytest.approx(np.sqrt(power), rel=1e-6)
+
+
+SLOW = {
+    "a ramp": TIME_S / TIME_S[-1] - 0.5,
+    "half a sine": np.sin(np.pi * TIME_S / TIME_S[-1]),
+    "a step": 1.0 / (1.0 + np.exp(-(TIME_S - 1.0) / 0.02)),
+}
+
+
+@pytest.mark.parametrize("shape", SLOW)
+@pytest.mark.parametrize("seconds", [1.35, 2.0])
+def test_what_is_slow_and_larger_moves_no_faster_band(shape, seconds):
+    """A tone of 3 mN rms at 100 Hz, beside a trend of 60 mN: in the signal, and in what a loop leaves of it."""
+    some, edges_hz = seconds >= TIME_S, [0.0, 5.0, 40.0, 2500.0]
+    tone = 3.0 * np.sqrt(2) * np.sin(2 * np.pi * 100 * TIME_S)
+    fast = rms_by_band((tone + 60.0 * SLOW[shape])[some], TIME_S[some], slice(None), edges_hz)[2]
+    assert fast == pytest.approx(3.0, rel=0.02)
 
 
 def test_the_rms_is_that_of_a_sine_and_gaps_are_bridged():

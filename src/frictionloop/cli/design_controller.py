@@ -77,12 +77,12 @@ def command(
         saved_controller,
     )
     from frictionloop.design.synthesis import default_law
-    from frictionloop.firmware.board_fit import misfits
+    from frictionloop.firmware.board_fit import misfits_of_gains
     from frictionloop.parameters import write_toml
 
     levels = at_levels(system)
     recorded_units.ask(system)
-    for line in misfits(system) if out is not None else ():
+    for line in misfits_of_gains(system) if out is not None else ():
         screen.note(f"on the project's board: {line}")
     screen.tell_notes()  # before the search, which takes long
     wanted, name = must.wanted(), law or default_law(system)

@@ -44,7 +44,8 @@ def of_finger(system: System) -> str:
     said = f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N, {table}. The "
     said += f"mean in the file is {mean_n:.3g} N, the zero of its sensor included"
     if 0.0 < mean_n < UNLIKE * friction.nominal_n:
-        said += ": a finger of that friction has a lower loop gain, and more is left on it"
+        said += ". Has the recorded finger less friction? Give finger and table its own, --friction.nominal_n F "
+        said += "--controller.model.nominal_n F, and a set-point that it can be given"
     return f"{said}."
 
 

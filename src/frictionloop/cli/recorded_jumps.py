@@ -51,7 +51,7 @@ def said(system: System) -> str:
     if not where:
         return ""
     named = [f"{1e3 * size:.3g} mN at {told.from_s + at / rate_hz:.4g} s" for at, size in where[:MOST]]
-    more = f" and {len(where) - MOST} times more" if len(where) > MOST else ""
+    more = f", and elsewhere {len(where) - MOST} more" if len(where) > MOST else ""
     return (
         f"The recorded disturbance jumps by {', '.join(named)} of the file{more}: where that is a finger that lands or "
         "lifts, it counts as friction, and what is left looks smaller. --disturbance.start_s and --disturbance.stop_s "

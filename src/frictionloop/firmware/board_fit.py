@@ -66,7 +66,12 @@ def carrier_said(system: System) -> str:
 
 def misfits(system: System) -> list[str]:
     """Return what of a system the firmware does not do, a line each; nothing where all fits."""
-    said, plate, rate_hz = [], system.plate, float(schema()["protocol"]["tick_hz"])
+    return [*misfits_of_gains(system), *_beyond_position(system), *_steps(system)]
+
+
+def misfits_of_gains(system: System) -> list[str]:
+    """Return those that take other gains, or another amplitude, a line each."""
+    said, plate, rate_hz = [], system.plate, _tick_hz()
     if system.controller.rate_hz != rate_hz:
         said.append(
             f"controller.rate_hz = {system.controller.rate_hz:g} Hz: simulations run at it, the firmware at "
@@ -74,16 +79,20 @@ def misfits(system: System) -> list[str]:
         )
     if isinstance(plate, ResonantPlate):
         said += _off_the_carrier(system, plate)
-    return said + _beyond_position(system) + _steps(system, rate_hz)
+    return said
 
 
-def _steps(system: System, rate_hz: float) -> list[str]:
+def _tick_hz() -> float:
+    return float(schema()["protocol"]["tick_hz"])
+
+
+def _steps(system: System) -> list[str]:
     """Return that a table of points with straight lines between them has no steps."""
     if not isinstance(system.setpoint, Steps) or len(system.setpoint.levels_n) == 1:
         return []
     return [
         f'setpoint.kind = "steps": the device plays {STORE} points with straight lines between them, which miss steps '
-        f"in a run above {STORE / rate_hz:.2g} s; `frictionloop device set PORT setpoint.hold_n=LEVEL` sets a level"
+        f"in a run above {STORE / _tick_hz():.2g} s; `frictionloop device set PORT setpoint.hold_n=LEVEL` sets a level"
     ]
 
 

@@ -25,10 +25,11 @@ TAPERED = 0.2
 def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Sequence[float]) -> np.ndarray:
     """Return the rms of a signal about its mean in bands of frequency, shape (bands,), in the signal's unit.
 
-    It is that of a periodogram without its bin at 0 Hz, from the first period that counts to the last, which fades in
-    and out over a tenth at each end (Tukey window). So neither the moment at which a loop starts nor a jump from the
-    last to the first value spreads over the bands, and what is between counts alike. The squares of all bands add up to
-    that of the signal where it counts. Across periods that do not count, as reversals, stands a straight line.
+    It is that of a periodogram without its bin at 0 Hz, from the first period that counts to the last, behind a window
+    that rises and falls over a tenth at each end (Tukey), whose power is made up for. So neither the moment at which a
+    loop starts, nor a trend or a jump from the last to the first value, spreads over the bands. Squares of all bands
+    add up to that of the windowed signal: what is there at an end alone counts less. Across periods that do not count,
+    as reversals, stands a straight line.
     """
     at = time_s[keep]
     inside = time_s[(time_s >= at[0]) & (time_s <= at[-1])]
@@ -40,9 +41,7 @@ def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Seq
     )
     power = density * frequency_hz[1]
     bands = [(frequency_hz > low) & (frequency_hz <= high) for low, high in itertools.pairwise(edges_hz)]
-    found = np.sqrt([power[band].sum() for band in bands])
-    whole = float(np.sqrt(power[1:].sum()))
-    return np.asarray(found * float(np.std(values[keep])) / whole if whole > 0.0 else found)
+    return np.sqrt([power[band].sum() for band in bands])
 
 
 def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: Any = None) -> xr.DataArray:
@@ -50,10 +49,10 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
 
         rms(band of f_a - f_a with d = mean(d)) / rms(band of d)
 
-    Both are those of a periodogram about the mean over the periods that count, which fades in and out over a tenth at
-    each end (Tukey window); across periods that do not count stands a straight line. They are beside the share as
-    ``left_n`` and ``disturbance_n`` in N, whose squares add up over bands. The resolution is some two over the
-    duration: bands that are narrower share what is in them. NaN for a band that holds less than 1 % (rms) of the
+    Both are those of a periodogram about the mean over the periods that count, behind a window that rises and falls
+    over a tenth at each end (Tukey); across periods that do not count stands a straight line. They are beside the share
+    as ``left_n`` and ``disturbance_n`` in N. The resolution is some two over the duration: bands that are narrower
+    share what is in them. NaN for a band that holds less than 1 % (rms) of the
     disturbance, and for all where `disturbance_left` is NaN.
 
     Parameters
