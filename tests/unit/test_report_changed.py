@@ -53,6 +53,8 @@ HELD = "{:g} ms with half a period of hold, {:g} ms with that of the integral"
             [
                 "controller.delay_s = 0.0002: " + HELD.format(0.45, 0.7),
                 "a controller that computes for one period has controller.delay_s = 0.0005 at this rate",
+                "at another control rate the same seeds give other strokes, as tremor, drift and roughness are drawn "
+                "once a period: spread and error of all controllers change by a few mN by chance",
             ],
         ),
     ],

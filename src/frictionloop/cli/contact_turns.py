@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from frictionloop.cli import screen
+from frictionloop.firmware.board_fit import scale_for
 from frictionloop.parameters import Strokes, System
 from frictionloop.parameters.motion import TURN_SHARE
 
@@ -40,6 +41,7 @@ def question(system: System) -> str:
     }
     if stroke_mm > system.touch.load.length_mm:
         changes["touch.load.length_mm"] = stroke_mm
+    changes |= scale_for(stroke_mm, system)
     flags = " ".join(f"--{path} {value:.6g}" for path, value in changes.items())
     long = f", on a plate of {stroke_mm:.3g} mm" if "touch.load.length_mm" in changes else ""
     return (

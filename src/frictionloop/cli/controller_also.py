@@ -67,7 +67,7 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     return f"{said}{how}: Ms is {peak:.3g}{off_said(off)}; {limit:.3g} is the limit of a finger that lifts in time"
 
 
-def moist_row(system: System, said: str) -> list[Row]:
+def moist_row(system: System, wanted: Wanted, said: str) -> list[Row]:
     """Return the row of a verdict with that line, or with what a moist finger is that lands again and again."""
     friction, motion = system.friction, system.motion
     if said or not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
@@ -77,9 +77,22 @@ def moist_row(system: System, said: str) -> list[Row]:
         (
             "moist",
             f"contacts of {motion.contact_s:g} s, {motion.lifted_s:g} s apart, in the end leave a finger "
-            f"{moistest(friction, motion):.0%} occluded, a single one {one:.0%}",
+            f"{moistest(friction, motion):.0%} occluded, a single one {one:.0%}{_slowest(motion, wanted)}",
         )
     ]
+
+
+def _slowest(motion: Strokes, wanted: Wanted) -> str:
+    """Return how long the slowest of strokes of one length lasts, where slower ones were looked at; else nothing."""
+    slowest = min(wanted.speeds_mm_s, default=motion.speed_mm_s)
+    if slowest >= motion.speed_mm_s:
+        return ""
+    stroke_mm = motion.contact_s * motion.speed_mm_s
+    longest_s = stroke_mm / slowest
+    return (
+        f". A contact lasts as long at every speed; if it is a stroke of {stroke_mm:.3g} mm, the slowest lasts "
+        f"{longest_s:.3g} s and leaves a finger moister: `--motion.contact_s {longest_s:.4g}` is of it"
+    )
 
 
 def _contact(some: Sequence[System], there: Sequence[System]) -> str:

@@ -89,7 +89,7 @@ def command(
         screen.show_json(told | others.as_json(many))
         others.stop(many)
         return
-    about = controller_also.moist_row(system, moist)
+    about = controller_also.moist_row(system, wanted, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)

@@ -82,7 +82,7 @@ def command(
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
-        draw(run, plot)
+        draw(run.assign(scored=run["scored"].copy(data=counted(run))), plot)  # the periods of the error that is told
     found = {**summary(run), "samples": samples, "scored_samples": run.sizes["time"]}
     found["counted"] = float(counted(run).mean())
     saved = {"run": out, "figure": plot, "tables": tables}

@@ -106,7 +106,7 @@ def command(
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
-        draw(run, plot)
+        draw(run.assign(scored=run["scored"].copy(data=counted(run))), plot)  # the periods of the error that is told
     found, mask = {**summary(run), "samples": samples, "scored_samples": run.sizes["time"]}, counted(run)
     with screen.waiting("scoring"):
         metrics = advice.of_recording(run, mask)

@@ -24,11 +24,12 @@ NARROW = {
     "r2_identity": "id.",
     "spread_n": "spread",
     "error_n": "error",
+    "open_error_n": "open",
 }
 HIDDEN = ("scored", "stable_from_n")
 """Numbers that a line tells, where they are no matter of course."""
-ALONE = ("sensitivity_peak", "sensitivity_peak_moist", "r2_regression", "spread_n", "error_n")
-"""Numbers that are shown of each change alone, beside a long name."""
+ALONE = ("sensitivity_peak", "sensitivity_peak_moist", "error_n", "open_error_n")
+"""Numbers that are shown of each change alone, beside a long name and the errors at each level."""
 WIDTH = 90
 STROKES = (
     "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at those of the forces asked for, "
@@ -51,8 +52,12 @@ def figure_text(figure: Shown) -> list[Any]:
     other = "not the paper's bench" if bench_of(figure.changed) else "with gains as given"
     before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
     gains = next((name for name in figure.numbers if figure.numbers[name].get("kp") is not None), "")
-    alone = {name: {key: row[key] for key in ALONE} for name, row in figure.alone.items()}
-    one = [f"  with one change at a time, {gains}:", _table(alone)] if alone else []
+    alone = {
+        name: {key: value for key, value in row.items() if key.startswith("error_at_") or key in ALONE}
+        for name, row in figure.alone.items()
+    }
+    said = f"with one change at a time, {gains}; open: error in open loop; then the error at each level:"
+    one = [*_indented(said), _table(alone)] if alone else []
     return [
         figure.name + (f", {other}: {words(figure.changed)}" if figure.changed else ""),
         *([_table(figure.numbers)] if figure.numbers else []),
@@ -170,7 +175,8 @@ def _instead(figure: Shown) -> list[str]:
 
 def _table(numbers: Table) -> Any:
     columns = list(dict.fromkeys(name for row in numbers.values() for name in row if name not in HIDDEN))
-    short = NARROW if "sensitivity_peak" in columns else {}
+    levels = {key: key.removeprefix("error_at_").replace("_n", " N") for key in columns if key.startswith("error_at_")}
+    short = NARROW | levels if "sensitivity_peak" in columns else {}
     rows = [("", *(short.get(key) or _head(key) for key in columns), "")]
     rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in numbers.items()]
     return screen.table(rows)

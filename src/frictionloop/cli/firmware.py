@@ -173,7 +173,7 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("cost", cost if worst else "not traced"),
         ("words", f"{found['words']}, layout {found['layout']}, values {found['values']}"),
     ]
-    wrong = [("NOT DONE" if k == 0 else "", line) for k, line in enumerate(unfit)]
+    wrong = [("DOES NOT FIT" if k == 0 else "", line) for k, line in enumerate(unfit)]
     screen.show(screen.columns([("system", origin), *wrong, *about, *rows]))
 
 

@@ -17,6 +17,7 @@ MOST_TICKS = 32766
 """Longest period whose product with a duty the board has room for."""
 COUNTS, ROOM = 2**15 - 1, 1.1
 """Largest reading of a converter, and what a stroke leaves of it free (chosen)."""
+SCALE = "board.position_m_per_count"
 LEAST_LEFT = 0.9
 """Share of the plate's amplitude at the carrier below which it is told (chosen)."""
 
@@ -98,17 +99,21 @@ def _steps(system: System) -> list[str]:
 
 def _beyond_position(system: System) -> list[str]:
     """Return that strokes go farther than the position sensor reads, where the board ends with a fault."""
-    motion, m_per_count = system.motion, system.board.position_m_per_count
-    if not isinstance(motion, Strokes) or not m_per_count:
+    motion = system.motion
+    if not isinstance(motion, Strokes) or not (wanted := scale_for(motion.stroke_mm, system)):
         return []
-    half_mm, reads_mm = motion.stroke_mm / 2.0, 1e3 * COUNTS * abs(m_per_count)
-    if half_mm < reads_mm:
-        return []
+    m_per_count, half_mm = system.board.position_m_per_count, motion.stroke_mm / 2.0
     return [
         f"motion.stroke_mm = {motion.stroke_mm:g} mm: the position goes to {half_mm:g} mm from the middle, and is read "
-        f"to {reads_mm:.3g} mm with board.position_m_per_count = {m_per_count:g}, where the board stops with the fault "
-        f"sensor_saturated; {1e-3 * half_mm / COUNTS * ROOM:.2g} reads all of it"
+        f"to {1e3 * COUNTS * abs(m_per_count):.3g} mm with {SCALE} = {m_per_count:g}, where the board stops with the "
+        f"fault sensor_saturated; {wanted[SCALE]:.2g} reads all of it"
     ]
+
+
+def scale_for(stroke_mm: float, system: System) -> dict[str, float]:
+    """Return the scale of a board's position with which all of a stroke is read, by its name; empty where it is."""
+    half_m, m_per_count = 5e-4 * stroke_mm, system.board.position_m_per_count
+    return {SCALE: half_m / COUNTS * ROOM} if m_per_count and half_m >= COUNTS * abs(m_per_count) else {}
 
 
 def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:

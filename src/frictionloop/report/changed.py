@@ -20,6 +20,7 @@ from frictionloop.report.changed_runs import (
     SINES,
     bench_of,
     each_alone,
+    errors_by_level,
     runs_of,
     sines_of,
     tracked,
@@ -27,7 +28,7 @@ from frictionloop.report.changed_runs import (
 )
 from frictionloop.report.changed_told import told
 from frictionloop.report.cited import flags_of
-from frictionloop.report.device import OPEN, fit
+from frictionloop.report.device import OPEN
 from frictionloop.report.figures.closed_loop import HERE, HOLDS, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
@@ -135,11 +136,11 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
 
 
 def _by_level(runs: Mapping[str, xr.Dataset]) -> str:
-    """Return the error at each level, which a change of reach moves at one end alone."""
-    levels = next(iter(runs.values()))["level"].values.tolist()
-    errors = {each: [fit(some.sel(level=[at])).rms_n for at in levels] for each, some in runs.items()}
-    listed = [f"{each} {', '.join(number(1e3 * error_n) for error_n in row)}" for each, row in errors.items()]
-    return f"error by level, {', '.join(f'{at:g}' for at in levels)} N (mN): {'; '.join(listed)}"
+    """Return the error at each level in a line."""
+    found = {each: errors_by_level(some) for each, some in runs.items()}
+    levels = ", ".join(f"{at:g}" for at in next(iter(found.values())))
+    listed = [f"{each} {', '.join(number(1e3 * error_n) for error_n in row.values())}" for each, row in found.items()]
+    return f"error by level, {levels} N (mN): {'; '.join(listed)}"
 
 
 def seeds_of(changes: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from frictionloop.loop.progress import Bar
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, tracking
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, tracking
 from frictionloop.report.figures.closed_loop import GIVEN, HERE
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
@@ -73,22 +73,32 @@ def sines_of(changes: Mapping[str, Any]) -> protocol.Sines:
 def each_alone(name: str, changes: Mapping[str, Any], bar: Bar) -> Table:
     """Return the numbers of the first gains of a figure with one change at a time, by what it is.
 
-    Nothing of a single change. What is changed of the set-point counts as one; a change that has a meaning beside
-    another one alone is left out.
+    The error in open loop and that at each level are among them. Nothing of a single change. What is changed of the
+    set-point counts as one; a change that has a meaning beside another one alone is left out.
     """
     groups: dict[str, dict[str, Any]] = {}
     for path, value in bench_of(changes).items():
         groups.setdefault("setpoint" if path in SINES else path, {})[path] = value
     gains = {path: changes[path] for path in GAINS if path in changes}
     pair = GIVEN if gains else next(each for each in SHOWN[name] if each != OPEN)
+    controllers = {OPEN: CONTROLLERS[OPEN], pair: gains or CONTROLLERS[pair]}
     found = Table()
     for group in groups.values() if len(groups) > 1 else ():
         bar.doing(f"Fig. 5a, {words(group)} alone")
         try:
-            found[words(group)] = runs_of({pair: gains or CONTROLLERS[pair]}, group)[1][pair]
+            runs, rows = runs_of(controllers, group)
         except FrictionloopError:  # noise_rms_n without its kind of sensor, say
             continue
+        more: dict[str, float | None] = {
+            f"error_at_{at:g}_n": error_n for at, error_n in errors_by_level(runs[pair]).items()
+        }
+        found[words(group)] = rows[pair] | {"open_error_n": rows[OPEN]["error_n"]} | more
     return found
+
+
+def errors_by_level(runs: xr.Dataset) -> dict[float, float]:
+    """Return the rms error in N of each level of the set-point, which a change of reach moves at one end alone."""
+    return {at: fit(runs.sel(level=[at])).rms_n for at in runs["level"].values.tolist()}
 
 
 def words(changes: Mapping[str, Any]) -> str:

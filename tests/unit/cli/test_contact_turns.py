@@ -7,6 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.contact_turns import question
+from frictionloop.firmware.board_fit import misfits
 
 LIFTS = {"motion.speed_mm_s": 80.0, "motion.contact_s": 2.0, "motion.lifted_s": 0.5, "motion.stroke_mm": 160.0}
 
@@ -30,14 +31,22 @@ def test_a_finger_that_turns_within_its_contacts_is_asked_about(frictionloop):
     flags = [each for path, value in LIFTS.items() for each in (f"--{path}", f"{value:g}")]
     said = " ".join(frictionloop("simulate", "--preset", "bench", *flags).err.split())
     assert "motion.contact_s is 2 s and a stroke lasts 2.04 s, so the finger turns round on the plate" in said
-    assert said.endswith("--motion.stroke_mm 185 --motion.reversal_s 0.5 --motion.start 0.05")
+    assert "--motion.stroke_mm 185 --motion.reversal_s 0.5 --motion.start 0.05 --board.position_m_per_count 3" in said
     back_and_forth = fl.bench().evolve(LIFTS | {"motion.contact_s": 6.0})
     assert question(fl.bench()) == question(fl.paper()) == question(back_and_forth) == ""
 
 
 def test_a_stroke_that_is_longer_than_the_plate_says_which_plate():
     said = question(fl.bench().evolve(LIFTS | {"motion.speed_mm_s": 150.0}))
-    assert "on a plate of 347 mm: " in said and said.endswith("--touch.load.length_mm 346.875")
+    assert "on a plate of 347 mm: " in said and "--touch.load.length_mm 346.875 --board.position_m" in said
+
+
+def test_a_stroke_that_the_board_cannot_read_brings_the_scale_that_can():
+    lifts = fl.bench().evolve(LIFTS | {"motion.speed_mm_s": 50.0, "motion.contact_s": 1.0})
+    made = lifts.evolve(told_changes(lifts))
+    assert made.motion.stroke_mm > 65.5 and misfits(made) == []
+    short = lifts.evolve({"motion.contact_s": 0.5})
+    assert "board" not in question(short)
 
 
 def test_a_design_refuses_a_stroke_that_no_run_takes_before_it_searches(frictionloop):

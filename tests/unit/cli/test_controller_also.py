@@ -101,3 +101,14 @@ def test_a_flag_that_a_design_sets_otherwise_is_told():
     after = before.evolve({"controller.overdrive": True})
     assert also.replaced(["controller.overdrive"], before, after).endswith("otherwise: controller.overdrive = True")
     assert also.replaced(["controller.overdrive", "controller.kind", "sensor.q"], before, before) == ""
+
+
+def test_a_range_of_speeds_tells_how_long_the_slowest_stroke_of_one_length_lasts():
+    lifts = fl.bench().evolve({"motion.contact_s": 1.0, "motion.speed_mm_s": 50.0})
+    ((_, said),) = also.moist_row(lifts, Wanted(speeds_mm_s=(30.0, 80.0)), "")
+    assert (
+        "if it is a stroke of 50 mm, the slowest lasts 1.67 s" in said and "`--motion.contact_s 1.667` is of it" in said
+    )
+    ((_, alone),) = also.moist_row(lifts, Wanted(), "")
+    ((_, faster),) = also.moist_row(lifts, Wanted(speeds_mm_s=(50.0, 80.0)), "")
+    assert alone == faster and "slowest" not in alone
