@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from pathlib import Path
 
@@ -342,3 +343,14 @@ def test_files_of_another_kind_say_what_they_are(tmp_path, content, said):
         fl.read_toml(path)
     assert said in str(caught.value)
     assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_where_a_default_comes_from_is_not_said_of_a_value_that_was_given():
+    """Though it is equal: it is then that of who gave it."""
+    bench = fl.bench()
+    source = re.search(r"^stroke_mm = .*$", fl.to_toml(bench), re.MULTILINE)[0]
+    given = re.search(r"^stroke_mm = .*$", fl.to_toml(bench, given={"motion.stroke_mm"}), re.MULTILINE)[0]
+    assert "(assumed)" in source and "(assumed)" not in given and given.startswith(source.split("(")[0].rstrip())
+    nested = fl.to_toml(bench, given={"touch.load.mean_s"})
+    pairs = zip(nested.splitlines(), fl.to_toml(bench).splitlines(), strict=True)
+    assert [now.split()[0] for now, was in pairs if now != was] == ["mean_s"]

@@ -83,7 +83,8 @@ def command(
     crowd = others.rows(many, system, wanted, asked)
     verdict = check_text.verdict(found, system, wanted, given, moist, designed, crowd)
     if out is not None:
-        write_toml(given_system, out, said=saved_controller.checked(verdict, asked, wanted, others.again()))
+        lines = saved_controller.checked(verdict, asked, wanted, others.again())
+        write_toml(given_system, out, said=lines, given=flags.stated(file, overrides))
     if json:
         told = check_text.as_json(found, system, wanted) | {"saved": {"controller": out}}
         screen.show_json(told | others.as_json(many))

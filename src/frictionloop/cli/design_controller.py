@@ -102,7 +102,8 @@ def command(
         moist = controller_also.fully_moist(after, wanted)
     if out is not None:
         lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
-        write_toml(new, out, said=[*saved_controller.holds(name, designed, after, wanted, moist), *lines])
+        lines = [*saved_controller.holds(name, designed, after, wanted, moist), *lines]
+        write_toml(new, out, said=lines, given=flags.stated(file, overrides))
     many = others.look(after, people, wanted)  # when all else is on the disk
     saved = {"controller": out, "figures": plots}
     if json:

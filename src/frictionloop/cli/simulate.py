@@ -120,7 +120,9 @@ def command(
     units, meaning = VARIABLES["scored"]
     scored = ("time", mask, {"units": units, "long_name": meaning})
     counted = run.assign(scored=scored) if score_from_s else run
-    saved = _save(counted, system, {"run": out, "plot": plot, "system": save_system}, every)
+    saved = _save(
+        counted, system, {"run": out, "plot": plot, "system": save_system}, every, flags.stated(file, overrides)
+    )
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
         result |= {"metrics": metrics, "units": scores.UNITS, "scored": float(mask.mean())}
@@ -182,8 +184,10 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
         return simulate(system, duration_s, seed), time.perf_counter() - start_s
 
 
-def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool) -> dict[str, Path | None]:
-    """Save what was asked for and return the paths."""
+def _save(
+    run: xr.Dataset, system: System, paths: dict[str, Path | None], every: bool, given: set[str]
+) -> dict[str, Path | None]:
+    """Save what was asked for and return the paths; ``given`` are the values that a person gave, by dotted name."""
     if paths["run"] is not None:
         from frictionloop.loop.record import save
 
@@ -195,5 +199,5 @@ def _save(run: xr.Dataset, system: System, paths: dict[str, Path | None], every:
     if paths["system"] is not None:
         from frictionloop.parameters import write_toml
 
-        write_toml(system, paths["system"], every)
+        write_toml(system, paths["system"], every, given=given)
     return paths

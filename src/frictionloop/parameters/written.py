@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -29,7 +29,13 @@ RARE = frozenset(_RARE.split())
 """Blocks and keys that a simple bench never needs to change."""
 
 
-def write_toml(system: Description, path: str | os.PathLike[str], every: bool = True, said: Sequence[str] = ()) -> None:
+def write_toml(
+    system: Description,
+    path: str | os.PathLike[str],
+    every: bool = True,
+    said: Sequence[str] = (),
+    given: Collection[str] = (),
+) -> None:
     """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
 
     The path of a recording is written as seen from the file, which can then be moved with it.
@@ -40,7 +46,7 @@ def write_toml(system: Description, path: str | os.PathLike[str], every: bool = 
         What to write.
     path : path
         File to write, replaced if it is there.
-    every, said
+    every, said, given
         As in `to_toml`.
 
     Raises
@@ -48,7 +54,7 @@ def write_toml(system: Description, path: str | os.PathLike[str], every: bool = 
     FrictionloopError
         For what is none of them, or a file that cannot be written.
     """
-    text = to_toml(_from_there(system, Path(path).parent), every, said)
+    text = to_toml(_from_there(system, Path(path).parent), every, said, given)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
 
@@ -65,7 +71,7 @@ def _from_there(system: Description, folder: Path) -> Description:
     return system.evolve(changes) if changes else system
 
 
-def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -> str:
+def to_toml(system: Description, every: bool = True, said: Sequence[str] = (), given: Collection[str] = ()) -> str:
     """Return a System, or a design, as TOML text, each key with its unit and meaning as a comment.
 
     Parameters
@@ -77,6 +83,8 @@ def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -
         a value then stand there as comments.
     said : sequence of str
         Lines to begin with, as comments.
+    given : collection of str
+        Dotted names of values that a person gave: where a default comes from says nothing of these, though equal.
 
     Raises
     ------
@@ -93,7 +101,7 @@ def to_toml(system: Description, every: bool = True, said: Sequence[str] = ()) -
     if not every:
         file.add(tomlkit.comment("What a simple bench never needs is left out; --all writes it too."))
     file.add("schema", tomlkit.item(SCHEMA))
-    _fill(file, system, every)
+    _fill(file, system, _Way(every, given=given))
     return file.as_string()
 
 
@@ -111,50 +119,64 @@ def block_toml(block: BaseModel, form: bool = False) -> str:
 
     file = tomlkit.document()
     file.add("schema", tomlkit.item(SCHEMA))
-    _fill(file, block, True, form)
+    _fill(file, block, _Way(form=form))
     return file.as_string()
 
 
-def _table(block: BaseModel, every: bool, form: bool) -> Table:
+class _Way(NamedTuple):
+    """How values are written: all, with words for a form, those that a person gave, and the block they are in."""
+
+    every: bool = True
+    form: bool = False
+    given: Collection[str] = ()
+    within: str = ""
+
+    def inside(self, key: str) -> _Way:
+        """Return that of a block of this name."""
+        return self._replace(within=f"{self.within}{key}.")
+
+
+def _table(block: BaseModel, way: _Way) -> Table:
     import tomlkit
 
     table = tomlkit.table(is_super_table=False)
-    _fill(table, block, every, form)
+    _fill(table, block, way)
     return table
 
 
-def _fill(table: Any, block: BaseModel, every: bool, form: bool = False) -> None:
+def _fill(table: Any, block: BaseModel, way: _Way) -> None:
     """Add the values of a block to a table or a file."""
     import tomlkit
 
     values = {key: (getattr(block, key), type(block).model_fields[key]) for key in block.model_dump()}
     # What follows depends on the kind, which an inherited value may precede; tables end a table.
     for key, (value, field) in sorted(values.items(), key=lambda item: (_is_block(item[1][0]), item[0] != "kind")):
-        if value is None and every:
+        if value is None and way.every:
             table.add(tomlkit.comment(f"{key} =  # {_said(key, field.description or '')}"))
-        if value is None or not (every or key not in RARE or value != field.get_default(call_default_factory=True)):
+        if value is None or not (way.every or key not in RARE or value != field.get_default(call_default_factory=True)):
             continue
         if _is_block(value):
             several = isinstance(value, tuple)
-            table.add(key, _several(value, every, form) if several else _table(value, every, form))
+            inner = way.inside(key)
+            table.add(key, _several(value, inner) if several else _table(value, inner))
         else:
             entry = tomlkit.item(value)
-            own = value != field.get_default(call_default_factory=True)
+            own = value != field.get_default(call_default_factory=True) or f"{way.within}{key}" in way.given
             said = _said(key, _SOURCE.sub("", field.description or "") if own else field.description or "")
-            if form and (accepted := get_args(field.annotation))[1:] and get_origin(field.annotation) is Literal:
+            if way.form and (accepted := get_args(field.annotation))[1:] and get_origin(field.annotation) is Literal:
                 said += f"; accepts {', '.join(accepted)}"
             if said:
                 entry.comment(said).trivia.comment_ws = "  "
             table.add(key, entry)
 
 
-def _several(blocks: tuple[BaseModel, ...], every: bool, form: bool) -> Any:
+def _several(blocks: tuple[BaseModel, ...], way: _Way) -> Any:
     """Return blocks of one name as an array of tables."""
     import tomlkit
 
     array = tomlkit.aot()
     for block in blocks:
-        array.append(_table(block, every, form))
+        array.append(_table(block, way))
     return array
 
 
