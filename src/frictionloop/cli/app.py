@@ -5,9 +5,13 @@ from __future__ import annotations
 import os
 import shlex
 import shutil
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
 from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
@@ -24,9 +28,10 @@ NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 def main(tokens: Sequence[str] | None = None) -> None:
-    """Run one command and leave with its exit code: 0, 2 for bad input, 130 after Ctrl-C."""
+    """Run one command and leave with its exit code: 0, 2 for bad input, 130 after Ctrl-C or SIGTERM."""
     try:
-        code = _run(list(sys.argv[1:] if tokens is None else tokens))
+        with _terminated_like_ctrl_c():
+            code = _run(list(sys.argv[1:] if tokens is None else tokens))
         print(end="", flush=True)
     except OSError as error:
         # A reader that has left (head, less) is no error. What Python still wants to flush at its exit goes nowhere.
@@ -35,6 +40,23 @@ def main(tokens: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = NOT_WRITTEN
     raise SystemExit(code)
+
+
+@contextmanager
+def _terminated_like_ctrl_c() -> Iterator[None]:
+    """Take SIGTERM, by which a limit on time ends a command, as Ctrl-C: what is done is kept and told."""
+
+    def taken(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, taken)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before if before is not None else signal.SIG_DFL)
 
 
 def _run(tokens: list[str]) -> int:

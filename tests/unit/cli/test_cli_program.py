@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 import sys
 from importlib.metadata import version
@@ -187,3 +188,20 @@ def test_reproduce_into_a_folder_that_cannot_be_made(frictionloop):
     answer = frictionloop("reproduce", "--out", "file")
     assert (answer.code, answer.out) == (2, "")
     assert answer.err == "error: file: cannot be made (Not a directory)\n"
+
+
+def test_a_command_that_is_told_to_end_is_interrupted_as_by_ctrl_c(monkeypatch, capsys):
+    """A limit on time sends SIGTERM; a sweep keeps and tells what is done then."""
+    from frictionloop.cli import app
+
+    before = signal.getsignal(signal.SIGTERM)
+
+    def work(_):
+        signal.raise_signal(signal.SIGTERM)
+        raise AssertionError("goes on")
+
+    monkeypatch.setattr(app, "app", lambda *_, **__: work(None))
+    with pytest.raises(SystemExit) as left:
+        app.main(["simulate"])
+    assert left.value.code == 130 and capsys.readouterr().err == "interrupted\n"
+    assert signal.getsignal(signal.SIGTERM) is before
