@@ -54,9 +54,13 @@ def by_band(run: xr.Dataset, mask: np.ndarray, edges_hz: list[float]) -> list[di
     return [dict(zip((*columns, "disturbance_left"), row, strict=True)) for row in rows]
 
 
-def rows(bands: list[dict[str, Any]], ends_hz: float = math.inf) -> list[tuple[str, str, str]]:
-    """Return a row a band, behind the metrics; ``ends_hz`` is where the recording ends."""
-    return [("by frequency" if k == 0 else "", *_said(each, ends_hz)) for k, each in enumerate(bands)]
+def rows(bands: list[dict[str, Any]], mask: np.ndarray, ends_hz: float = math.inf) -> list[tuple[str, str, str]]:
+    """Return a row a band, behind the metrics, of what ``mask`` scores; ``ends_hz`` is where the recording ends."""
+    found = [("by frequency" if k == 0 else "", *_said(each, ends_hz)) for k, each in enumerate(bands)]
+    inside = mask[mask.argmax() : mask.size - mask[::-1].argmax()]
+    if found and not inside.all():
+        found.append(("", "", "rough: a straight line stands where the finger turns round or is lifted"))
+    return found
 
 
 def notes(run: xr.Dataset, mask: np.ndarray, bands: list[dict[str, Any]]) -> list[str]:

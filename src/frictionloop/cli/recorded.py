@@ -7,7 +7,17 @@ import textwrap
 from frictionloop.analysis.levels import at_levels
 from frictionloop.cli import recorded_jumps
 from frictionloop.cli.scores import between
-from frictionloop.parameters import Constant, Recording, Samples, Sine, SuspendedSensor, System
+from frictionloop.parameters import (
+    Constant,
+    Recording,
+    Samples,
+    Sine,
+    SuspendedSensor,
+    System,
+    bench,
+    feasible,
+    paper,
+)
 from frictionloop.parameters.still import stirring
 
 WIDTH = 100
@@ -43,7 +53,8 @@ def of_finger(system: System) -> str:
     mean_n = found(signal).raw_mean_n
     said = f"The recorded disturbance comes on a finger of friction.nominal_n = {friction.nominal_n:g} N, {table}. The "
     said += f"mean in the file is {mean_n:.3g} N, the zero of its sensor included"
-    if 0.0 < mean_n < UNLIKE * friction.nominal_n:
+    as_preset = friction.nominal_n in {each().friction.nominal_n for each in (bench, feasible, paper)}
+    if as_preset and 0.0 < mean_n < UNLIKE * friction.nominal_n:
         said += ". Has the recorded finger less friction? Give finger and table its own, --friction.nominal_n F "
         said += "--controller.model.nominal_n F, and a set-point that it can be given"
     return f"{said}."

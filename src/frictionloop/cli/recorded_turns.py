@@ -35,7 +35,8 @@ def lines(run: xr.Dataset, system: System, duration_s: float) -> list[str]:
         said += " What is left below and above a frequency has a straight line there."
     stroke_mm = without_turn_mm(system, duration_s)
     if stroke_mm is not None:
-        said += f" --motion.stroke_mm {stroke_mm:g} has no turn in this run: go by that."
+        plate = f" --touch.load.length_mm {stroke_mm:g}" * (stroke_mm > system.touch.load.length_mm)
+        said += f" --motion.stroke_mm {stroke_mm:g}{plate} has no turn in this run: go by that."
     return textwrap.wrap(said, WIDTH)
 
 

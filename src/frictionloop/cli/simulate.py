@@ -136,7 +136,7 @@ def command(
         return
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     rows = [*scores.metric_rows(metrics, opened_n), *scores.step_rows(times, steps)] if mask.any() else []
-    rows += bands_asked.rows(bands, recorded_bands.ends_at_hz(system)) + scores.scored_rows(mask)
+    rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system)) + scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",

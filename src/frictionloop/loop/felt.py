@@ -67,12 +67,12 @@ def weighted(residual: np.ndarray, scored: np.ndarray, rate_hz: float) -> np.nda
 
 
 def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
-    """Return a run without control: the same finger, path and seed under a constant amplitude.
+    """Return a run without control: the same finger, path, disturbance and seed under a constant amplitude.
 
     Parameters
     ----------
     system : System
-        Its plant; set-point and gains are not used.
+        Its plant and its disturbance; set-point and gains are not used.
     amplitude_um : float
         Amplitude in um, limited to [0, a_max].
     duration_s, seed

@@ -204,6 +204,8 @@ def test_the_friction_that_a_recording_comes_on_and_where_its_file_ends_are_told
     said = " ".join(frictionloop(*given, "0.5").out.split())
     assert "on a finger of friction.nominal_n = 0.8 N, for which the lookup table is made" in said
     assert "The mean in the file is 0.3 N, the zero of its sensor included. Has the recorded finger less" in said
+    known = " ".join(frictionloop(*given, "0.5", "--friction.nominal_n", "0.9").out.split())
+    assert "sensor included." in known and "Has the recorded finger less" not in known
     near = " ".join(frictionloop(*given, "0.5", "--disturbance.scale", "2").out.split())
     assert "The mean in the file is 0.6 N, the zero of its sensor included." in near
     other = " ".join(frictionloop(*given, "0.3", "--friction.nominal_n", "0.6").out.split())

@@ -46,3 +46,16 @@ def test_no_stroke_is_named_where_none_is_known_or_needed(changes):
 def test_nothing_is_said_of_a_formula():
     system = slid(disturbance=fl.Sine(amplitude_n=0.02))
     assert lines(fl.simulate(system, 3.0), system, 3.0) == []
+
+
+def test_a_stroke_longer_than_the_plate_brings_the_plate(frictionloop):
+    """What is proposed runs as it is written."""
+    np.savetxt("s.csv", 0.02 * np.sin(np.arange(800) / 3), header="Ft [N]", comments="")
+    flags = ("kind", "recording", "path", "s.csv", "column", "Ft", "rate_hz", "100")
+    given = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
+    given = ["simulate", "--preset", "bench", "--duration-s", "8", "--motion.speed_mm_s", "40", *given]
+    first = " ".join(frictionloop(*given, "--split-hz", "2").out.split())
+    assert "rough: a straight line stands where the finger turns round" in first
+    found = re.search(r"(--motion\.stroke_mm \S+ --touch\.load\.length_mm \S+) has no turn in this run", first)
+    again = frictionloop(*given, "--split-hz", "2", *found[1].split())
+    assert again.code == 0 and "has no turn" not in again.out and "rough: a straight" not in again.out
