@@ -38,7 +38,9 @@ def test_a_changed_speed_tells_how_friction_goes_with_speed(base, slope, does):
 def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_nothing(base):
     assert told({"motion.speed_mm_s": 40.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS) == []
     assert told({"motion.speed_mm_s": base.motion.speed_mm_s}, base, ROWS) == []
-    assert told({"plate.q": 100.0}, base, ROWS) == []
+    assert told({"sensor.q": 100.0}, base, ROWS) == []
+    (line,) = told({"plate.q": 100.0}, base, ROWS)
+    assert line.startswith("plate.max_amplitude_um stays 2.5, as if the drive were another")
 
 
 HELD = "{:g} ms with half a period of hold, {:g} ms with that of the integral"
@@ -69,16 +71,17 @@ def test_forces_that_the_finger_cannot_be_given_are_told_with_both_ends(base):
     (line,) = told({"plate.max_amplitude_um": 0.5}, base, ROWS)
     assert line.startswith("out of this finger's reach at its mean load, whatever the gains: forces below ")
     (line,) = told({}, base, ROWS, protocol.Sines(levels_n=(1.2,), amplitude_n=0.01))
-    assert "forces above 0.95 N when it lands, and more where it presses lighter" in line
+    assert "forces above 0.95 N when it lands (as unchanged), and more where it presses lighter" in line
 
 
 def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):
     changes = {"sensor.resonance_hz": 200.0, "plate.q": 100.0, "controller.delay_s": 9e-4}
-    assert told(changes, base, (PRINTED, IDEAL))[1:] == [
+    assert told(changes, base, (PRINTED, IDEAL))[2:] == [
         'sensor.resonance_hz and controller.delay_s do not reach "ideal sensor, no delay"'
     ]
     assert told({"controller.delay_s": 9e-4}, base, (PRINTED, IDEAL))[1].startswith("controller.delay_s does not reach")
-    assert told({"plate.q": 100.0}, base, (PRINTED, IDEAL)) == told({"sensor.q": 5.0}, base, ROWS) == []
+    assert not any("reach" in line for line in told({"plate.q": 100.0}, base, (PRINTED, IDEAL)))
+    assert told({"sensor.q": 5.0}, base, ROWS) == []
     other_kind = {"sensor.kind": "lowpass", "sensor.noise_rms_n": 1e-4}
     assert told(other_kind, base, (PRINTED, IDEAL)) == ['sensor.kind does not reach "ideal sensor, no delay"']
 
@@ -96,3 +99,29 @@ def test_one_sine_that_varies_as_much_as_three_is_not_said_to_vary_less(base):
     assert "R2 is smaller" not in line
     (line,) = [each for each in told({"setpoint.offset_n": 0.6}, base, ROWS, protocol.Sines((0.6,))) if "sine" in each]
     assert "R2 is smaller, as the set-point varies less" in line
+
+
+def test_forces_that_come_into_reach_or_stay_out_of_it_are_told_beside_the_bench_unchanged(base):
+    low = protocol.Sines(levels_n=(0.5,), amplitude_n=0.1)
+    weak = base.evolve({"plate.max_amplitude_um": 1.5})
+    (line,) = told({"plate.max_amplitude_um": 3.5}, weak, ROWS, low)
+    assert line.startswith("all forces are in this finger's reach at its mean load; unchanged, those below ")
+    (line,) = told({"sensor.resonance_hz": 200.0}, weak, ROWS, low)
+    assert "when moist, at the end of the strokes (as unchanged), and more" in line
+    (line,) = told({"plate.max_amplitude_um": 1.2}, weak, ROWS, low)
+    assert "at the end of the strokes (unchanged " in line
+
+
+def test_of_one_change_alone_nothing_is_said_of_gains_that_it_is_not_of(base):
+    changes = {"controller.delay_s": 5e-4, "sensor.resonance_hz": 110.0}
+    alone = {"controller.delay_s = 5×10⁻⁴": {"sensitivity_peak": 1.9}}
+    before = {RETUNED_GAINS: {"sensitivity_peak": 2.7}}
+    rows = {RETUNED_GAINS: {"sensitivity_peak": 9.6}}
+    falls = [
+        any(
+            line.startswith("Ms of the re-tuned gains falls with more delay, to 1.9")
+            for line in changed_told.told(given, base, rows, before, alone, MIDDLE)
+        )
+        for given in (changes, changes | {"controller.kp": 0.0, "controller.ki": 12.0})
+    ]
+    assert falls == [True, False]

@@ -47,11 +47,13 @@ def figure_text(figure: Shown) -> list[Any]:
     """Return a figure for a terminal: what was changed, its numbers, its seeds and where it is."""
     from frictionloop.report.changed_runs import bench_of, words
     from frictionloop.report.cited import cited
+    from frictionloop.report.figures.closed_loop import GIVEN
 
     strokes = any("sensitivity_peak" in row for row in figure.numbers.values())
     other = "not the paper's bench" if bench_of(figure.changed) else "with gains as given"
     before = ["  the bench unchanged:", _table(figure.unchanged)] if figure.unchanged else []
-    gains = next((name for name in figure.numbers if figure.numbers[name].get("kp") is not None), "")
+    names = [name for name, row in figure.numbers.items() if row.get("kp") is not None]
+    gains = GIVEN if GIVEN in names else next(iter(names), "")
     alone = {
         name: {key: value for key, value in row.items() if key.startswith("error_at_") or key in ALONE}
         for name, row in figure.alone.items()

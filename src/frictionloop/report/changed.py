@@ -125,14 +125,16 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     # The bench unchanged is asked for the same, so that what the change does is seen alone.
     same = {path: value for path, value in changes.items() if path in SINES}
     same = {} if same == bench_of(changes) else same
-    before = tracked(name, same, bar)[1] if bench_of(changes) else {}
+    runs_before, before = tracked(name, same, bar) if bench_of(changes) else ({}, Table())
     own = {each: row for each, row in before.items() if each != HERE}
     usual = check_gains(own, bench_of(same), sines_of(same), bar)
     alone = each_alone(name, changes, bar)
     said = told(changes, protocol.finger_system(the_finger()), numbers, before, alone, sines_of(changes))
     gains = {path: changes[path] for path in GAINS if path in changes} or found.instead or RETUNED
     there = asked_for(bench_of(changes) | dict(gains), sines_of(changes))
-    return Drawn(figure, numbers, before, alone, found, usual, there, [*said, _by_level(runs)])
+    said.append(_by_level(runs))
+    said += [f"unchanged, {_by_level(runs_before)}"] if runs_before else []
+    return Drawn(figure, numbers, before, alone, found, usual, there, said)
 
 
 def _by_level(runs: Mapping[str, xr.Dataset]) -> str:

@@ -12,7 +12,7 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
-from frictionloop.report.changed_runs import words
+from frictionloop.report.changed_runs import GAINS, words
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
 from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
@@ -49,6 +49,7 @@ def told(
     return [
         *_own(changes, base),
         *_speed(changes, base, rows),
+        *_amplitude(changes, base),
         *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),
         *_delay(changes, base, rows, before, alone),
@@ -79,6 +80,17 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
 
 
+def _amplitude(changes: Mapping[str, Any], base: System) -> list[str]:
+    """Return that another Q of the plate leaves its largest amplitude."""
+    largest = "plate.max_amplitude_um"
+    if "plate.q" not in changes or largest in changes:
+        return []
+    plate: Any = base.evolve({"plate.q": changes["plate.q"]}).plate
+    return [
+        f"{largest} stays {plate.max_amplitude_um:g}, as if the drive were another; the same drive gives it times Q"
+    ]
+
+
 def _sines(changes: Mapping[str, Any], before: Mapping[str, Any], sines: Sines) -> list[str]:
     """Return that one sine has a smaller R2 than three together."""
     if MEAN not in changes:
@@ -98,23 +110,24 @@ def _reach(there: System, base: System, sines: Sines) -> list[str]:
     """Return which forces the finger cannot be given, whatever the gains; with what that was unchanged."""
     ends = [_band(each) for each in (there, base)]
     low_n, high_n = min(sines.levels_n) - sines.amplitude_n, max(sines.levels_n) + sines.amplitude_n
+    (low, was_low), (high, was_high) = zip(*ends, strict=True)
     said = []
-    if low_n < ends[0][0]:
-        said.append(
-            f"below {ends[0][0]:.3g} N when moist, at the end of the strokes{_was(ends[0][0], ends[1][0])}, and more "
-            "where it presses harder"
-        )
-    if high_n > ends[0][1]:
-        said.append(
-            f"above {ends[0][1]:.3g} N when it lands{_was(ends[0][1], ends[1][1])}, and more where it presses lighter"
-        )
-    if not said:
+    if low_n < low:
+        where = "when moist, at the end of the strokes"
+        said.append(f"below {low:.3g} N {where}{_was(low, was_low)}, and more where it presses harder")
+    if high_n > high:
+        said.append(f"above {high:.3g} N when it lands{_was(high, was_high)}, and more where it presses lighter")
+    if said:
+        return [f"out of this finger's reach at its mean load, whatever the gains: forces {'; '.join(said)}"]
+    was = [f"below {was_low:.3g} N when moist"] * (low_n < was_low)
+    was += [f"above {was_high:.3g} N when it lands"] * (high_n > was_high)
+    if not was:
         return []
-    return [f"out of this finger's reach at its mean load, whatever the gains: forces {'; '.join(said)}"]
+    return [f"all forces are in this finger's reach at its mean load; unchanged, those {' and '.join(was)} are not"]
 
 
 def _was(now_n: float, before_n: float) -> str:
-    return "" if f"{now_n:.3g}" == f"{before_n:.3g}" else f" (unchanged {before_n:.3g})"
+    return " (as unchanged)" if f"{now_n:.3g}" == f"{before_n:.3g}" else f" (unchanged {before_n:.3g})"
 
 
 def _band(system: System) -> tuple[float, float]:
@@ -158,6 +171,8 @@ def _calmer(
 ) -> list[str]:
     """Return that later commands, by delay or period, calm a loop, where they do so by themselves."""
     was, lines = base.controller, []
+    if any(path.startswith(GAINS) for path in changes):  # those of one change alone are of other gains then
+        return []
     for path in (each for each in (DELAY, RATE) if each in changes):
         now = base.evolve({path: changes[path]}).controller
         by_itself = alone.get(words({path: changes[path]})) or (
