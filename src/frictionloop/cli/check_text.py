@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.stability import ringing_hz
 from frictionloop.cli.comparison_text import number
-from frictionloop.cli.controller_holds import beyond_reach, finger, loads_of, other_people
+from frictionloop.cli.controller_holds import beyond_reach, finger, fingers_proposed, loads_of, other_people
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
 from frictionloop.cli.controller_verdict import HEAVIER, LIGHTER, NOT_HELD, but
 from frictionloop.cli.scores import between
@@ -80,7 +80,7 @@ def verdict(
         ("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}"),
     ]
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
-    rows += [] if fingers else other_people(system, "`--fingers 100`")
+    rows += [] if fingers else other_people(system, f"`--fingers {fingers_proposed(wanted)}`")
     if designed:
         return [*rows, ("by the file", f"`{designed}` looks at what it was designed or checked for")]
     return [*rows, *_other_loads(system, wanted)]

@@ -118,6 +118,11 @@ def other_people(system: System, command: str) -> list[tuple[str, str]]:
                              "for more of them")]  # fmt: skip
 
 
+def fingers_proposed(wanted: Wanted) -> int:
+    """Return how many fingers to look at: fewer over a range, where each takes seconds."""
+    return 20 if wanted.speeds_mm_s or wanted.loads_n else 100
+
+
 def finger(occluded: float) -> str:
     """Return the state of a finger in words."""
     return f"a moist finger (occluded {occluded:.0%})" if occluded > 0 else "a finger just landed"

@@ -12,6 +12,7 @@ from frictionloop.cli.controller_holds import (
     also_said,
     beyond_reach,
     finger,
+    fingers_proposed,
     has_people,
     loads_of,
     other_people,
@@ -77,7 +78,8 @@ def verdict(
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
     file = "my-controller.toml" if out is None else shlex.quote(str(out))
-    others = other_people(after, f"`frictionloop design check {file}{wanted_flags(found, wanted)} --fingers 100`")
+    again = f"{wanted_flags(found, wanted)} --fingers {fingers_proposed(wanted)}"
+    others = other_people(after, f"`frictionloop design check {file}{again}`")
     worse += people
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [] if people else others

@@ -56,7 +56,10 @@ def population_of(
     return people
 
 
-MARGINS = "errors of runs; margins: `frictionloop design check FILE --fingers 100`"
+MARGINS = (
+    "errors are of these runs, also of fingers on which the loop may ring:",
+    "`frictionloop design check FILE --fingers 100` counts them, with margins",
+)
 
 
 def metrics_of(system: System) -> list[str]:
@@ -77,6 +80,7 @@ class Population(Outcome):
         more: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
         if self.reach is not None:
             more |= {"capable": ("finger", self.reach.able), "capable_load_moves": ("finger", self.reach.moving)}
+            more["served"] = ("finger", self.reach.served)
         self.result = result.assign_coords(more)
         self._beside, self._slide = beside_able(system), slide_said(system)
         self._replaced = (replaced(system, people), replaced_said(system, people))
@@ -96,22 +100,24 @@ class Population(Outcome):
         at = math.ceil(WORST * mean.size - 1e-9) - 1
         return {"median": float(np.median(mean)), "worst_decile": float(worst_last[at]), "fingers": mean.size}
 
-    def _able(self) -> np.ndarray | None:
-        return None if self.reach is None else self.reach.able
+    def _served(self) -> np.ndarray | None:
+        return None if self.reach is None else self.reach.served
 
     def summary(self, duration_s: float) -> list[Any]:
         """Return what a person is shown."""
-        able, total = self._able(), self.result.sizes["finger"]
-        split = able is not None and 0 < able.sum() < total
-        rows: list[describe.Row] = [
-            ("", "median", "worst decile", *(("able: median", "worst decile") if split else ()), "")
-        ]
+        who, total = self._served(), self.result.sizes["finger"]
+        some_of: tuple[str, ...] = ()
+        those = ""
+        if who is not None and 0 < who.sum() < total:
+            some_of = (f"of the {int(who.sum())}: median", "worst decile")
+            those = f"; the {int(who.sum())} are those below"
+        rows: list[describe.Row] = [("", "median", "worst decile", *some_of, "")]
         without, some = left_out(self.result), []
         for name, values in self.result.data_vars.items():
             if name in without:
                 continue
             everyone, units = self.spread(str(name)), values.attrs.get("units", "1")
-            groups = [everyone, self.spread(str(name), able)] if split else [everyone]
+            groups = [everyone, *([self.spread(str(name), who)] if some_of else [])]
             cells = [_cell(each[key], units) for each in groups for key in ("median", "worst_decile")]
             rows.append((str(name), *cells, ""))
             if everyone["fingers"] < total:
@@ -121,7 +127,7 @@ class Population(Outcome):
             screen.table(rows, whole=True),
             *some,
             *without.values(),
-            "worst decile: nine fingers in ten do as well or better",
+            f"worst decile: nine fingers in ten do as well or better{those}",
             *(
                 ["perceptual_index: f_a - f_r in thresholds of touch; less is better"]
                 * ("perceptual_index" in self.result)
@@ -142,15 +148,15 @@ class Population(Outcome):
 
     def as_json(self) -> dict[str, Any]:
         """Return everything: each finger's metrics and reach, and what the summary says."""
-        able, found = self._able(), super().as_json()
+        who, found = self._served(), super().as_json()
         del found["best"]
         names = [str(name) for name in self.result.data_vars]
         found["population"] = {name: self.spread(name) for name in names}
         found["lowest_n"], found["highest_n"] = self.result["lowest_n"].values, self.result["highest_n"].values
         found |= served.as_json(self.reach) | {"replaced": self._replaced[0]}
         found["ringing"] = ringing.as_json(self.rings)
-        if able is not None:
-            found["population_capable"] = {name: self.spread(name, able) for name in names}
+        if who is not None:
+            found["population_served"] = {name: self.spread(name, who) for name in names}
         return found
 
 
@@ -160,7 +166,7 @@ def slide_said(system: System) -> list[str]:
     if not (isinstance(motion, Strokes) and isinstance(finger, Skin)):
         return []
     said = f"all slide at {motion.speed_mm_s:g} mm/s (--motion.speed_mm_s) on contact {finger.contact}"
-    return [f"{said} (--finger.contact)", MARGINS]
+    return [f"{said} (--finger.contact)", *MARGINS]
 
 
 def _cell(value: float, units: str) -> str:

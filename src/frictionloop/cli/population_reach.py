@@ -30,10 +30,10 @@ class Reach(NamedTuple):
     high: np.ndarray
     moving: np.ndarray
     """Who can be given both for all but a twentieth of the time while the load drifts and trembles."""
-    in_the_end: int | None
-    """How many can be given both with the load at its mean once contact upon contact has made fingers as moist as they
-    get; None of one that stays."""
-    moving_in_the_end: int | None
+    in_the_end: np.ndarray | None
+    """Who can be given both with the load at its mean once contact upon contact has made fingers as moist as they get;
+    None of one that stays."""
+    moving_in_the_end: np.ndarray | None
     """The same for all but a twentieth of the time while the load drifts and trembles."""
 
     @property
@@ -41,6 +41,11 @@ class Reach(NamedTuple):
         """Who can be given both with the load at its mean."""
         able: np.ndarray = self.low & self.high
         return able
+
+    @property
+    def served(self) -> np.ndarray:
+        """Who can be given both in ordinary use: as the load moves, and contact upon contact where fingers lift."""
+        return self.moving if self.moving_in_the_end is None else self.moving_in_the_end
 
 
 def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, Reach | str]:
@@ -70,7 +75,5 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
 
     low, high = reached(here)
     moving = np.logical_and(*reached(band(contacts, True)))
-    last, last_moving = (
-        int(np.logical_and(*reached(band(math.inf, moves))).sum()) if lifts else None for moves in (False, True)
-    )
+    last, last_moving = (np.logical_and(*reached(band(math.inf, moves))) if lifts else None for moves in (False, True))
     return here, Reach(wanted.low_n, wanted.high_n, contact_s, contacts, low, high, moving, last, last_moving)

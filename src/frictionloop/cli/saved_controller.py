@@ -13,6 +13,7 @@ from frictionloop.cli.controller_holds import (
     also_said,
     ends_said,
     finger,
+    fingers_proposed,
     has_people,
     loads_of,
     many_said,
@@ -66,7 +67,7 @@ def holds(law: str, designed: Designed, after: System, wanted: Wanted, moist: st
         *([f"Fully moist: {moist}."] if moist else []),
         *([f"Range: {ranged}."] if ranged else []),
         *(
-            ["The finger is that of this file; others: --fingers 100 with the next line."]
+            [f"The finger is that of this file; others: --fingers {fingers_proposed(wanted)} with the next line."]
             if has_people(found[0].loop.system)
             else []
         ),

@@ -17,29 +17,32 @@ def lines(reach: Reach, total: int) -> list[Any]:
     Ordinary use is the strictest of the four: the load drifts and trembles, and fingers that lift are as moist as
     contact upon contact leaves them.
     """
-    steady, moving = int(reach.able.sum()), int(reach.moving.sum())
     times = f"{reach.contacts} contacts of " if reach.contacts > 1 else ""
     rows = [
         ("of these fingers are able", "steady load", "load moves", ""),
-        (f"in {times}{reach.contact_s:g} s on the plate", f"{steady}", f"{moving}", ""),
+        (f"in {times}{reach.contact_s:g} s on the plate", _count(reach.able), _count(reach.moving), ""),
     ]
-    lifts = ""
-    if reach.in_the_end is not None:
-        rows.append(("after many more contacts", f"{reach.in_the_end}", f"{reach.moving_in_the_end}", ""))
+    lifts, moist = "", ""
+    if reach.in_the_end is not None and reach.moving_in_the_end is not None:
+        rows.append(("after many more contacts", _count(reach.in_the_end), _count(reach.moving_in_the_end), ""))
         lifts = ", contact upon contact"
-    answer = moving if reach.moving_in_the_end is None else reach.moving_in_the_end
-    low, high = int(np.sum(~reach.low)), int(np.sum(~reach.high))
-    moist = "; fingers get moister contact upon contact, a longer --motion.lifted_s dries them" if lifts else ""
+        moist = "; fingers get moister contact upon contact, a longer --motion.lifted_s dries them"
+    low, high = _count(~reach.low), _count(~reach.high)
     return [
         screen.wrapped(
-            f"{answer} of {total} fingers can be given the set-point, {between(reach.low_n, reach.high_n)}, "
-            f"in ordinary use: as the load drifts and trembles, for 95 % of the time{lifts}"
+            f"{_count(reach.served)} of {total} fingers can be given the set-point, "
+            f"{between(reach.low_n, reach.high_n)}, in ordinary use: as the load drifts and trembles, for 95 % of the "
+            f"time{lifts}"
         ),
         screen.table(rows, whole=True),
         screen.wrapped(
-            f"of the {total} under a steady load, {low} cannot get so low, {high} cannot get so high{moist}"
+            f"under a steady load in this run, {low} of {total} cannot get so low, {high} cannot get so high{moist}"
         ),
     ]
+
+
+def _count(who: np.ndarray) -> str:
+    return f"{int(np.sum(who))}"
 
 
 def as_json(reach: Reach | None) -> dict[str, Any]:
@@ -48,6 +51,7 @@ def as_json(reach: Reach | None) -> dict[str, Any]:
         "asked_n": None if reach is None else [reach.low_n, reach.high_n],
         "capable": None if reach is None else reach.able,
         "capable_load_moves": None if reach is None else reach.moving,
+        "served": None if reach is None else reach.served,
         "capable_in_the_end": None if reach is None else reach.in_the_end,
         "capable_in_the_end_load_moves": None if reach is None else reach.moving_in_the_end,
     }

@@ -106,7 +106,7 @@ def _distribution(panel: Axes, metric: xr.DataArray) -> None:
 
 def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Figure:
     """Return a panel per metric in which each finger is a point, sorted by the metric, and a caption."""
-    able = result["capable"].values if "capable" in result.coords else None
+    able = result["served"].values if "served" in result.coords else None
 
     def drawn(panel: Axes, name: str, _: Any) -> None:
         if name == "rms_error" and OPEN in names:  # as large as fingers differ: only ratios show both
@@ -119,10 +119,11 @@ def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Fig
         _sorted(panel, result[name], able)
 
     figure = _panels([name for name in names if name != OPEN or "rms_error" not in names], [None], drawn)
-    said = "Each point is one finger, with its own friction, skin, load and tremor; the bar is its range over seeds."
+    said = "Each point is one finger, with its own friction, skin, load and tremor"
+    said += "; the bar is its range over seeds." if result.sizes["seed"] > 1 else "."
     if able is not None:
         hollow = f"Hollow: {int(np.sum(~able))} of {able.size} fingers, which"
-        said = f"{said}\n{hollow} cannot be given the set-point even under a steady load."
+        said = f"{said}\n{hollow} cannot be given the set-point in ordinary use."
     if without:
         said = f"{said}\nNo run has a value of {', '.join(without)}."
     figure.supxlabel(said, fontsize=8.0)
