@@ -14,7 +14,7 @@ from frictionloop.parameters import paper
 from frictionloop.report.beyond import COMMAND, NOTCH
 from frictionloop.report.build import claims_json
 from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, one_claim
-from frictionloop.report.claims.claim import having, lacking
+from frictionloop.report.claims.claim import SOME_READINGS, having, lacking
 from frictionloop.report.claims.judging import FILLED, Told, texts
 from frictionloop.report.claims.told import (
     claim_lines,
@@ -512,7 +512,9 @@ def test_claims_json(claims, results):
         assert isinstance(row["published"], (int, float, str))
         assert all(value is None or isinstance(value, (int, float)) for value in row["readings"].values())
         assert set(row["tolerance"]) == {"accepted", "from"}
-        assert row["verdict"] in set(Verdict)
+        assert row["verdict"] in {*Verdict, SOME_READINGS}
+    by_id = {claim.id: claim.judged for claim in claims}
+    assert {row["id"]: row["verdict"] for row in tree["claims"]} == by_id
 
 
 def test_numbers_are_shown_with_the_digits_they_need(claims):

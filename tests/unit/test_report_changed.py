@@ -40,7 +40,7 @@ def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_noth
     assert told({"motion.speed_mm_s": base.motion.speed_mm_s}, base, ROWS) == []
     assert told({"sensor.q": 100.0}, base, ROWS) == []
     (line,) = told({"plate.q": 100.0}, base, ROWS)
-    assert line.startswith("plate.max_amplitude_um stays 2.5, as if the drive were another")
+    assert line.startswith("plate.max_amplitude_um stays 2.5, as of another drive")
 
 
 HELD = "{:g} ms with half a period of hold, {:g} ms with that of the integral"

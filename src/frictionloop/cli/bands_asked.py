@@ -59,7 +59,7 @@ def rows(bands: list[dict[str, Any]], mask: np.ndarray, ends_hz: float = math.in
     found = [("by frequency" if k == 0 else "", *_said(each, ends_hz)) for k, each in enumerate(bands)]
     inside = mask[mask.argmax() : mask.size - mask[::-1].argmax()]
     if found and not inside.all():
-        found.append(("", "", "rough: a straight line stands where the finger turns round or is lifted"))
+        found.append(("", "", "these shares are rough: across turns and lifts a straight line was drawn"))
     return found
 
 

@@ -20,6 +20,12 @@ def ask(system: System) -> None:
         screen.note(said)
 
 
+def beside(stroke_mm: float, system: System) -> dict[str, float]:
+    """Return what a stroke takes besides: a longer plate, and for a board the scale that reads all of it."""
+    longer = {"touch.load.length_mm": stroke_mm} if stroke_mm > system.touch.load.length_mm else {}
+    return longer | scale_for(stroke_mm, system)
+
+
 def question(system: System) -> str:
     """Return what is told of strokes that end within contacts.
 
@@ -39,9 +45,7 @@ def question(system: System) -> str:
         "motion.reversal_s": motion.lifted_s,
         "motion.start": 0.25 * motion.lifted_s / period_s,
     }
-    if stroke_mm > system.touch.load.length_mm:
-        changes["touch.load.length_mm"] = stroke_mm
-    changes |= scale_for(stroke_mm, system)
+    changes |= beside(stroke_mm, system)
     flags = " ".join(f"--{path} {value:.6g}" for path, value in changes.items())
     long = f", on a plate of {stroke_mm:.3g} mm" if "touch.load.length_mm" in changes else ""
     return (

@@ -90,8 +90,9 @@ def _slowest(motion: Strokes, wanted: Wanted) -> str:
     stroke_mm = motion.contact_s * motion.speed_mm_s
     longest_s = stroke_mm / slowest
     return (
-        f". A contact lasts as long at every speed; if it is a stroke of {stroke_mm:.3g} mm, the slowest lasts "
-        f"{longest_s:.3g} s and leaves a finger moister: `--motion.contact_s {longest_s:.4g}` is of it"
+        f". At every speed a contact lasts {motion.contact_s:g} s here; if each is a stroke of {stroke_mm:.3g} mm, "
+        f"the slowest lasts {longest_s:.3g} s and leaves the finger moister: `--motion.contact_s {longest_s:.4g}` "
+        "looks at it"
     )
 
 

@@ -119,7 +119,7 @@ def other_people(system: System, command: str) -> list[tuple[str, str]]:
 
 
 def fingers_proposed(wanted: Wanted) -> int:
-    """Return how many fingers to look at: fewer over a range, where each takes seconds."""
+    """Return how many fingers to look at (both chosen): fewer over a range, where each takes seconds."""
     return 20 if wanted.speeds_mm_s or wanted.loads_n else 100
 
 

@@ -74,11 +74,9 @@ def command(
         controller_verdict,
         recorded,
         recorded_units,
-        saved_controller,
     )
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits_of_gains
-    from frictionloop.parameters import write_toml
 
     levels = at_levels(system)
     recorded_units.ask(system)
@@ -90,6 +88,9 @@ def command(
     designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted))
     after, found = levels.evolve(dict(designed.overrides)), designed.corners
     new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
+    stated = flags.stated(file, overrides)
+    if out is not None:  # what took minutes is on the disk before what takes seconds
+        _save(out, new, after, name, designed, wanted, stated, "")
     with screen.waiting("looking for what is left to gain"):
         left = headroom(after, wanted.sensitivity_peak)
     with screen.waiting("simulating how well the set-point is followed, for which the loop may be compiled first"):
@@ -101,9 +102,7 @@ def command(
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(after, wanted)
     if out is not None:
-        lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
-        lines = [*saved_controller.holds(name, designed, after, wanted, moist), *lines]
-        write_toml(new, out, said=lines, given=flags.stated(file, overrides))
+        _save(out, new, after, name, designed, wanted, stated, moist)
     many = others.look(after, people, wanted)  # when all else is on the disk
     saved = {"controller": out, "figures": plots}
     if json:
@@ -119,7 +118,7 @@ def command(
         *designed.notes,
         *recorded.at_design(system),
     )
-    notes, stated = [each for each in more if each], flags.stated(file, overrides) | must.stated
+    notes = [each for each in more if each]
     crowd = others.rows(many, after, wanted, found)
     verdict = controller_verdict.verdict(designed, after, wanted, out, moist, crowd)
     screen.show(
@@ -132,12 +131,30 @@ def command(
         *controller_followed.followed_text(system, follows, controller_also.unbelieved(system)),
         "",
         *controller_text.headroom_text(left, wanted),
-        *(["", screen.wrapped(said)] if (said := controller_also.assumed(system, stated)) else []),
+        *(["", screen.wrapped(said)] if (said := controller_also.assumed(system, stated | must.stated)) else []),
         *(["", *map(screen.wrapped, notes)] if notes else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
     )
     others.stop(many)
+
+
+def _save(
+    out: Path,
+    new: System,
+    after: System,
+    law: str,
+    designed: Designed,
+    wanted: Wanted,
+    given: set[str],
+    moist: str,
+) -> None:
+    """Write the system with its new controller, headed by what it holds for; ``given`` are a person's values."""
+    from frictionloop.cli import controller_verdict, saved_controller
+    from frictionloop.parameters import write_toml
+
+    lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
+    write_toml(new, out, said=[*saved_controller.holds(law, designed, after, wanted, moist), *lines], given=given)
 
 
 def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Designed, Wanted]:

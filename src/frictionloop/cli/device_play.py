@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.device import SameAddress, connected
-from frictionloop.cli.device_run import LONGEST_S, SCORED_S, counted, last, summary, worded
+from frictionloop.cli.device_run import LONGEST_S, SCORED_S, counted, last, summary, with_counted, worded
 from frictionloop.cli.effect import LAW, Name
 from frictionloop.quantities.units import FrictionloopError
 
@@ -82,7 +82,7 @@ def command(
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
-        draw(run.assign(scored=run["scored"].copy(data=counted(run))), plot)  # the periods of the error that is told
+        draw(with_counted(run), plot)
     found = {**summary(run), "samples": samples, "scored_samples": run.sizes["time"]}
     found["counted"] = float(counted(run).mean())
     saved = {"run": out, "figure": plot, "tables": tables}

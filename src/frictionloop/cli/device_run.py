@@ -106,7 +106,7 @@ def command(
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
-        draw(run.assign(scored=run["scored"].copy(data=counted(run))), plot)  # the periods of the error that is told
+        draw(with_counted(run), plot)
     found, mask = {**summary(run), "samples": samples, "scored_samples": run.sizes["time"]}, counted(run)
     with screen.waiting("scoring"):
         metrics = advice.of_recording(run, mask)
@@ -144,6 +144,11 @@ def counted(run: xr.Dataset) -> np.ndarray:
 
     away = away_from_turns(run["position"].values, run["speed"].values, 1e-3 * TURN_MM)
     return (run["scored"] & run["sliding"]).values.astype(bool) & away
+
+
+def with_counted(run: xr.Dataset) -> xr.Dataset:
+    """Return a run for its figure, which scores the samples whose error is told."""
+    return run.assign(scored=run["scored"].copy(data=counted(run)))
 
 
 def summary(run: xr.Dataset) -> dict[str, Any]:

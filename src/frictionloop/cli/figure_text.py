@@ -93,7 +93,8 @@ def _moistest(figure: Shown) -> str:
 
     assert figure.bench is not None  # as of every figure that is checked
     bench: Any = read_toml(figure.bench)
-    return f"{moistest(bench.friction, bench.motion):.0%}"
+    lifts = ", as contact upon contact leaves it in the end" * (bench.motion.contact_s > 0)
+    return f"{moistest(bench.friction, bench.motion):.0%} occluded{lifts}"
 
 
 def _asked(figure: Shown) -> str:
@@ -133,8 +134,7 @@ def _checked(figure: Shown) -> list[str]:
     changed = " on the changed bench" if bench_of(figure.changed) else ""
     lines = _indented(
         f"What frictionloop design check says of them{changed}: on this finger with its own load, on both contacts, at "
-        f"its speed, half and four times that, just landed and {_moistest(figure)} occluded, as contact upon contact "
-        "leaves it in the end, with the resonance off too"
+        f"its speed, half and four times that, just landed and {_moistest(figure)}, with the resonance off too"
     )
     for name, there in found.places.items():
         ringing = f", unstable at {there.unstable}" if there.unstable else ""

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.cli import describe, screen
+from frictionloop.loop.open_loop import OPEN_ERROR
 from frictionloop.loop.record import load
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
@@ -20,7 +21,7 @@ from frictionloop.quantities import FrictionloopError
 
 SMALLEST = (
     "rms_error",
-    "open_loop_rms_error",
+    OPEN_ERROR,
     "saturation_index",
     "disturbance_left",
     "output_noise",
@@ -108,6 +109,9 @@ class Best:
 
 class Outcome:
     """A result of ``sweep``, perhaps not complete, and how long it took."""
+
+    opened = True
+    """Whether nobody interrupted the runs in open loop beside it."""
 
     def __init__(self, result: xr.Dataset, elapsed_s: float, complete: bool) -> None:
         self.result, self.elapsed_s, self.complete = result, elapsed_s, complete

@@ -17,7 +17,7 @@ from frictionloop.cli.flags import overrides_of
 from frictionloop.cli.outcome import Outcome, left_out, loss_of, shown
 from frictionloop.cli.population_reach import Reach, reach_of
 from frictionloop.cli.recorded_units import beside_able
-from frictionloop.cli.replaced import replaced, replaced_said
+from frictionloop.cli.replaced import replaced, replaced_said, unlike
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.fingers import Fingers, fingers
 from frictionloop.quantities import FrictionloopError
@@ -83,6 +83,7 @@ class Population(Outcome):
             more["served"] = ("finger", self.reach.served)
         self.result = result.assign_coords(more)
         self._beside, self._slide = beside_able(system), slide_said(system)
+        self._others = unlike(system, people)
         self._replaced = (replaced(system, people), replaced_said(system, people))
         self._median = {name: self.spread(name)["median"] if name in result else math.nan for name in advice.SIGNS}
         self.rings = advice.of_population(system, self._median["r2_identity"], duration_s) if complete else None
@@ -124,6 +125,7 @@ class Population(Outcome):
                 some.append(f"{name} is that of {everyone['fingers']} fingers; the others have none")
         of = f"{total} finger{'s' * (total > 1)}" + (f" x {self.seeds} seeds" if self.seeds > 1 else "")
         return [
+            *([screen.wrapped(self._others), ""] if self._others else []),
             screen.table(rows, whole=True),
             *some,
             *without.values(),

@@ -6,12 +6,11 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.loop.open_loop import OPENED
-from frictionloop.loop.sweep import SweepInterrupted, sweep
+from frictionloop.loop.open_loop import OPEN_ERROR, OPENED
+from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
-
-NAME = "open_loop_rms_error"
+from frictionloop.quantities import FrictionloopError
 
 
 def with_open_loop(
@@ -19,16 +18,17 @@ def with_open_loop(
 ) -> xr.Dataset:
     """Return the result with the rms error of each run in open loop beside ``rms_error``.
 
-    As it was where that error is not asked for, where the system is in open loop already, and after Ctrl-C.
-    ``options`` are those of ``sweep``.
+    As it was where that error is not asked for, where the system is in open loop already, and where the open loop has
+    no number. ``options`` are those of ``sweep``.
     """
     if "rms_error" not in result or system.controller.kind == OPENED["controller.kind"]:
         return result
     try:
         opened = sweep(system.evolve(OPENED), people, duration_s, seeds, ["rms_error"], **options)
-    except SweepInterrupted:
+    except FrictionloopError:  # a run without a number, say
         return result
-    found = result.assign({NAME: opened["rms_error"].rename(NAME)})
-    names = [name for name in found.data_vars if name != NAME]
+    error = opened["rms_error"].rename(OPEN_ERROR).assign_attrs(long_name="rms error in open loop")
+    found = result.assign({OPEN_ERROR: error})
+    names = [name for name in found.data_vars if name != OPEN_ERROR]
     at = names.index("rms_error") + 1
-    return found[[*names[:at], NAME, *names[at:]]]
+    return found[[*names[:at], OPEN_ERROR, *names[at:]]]

@@ -31,7 +31,7 @@ def notes(system: System, duration_s: float) -> list[str]:
     told = (
         *said,
         of_finger(system),
-        recorded_jumps.said(system) or uncut(system),
+        recorded_jumps.said(system, duration_s) or uncut(system),
         beyond_range(system),
         on_top(system),
     )

@@ -102,7 +102,7 @@ def _by_band(run: xr.Dataset, mask: np.ndarray, system: System) -> str:
 def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
     """Return what is left below and above a frequency; empty where neither part is there."""
     below, above = disturbance_left_by_band(run, [0.0, split_hz, math.inf], mask).values
-    larger = "feedback makes a variation larger."
+    larger = "feedback gains nothing." if above < 1.0 else "feedback makes a variation larger."
     if math.isnan(below) and math.isnan(above):
         return ""
     if math.isnan(below):
@@ -114,7 +114,7 @@ def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
             return f"The recording ends at {ends_hz:.3g} Hz, half its rate; from {split_hz:.3g} Hz on {larger}"
         return f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
     said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), {own}"
-    return said + (f"from there on {larger}" if above >= 1.0 else "from there on feedback gains nothing.")
+    return f"{said}from there on {larger}"
 
 
 def ends_at_hz(system: System) -> float:

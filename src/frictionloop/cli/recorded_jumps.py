@@ -9,12 +9,12 @@ from frictionloop.parameters import Recording, System
 WITHIN_S = 0.025
 """The mean of so long before a moment and after it is compared; tremor and texture average out (chosen)."""
 MUCH = 12.0
-"""Times the median change from which on one is a jump: of sliding fingers 3 to 5 are largest, of landings 25 and more
-(`docs/measured-finger.md`), of noise about 7."""
+"""Times the median change from which on one is a jump (chosen): of sliding fingers 3 to 5 are largest, of landings 25
+and more (`docs/measured-finger.md`), of noise about 7."""
 APART = 8
 """Times that width by which two jumps are apart (chosen)."""
 MOST = 3
-"""Most jumps that are named."""
+"""Most jumps that are named (chosen)."""
 
 
 def jumps(force_n: np.ndarray, rate_hz: float) -> list[tuple[int, float]]:
@@ -24,8 +24,12 @@ def jumps(force_n: np.ndarray, rate_hz: float) -> list[tuple[int, float]]:
         return []
     sums = np.concatenate([[0.0], np.cumsum(force_n)])
     means = (sums[width:] - sums[:-width]) / width
-    change = np.abs(means[width:] - means[:-width])
-    over = change > MUCH * float(np.median(change))
+    change, steps = np.abs(means[width:] - means[:-width]), np.abs(np.diff(force_n))
+    if not steps.any():
+        return []
+    # Of a coarse converter most changes are 0, and one of a step or a few of it is no jump.
+    usual_n = max(float(np.median(change)), float(np.median(steps[steps > 0.0])))
+    over = change > MUCH * usual_n
     starts = np.flatnonzero(np.diff(np.concatenate([[False], over, [False]]).astype(np.int8)))
     peaks = [(a + int(np.argmax(change[a:b])), float(change[a:b].max())) for a, b in starts.reshape(-1, 2).tolist()]
     found: list[tuple[int, float]] = []
@@ -35,7 +39,7 @@ def jumps(force_n: np.ndarray, rate_hz: float) -> list[tuple[int, float]]:
     return found
 
 
-def said(system: System) -> str:
+def said(system: System, duration_s: float) -> str:
     """Return where the part of a recorded disturbance that runs jumps; empty where it does not, or that was asked."""
     signal = system.disturbance
     if not isinstance(signal, Recording):
@@ -47,7 +51,7 @@ def said(system: System) -> str:
     if told.on_plate_s is not None:
         return ""
     force, rate_hz, _, _ = scaled(signal, "N")
-    where = jumps(np.asarray(force, dtype=float), rate_hz)
+    where = jumps(np.asarray(force, dtype=float)[: round(duration_s * rate_hz)], rate_hz)
     if not where:
         return ""
     named = [f"{1e3 * size:.3g} mN at {told.from_s + at / rate_hz:.4g} s" for at, size in where[:MOST]]

@@ -7,6 +7,7 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from frictionloop.analysis.levels import RECORDED
+from frictionloop.cli.contact_turns import beside
 from frictionloop.cli.recorded import WIDTH
 from frictionloop.parameters import Skin, Strokes
 from frictionloop.physics.motion import scored_edge_m, stroke_plan
@@ -35,8 +36,9 @@ def lines(run: xr.Dataset, system: System, duration_s: float) -> list[str]:
         said += " What is left below and above a frequency has a straight line there."
     stroke_mm = without_turn_mm(system, duration_s)
     if stroke_mm is not None:
-        plate = f" --touch.load.length_mm {stroke_mm:g}" * (stroke_mm > system.touch.load.length_mm)
-        said += f" --motion.stroke_mm {stroke_mm:g}{plate} has no turn in this run: go by that."
+        flags = {"motion.stroke_mm": stroke_mm} | beside(stroke_mm, system)
+        listed = " ".join(f"--{path} {value:.6g}" for path, value in flags.items())
+        said += f" {listed} has no turn in this run: go by that."
     return textwrap.wrap(said, WIDTH)
 
 

@@ -34,6 +34,17 @@ def replaced_said(system: System, people: Fingers) -> str:
     return f"Each finger replaces {', '.join(told)}. Of its own are also {names}."
 
 
+def unlike(system: System, people: Fingers) -> str:
+    """Return that the system's finger is none like these, where a value that it is described by lies outside theirs."""
+    said = []
+    for path in (each for each in NUMBERED if each in people[0]):
+        values, own = [each[path] for each in people], _of(system, path)
+        if not min(values) <= own <= max(values):
+            unit = f" {unit_of(path)}" if unit_of(path) else ""
+            said.append(f"{path} = {own:.3g}{unit} is outside theirs, {min(values):.3g} to {max(values):.3g}")
+    return f"None of these fingers is like that of the file, which they replace: {'; '.join(said)}." if said else ""
+
+
 def _range(path: str, own: Any, values: Sequence[float]) -> str:
     unit = f" {unit_of(path)}" if unit_of(path) else ""
     return f"{path} {own:.3g}{unit} by its own ({min(values):.3g} to {max(values):.3g})"

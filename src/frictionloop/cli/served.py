@@ -46,7 +46,7 @@ def _count(who: np.ndarray) -> str:
 
 
 def as_json(reach: Reach | None) -> dict[str, Any]:
-    """Return who is able, and how many in the end, by name; None where it is not known."""
+    """Return for each finger whether it is able, by name; None where it is not known."""
     return {
         "asked_n": None if reach is None else [reach.low_n, reach.high_n],
         "capable": None if reach is None else reach.able,

@@ -142,6 +142,8 @@ def command(
         screen.show(screen.columns([("system", said)]), "", *points_said, *summary, *screen.saved(saved))
     if not found.complete:
         raise screen.interrupted(f"{found.done} of {found.total} runs done", out)
+    if not found.opened:
+        raise screen.interrupted("all runs done, but not those in open loop", out)
 
 
 def _swept(system: System, points: Any, duration_s: float, seeds: int, names: Any, **options: Any) -> Outcome:
@@ -157,20 +159,16 @@ def _swept(system: System, points: Any, duration_s: float, seeds: int, names: An
         result = sweep(system, points, duration_s, seeds, names, **options)
     except SweepInterrupted as stop:
         result, complete = stop.partial, False
-    elapsed_s = time.perf_counter() - start_s
     if not isinstance(points, Fingers):
-        return outcome.Outcome(result, elapsed_s, complete)
+        return outcome.Outcome(result, time.perf_counter() - start_s, complete)
+    opened, how = complete, {name: options[name] for name in ("score_from_s", "n_jobs")}
     if complete:
-        result = with_open_loop(
-            result,
-            system,
-            points,
-            duration_s,
-            seeds,
-            score_from_s=options["score_from_s"],
-            n_jobs=options["n_jobs"],
-        )
-    found = population.Population(result, elapsed_s, complete, system, points)
+        try:
+            result = with_open_loop(result, system, points, duration_s, seeds, **how)
+        except KeyboardInterrupt:  # what was swept is not lost for it
+            opened = False
+    found = population.Population(result, time.perf_counter() - start_s, complete, system, points)
+    found.opened = opened
     if options["path"] is not None:  # what each finger can be given beside its metrics
         save(found.result, options["path"])
     return found

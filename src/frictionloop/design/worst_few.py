@@ -12,8 +12,9 @@ from frictionloop.design.gain_search import Gains, best_gains
 from frictionloop.design.plants import Plants
 
 AT_ONCE = 4
-"""Plants beyond their limit that are looked at from then on, the worst first (chosen for speed; moves no result)."""
+"""Plants beyond their limit that are looked at from then on, the worst first (chosen for speed)."""
 ROUNDING = 1e-9
+"""Share by which a limit or a residual may be missed by rounding."""
 
 
 @dataclass

@@ -238,7 +238,7 @@ class Device(metaclass=Brief):
             Duration in s, rounded up to whole samples.
         path : path, optional
             File that keeps the run, also when it ends early; without it ``interrupted-run.h5`` keeps what ends early
-            (or ``-2``, ``-3``, ...).
+            (or ``-2``, ``-3``, ...), if a sample was recorded.
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int

@@ -38,7 +38,7 @@ KEPT_AS = "interrupted-run"
 
 
 class Interrupted(DeviceError):
-    """A run that ended early; `run` is what was recorded, `path` the file that keeps it, if there is anything."""
+    """A run that ended early; `run` is what was recorded, `path` its file; None without a path and a sample."""
 
     def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str] | None, samples: int) -> None:
         super().__init__(f"{why}; {recorded_in(samples, path)}")

@@ -18,6 +18,7 @@ MOST_TICKS = 32766
 COUNTS, ROOM = 2**15 - 1, 1.1
 """Largest reading of a converter, and what a stroke leaves of it free (chosen)."""
 SCALE = "board.position_m_per_count"
+"""Of the position sensor; negative where it counts the other way."""
 LEAST_LEFT = 0.9
 """Share of the plate's amplitude at the carrier below which it is told (chosen)."""
 
@@ -113,7 +114,8 @@ def _beyond_position(system: System) -> list[str]:
 def scale_for(stroke_mm: float, system: System) -> dict[str, float]:
     """Return the scale of a board's position with which all of a stroke is read, by its name; empty where it is."""
     half_m, m_per_count = 5e-4 * stroke_mm, system.board.position_m_per_count
-    return {SCALE: half_m / COUNTS * ROOM} if m_per_count and half_m >= COUNTS * abs(m_per_count) else {}
+    beyond = m_per_count and half_m >= COUNTS * abs(m_per_count)
+    return {SCALE: math.copysign(half_m / COUNTS * ROOM, m_per_count)} if beyond else {}
 
 
 def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:

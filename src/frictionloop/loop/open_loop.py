@@ -15,6 +15,8 @@ from frictionloop.parameters import Constant
 
 OPENED = {"controller.kind": "lookup", "controller.form": "float"}
 """What opens a loop: the lookup table alone turns the set-point into an amplitude (paper, Sec. 2.2)."""
+OPEN_ERROR = "open_loop_rms_error"
+"""Name of the rms error in open loop beside that of the loop."""
 LEAST_N = 1e-5
 """A variation (rms) below this is nothing to judge a loop by: a thousandth of that of a finger (assumed)."""
 

@@ -12,7 +12,7 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
-from frictionloop.report.changed_runs import GAINS, words
+from frictionloop.report.changed_runs import GAINS, SINES, words
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
 from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
@@ -86,9 +86,7 @@ def _amplitude(changes: Mapping[str, Any], base: System) -> list[str]:
     if "plate.q" not in changes or largest in changes:
         return []
     plate: Any = base.evolve({"plate.q": changes["plate.q"]}).plate
-    return [
-        f"{largest} stays {plate.max_amplitude_um:g}, as if the drive were another; the same drive gives it times Q"
-    ]
+    return [f"{largest} stays {plate.max_amplitude_um:g}, as of another drive; with the same drive it scales with Q"]
 
 
 def _sines(changes: Mapping[str, Any], before: Mapping[str, Any], sines: Sines) -> list[str]:
@@ -171,7 +169,7 @@ def _calmer(
 ) -> list[str]:
     """Return that later commands, by delay or period, calm a loop, where they do so by themselves."""
     was, lines = base.controller, []
-    if any(path.startswith(GAINS) for path in changes):  # those of one change alone are of other gains then
+    if any(path in (*GAINS, *SINES) for path in changes):  # the numbers compared are of other gains or forces then
         return []
     for path in (each for each in (DELAY, RATE) if each in changes):
         now = base.evolve({path: changes[path]}).controller

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionloop.loop.open_loop import OPEN_ERROR
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.style import BLUE, GREY, VERMILLION, new_figure, styled
 
@@ -19,8 +20,6 @@ LOWEST_R2 = -1.0
 """R2 below which fingers are counted and not drawn: all such are far off (chosen)."""
 SHOWN = {"N": (1e3, "mN"), "s": (1e3, "ms")}
 """How a metric's unit is drawn."""
-OPEN = "open_loop_rms_error"
-"""The error of the same runs in open loop, drawn beside that of the loop."""
 
 
 @styled
@@ -109,16 +108,16 @@ def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Fig
     able = result["served"].values if "served" in result.coords else None
 
     def drawn(panel: Axes, name: str, _: Any) -> None:
-        if name == "rms_error" and OPEN in names:  # as large as fingers differ: only ratios show both
+        if name == "rms_error" and OPEN_ERROR in names:  # as large as fingers differ: only ratios show both
             panel.set_yscale("log")
-            opened, _ = _scaled(result[OPEN].mean("seed"))
+            opened, _ = _scaled(result[OPEN_ERROR].mean("seed"))
             opened = np.sort(opened[~np.isnan(opened)])
             panel.plot(
                 np.arange(1, opened.size + 1), opened, color=GREY, label=f"open loop, median {np.median(opened):.3g}"
             )
         _sorted(panel, result[name], able)
 
-    figure = _panels([name for name in names if name != OPEN or "rms_error" not in names], [None], drawn)
+    figure = _panels([name for name in names if name != OPEN_ERROR or "rms_error" not in names], [None], drawn)
     said = "Each point is one finger, with its own friction, skin, load and tremor"
     said += "; the bar is its range over seeds." if result.sizes["seed"] > 1 else "."
     if able is not None:

@@ -302,3 +302,12 @@ def test_why_it_is_not_known_who_can_be_given_a_set_point_is_said(frictionloop, 
     assert "can be given the set-point is not known: sensor.range_n = 2.5 N" in " ".join(said.split())
     alone = " ".join(frictionloop("simulate", *flags).out.split())
     assert "The recorded setpoint reaches 3 N, and the sensor's range ends at sensor.range_n = 2.5 N." in alone
+
+
+def test_fingers_unlike_that_of_the_file_are_told_first(frictionloop):
+    """A friction that was set to that of a recorded finger is replaced by that of each finger."""
+    Path("light.toml").write_text('schema = 1\npreset = "bench"\n[friction]\nnominal_n = 0.1\n')
+    light = frictionloop("sweep", "light.toml", "--duration-s", "0.5", "--fingers", N).out
+    assert "None of these fingers is like that of the file" in " ".join(light.split())
+    assert light.index("None of these") < light.index("rms_error")
+    assert "None of these fingers" not in frictionloop(*POPULATION).out

@@ -38,6 +38,15 @@ def test_what_is_shorter_than_the_means_has_none():
     assert jumps(np.array([0.0, 1.0] * 20), RATE_HZ) == []
 
 
+@pytest.mark.parametrize("step_n", [0.0, 0.002, 0.01])
+def test_a_constant_and_what_a_coarse_converter_reads_have_none(step_n):
+    """Its median change is 0: of it every step would be a jump."""
+    force = np.full(20_000, 0.3) if step_n == 0.0 else np.round(slide(3, 20.0) / step_n) * step_n
+    assert jumps(force, RATE_HZ) == []
+    stairs = 0.3 + 0.01 * np.floor(np.arange(20_000) / RATE_HZ)
+    assert jumps(stairs, RATE_HZ) == []
+
+
 def test_a_run_names_the_moment_in_the_file_and_a_cut_without_it_says_nothing(frictionloop):
     force = slide(1)
     force[:1200] = 0.3 + 0.1 * force[:1200]  # at rest with a sensor's offset: not near 0, so nothing asks
@@ -46,5 +55,7 @@ def test_a_run_names_the_moment_in_the_file_and_a_cut_without_it_says_nothing(fr
     given += ("--disturbance.rate_hz", "1000", "--disturbance.column", "force", "--disturbance.remove_mean", "true")
     said = " ".join(frictionloop(*given, "--disturbance.start_s", "0.5", "--duration-s", "3").out.split())
     assert "The recorded disturbance jumps by 1" in said and "at 1.2 s of the file: where that is a finger" in said
+    early = frictionloop(*given, "--disturbance.start_s", "0.5", "--duration-s", "0.6").out
+    assert "jumps by" not in early  # the run ends before it
     after = frictionloop(*given, "--disturbance.start_s", "1.3", "--duration-s", "2").out
     assert "jumps by" not in after

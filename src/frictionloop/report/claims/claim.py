@@ -156,7 +156,7 @@ class Claim:
             **{name: dict(getattr(self, name)) for name in ("readings", "assumed", "compared")},
             "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
             "group": str(self.group),
-            "verdict": str(self.judged),
+            "verdict": self.judged,
             **{name: getattr(self, name) for name in more},
         }
 
