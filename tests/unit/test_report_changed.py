@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+import frictionloop as fl
+from frictionloop.cli.contact_turns import question
 from frictionloop.report import changed_told, protocol
 from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS
+from frictionloop.report.stability import asked_for
 
 ROWS = (OPEN, RETUNED_GAINS)
 MIDDLE = protocol.Sines(levels_n=(0.6,), amplitude_n=0.01)
@@ -27,16 +30,18 @@ def base():
 @pytest.mark.parametrize(("slope", "does"), [(-0.12, "falls"), (0.05, "rises")])
 def test_a_changed_speed_tells_how_friction_goes_with_speed(base, slope, does):
     sloped = base.evolve({"friction.speed_slope": slope})
-    (line,) = told({"motion.speed_mm_s": 40.0}, sloped, ROWS)
+    path, line, tremor = told({"motion.speed_mm_s": 40.0}, sloped, ROWS)
+    assert path == "strokes stay one long one at a time, on a path of 480 mm"
     assert line == (
         f"this finger's friction {does} with speed, friction.speed_slope = {slope}: the open loop changes with it"
     )
-    (line,) = told({"motion.speed_mm_s": 40.0}, sloped, ("printed gains",))
-    assert "open loop" not in line
+    assert tremor.endswith("shakes the force less, as a smaller share of a faster stroke")
+    line, tremor = told({"motion.speed_mm_s": 10.0}, sloped, ("printed gains",))
+    assert "open loop" not in line and tremor.endswith("more, as a larger share of a slower stroke")
 
 
 def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_nothing(base):
-    assert told({"motion.speed_mm_s": 40.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS) == []
+    assert told({"motion.speed_mm_s": 10.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS) == []
     assert told({"motion.speed_mm_s": base.motion.speed_mm_s}, base, ROWS) == []
     assert told({"sensor.q": 100.0}, base, ROWS) == []
     (line,) = told({"plate.q": 100.0}, base, ROWS)
@@ -125,3 +130,18 @@ def test_of_one_change_alone_nothing_is_said_of_gains_that_it_is_not_of(base):
         for given in (changes, changes | {"controller.kp": 0.0, "controller.ki": 12.0})
     ]
     assert falls == [True, False]
+
+
+@pytest.mark.parametrize("speed", [10.0, 20.0, 30.0, 80.0])
+def test_no_stroke_of_a_changed_speed_reaches_the_end_of_its_path(speed):
+    """A finger that turned round within a stroke would be scored on what follows the turn."""
+    changes = protocol.with_path({"motion.speed_mm_s": speed})
+    system = protocol.finger_system(protocol.population()[0]).evolve(changes)
+    run = fl.simulate(system, protocol.STROKE_S)
+    assert run.scored.values[run.time.values >= protocol.START_S].all()
+    if speed <= 20.0:
+        assert changes == {"motion.speed_mm_s": speed}
+
+
+def test_the_bench_of_a_changed_figure_is_run_without_a_question():
+    assert question(asked_for({"motion.speed_mm_s": 30.0})) == question(asked_for({})) == ""

@@ -53,7 +53,7 @@ def runs_of(
     controllers: Mapping[str, Mapping[str, Any]], changes: Mapping[str, Any]
 ) -> tuple[dict[str, xr.Dataset], Table]:
     """Return the strokes of some controllers, and their numbers."""
-    base, sines = protocol.finger_system(the_finger()).evolve(bench_of(changes)), sines_of(changes)
+    base, sines = protocol.finger_system(the_finger()).evolve(protocol.with_path(bench_of(changes))), sines_of(changes)
     runs = {each: tracking(base, overrides, sines) for each, overrides in controllers.items()}
     return runs, of_strokes(runs, controllers, base, sines)
 

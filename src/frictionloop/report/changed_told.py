@@ -15,7 +15,7 @@ from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.changed_runs import GAINS, SINES, words
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
-from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
+from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end, with_path
 
 NOISE = ("sensor.noise_density_n_rthz", "sensor.adc_bits", "sensor.range_n")
 MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
@@ -48,6 +48,7 @@ def told(
     """
     return [
         *_own(changes, base),
+        *_path(changes),
         *_speed(changes, base, rows),
         *_amplitude(changes, base),
         *_sines(changes, before, sines),
@@ -68,6 +69,12 @@ def _own(changes: Mapping[str, Any], base: System) -> list[str]:
     return [f"this finger's own, which the change replaces: {', '.join(said)}"] if said else []
 
 
+def _path(changes: Mapping[str, Any]) -> list[str]:
+    """Return on which path a faster finger makes its stroke."""
+    longer_mm = with_path(changes).get("motion.stroke_mm")
+    return [f"strokes stay one long one at a time, on a path of {longer_mm:g} mm"] if longer_mm else []
+
+
 def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
     """Return that the friction of the finger itself changes with the speed."""
     there = base.evolve(changes)
@@ -77,7 +84,13 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
         return []
     does = "rises" if slope > 0 else "falls"
     what = "the open loop" if OPEN in rows else "what the controllers work against"
-    return [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
+    lines = [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
+    faster = there.motion.speed_mm_s > base.motion.speed_mm_s  # type: ignore[union-attr]
+    share = "smaller share of a faster" if faster else "larger share of a slower"
+    return [
+        *lines,
+        f"through it the tremor along the stroke shakes the force {'less' if faster else 'more'}, as a {share} stroke",
+    ]
 
 
 def _amplitude(changes: Mapping[str, Any], base: System) -> list[str]:

@@ -12,6 +12,7 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.design.checking import check_controller
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, Sine, System, bench
+from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
 from frictionloop.report.people import the_finger
@@ -67,7 +68,15 @@ def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_S
         frequency_hz=sines.frequency_hz,
     )
     lifts = {"motion.contact_s": protocol.STROKE_S, "motion.lifted_s": protocol.EVERY_S - protocol.STROKE_S}
-    return protocol.finger_system(the_finger()).evolve({**lifts, **changed, "setpoint": asked})
+    there = protocol.finger_system(the_finger()).evolve({**lifts, **protocol.with_path(changed), "setpoint": asked})
+    if lifts.keys() & changed.keys():
+        return there
+    motion: Any = there.motion
+    # Each contact is one stroke, which turns in the air.
+    path_mm = motion.speed_mm_s * (motion.contact_s + TURN_SHARE * motion.lifted_s)
+    turns = {"motion.reversal_s": motion.lifted_s, "motion.start": 0.25 * motion.lifted_s / protocol.EVERY_S}
+    plate_mm = max(path_mm, there.touch.load.length_mm)
+    return there.evolve({"motion.stroke_mm": path_mm, "touch.load.length_mm": plate_mm, **turns})
 
 
 class Places(NamedTuple):
