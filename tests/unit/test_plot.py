@@ -53,7 +53,11 @@ def test_fingers_are_points_sorted_by_the_metric_and_open_where_they_cannot():
     np.testing.assert_allclose(filled.get_ydata(), np.sort(mean[able.values]))
     np.testing.assert_allclose(opened.get_ydata(), np.sort(mean[~able.values]))
     assert sorted([*filled.get_xdata(), *opened.get_xdata()]) == [1, 2, 3, 4, 5, 6, 7]
-    assert f"{7 - int(able.sum())} of 7 fingers, which cannot be given" in figure.get_supxlabel()
+    assert f"{7 - int(able.sum())} of 7 fingers, which cannot be given the set-point." in figure.get_supxlabel()
+    served = result.assign_coords(capable=able, served=("finger", np.arange(7) > 4))
+    assert "Hollow: 5 of 7 fingers, which cannot be given the set-point in ordinary use." in (
+        fl.plot(served).get_supxlabel()
+    )
 
 
 def test_listed_points_are_a_distribution():

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 MOST_PANELS = 24
 LOWEST_R2 = -1.0
 """R2 below which fingers are counted and not drawn: all such are far off (chosen)."""
+ABLE = {"served": " in ordinary use", "capable": ""}
+"""Coordinates that say which fingers are able, the first of them that is there, and what its caption adds."""
 SHOWN = {"N": (1e3, "mN"), "s": (1e3, "ms")}
 """How a metric's unit is drawn."""
 
@@ -105,7 +107,8 @@ def _distribution(panel: Axes, metric: xr.DataArray) -> None:
 
 def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Figure:
     """Return a panel per metric in which each finger is a point, sorted by the metric, and a caption."""
-    able = result["served"].values if "served" in result.coords else None
+    of = next((name for name in ABLE if name in result.coords), None)
+    able = None if of is None else result[of].values
 
     def drawn(panel: Axes, name: str, _: Any) -> None:
         if name == "rms_error" and OPEN_ERROR in names:  # as large as fingers differ: only ratios show both
@@ -120,9 +123,9 @@ def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Fig
     figure = _panels([name for name in names if name != OPEN_ERROR or "rms_error" not in names], [None], drawn)
     said = "Each point is one finger, with its own friction, skin, load and tremor"
     said += "; the bar is its range over seeds." if result.sizes["seed"] > 1 else "."
-    if able is not None:
+    if able is not None and of is not None:
         hollow = f"Hollow: {int(np.sum(~able))} of {able.size} fingers, which"
-        said = f"{said}\n{hollow} cannot be given the set-point in ordinary use."
+        said = f"{said}\n{hollow} cannot be given the set-point{ABLE[of]}."
     if without:
         said = f"{said}\nNo run has a value of {', '.join(without)}."
     figure.supxlabel(said, fontsize=8.0)

@@ -61,5 +61,5 @@ def test_what_is_not_there_is_said():
     everything = np.ones(calm.sizes["time"], bool)
     bands = by_band(calm, everything, edges_of("8", 5000.0))
     assert "nothing of a disturbance varies" in " ".join(notes(calm, everything, bands))
-    assert [row[1] for row in rows(bands)] == ["-", "-"]
+    assert [row[1] for row in rows(bands, np.ones(4, bool))] == ["-", "-"]
     assert by_band(calm, ~everything, edges_of("8", 5000.0)) == []
