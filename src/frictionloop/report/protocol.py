@@ -111,7 +111,7 @@ def with_path(changes: Mapping[str, Any]) -> dict[str, Any]:
     if times <= 1.0:
         return dict(changes)
     longer_mm = STROKE_MM * times
-    plate_mm = max(longer_mm, usual.touch.load.length_mm)
+    plate_mm = max(longer_mm, float(changes.get("touch.load.length_mm", usual.touch.load.length_mm)))
     return {**changes, "motion.stroke_mm": longer_mm, "touch.load.length_mm": plate_mm}
 
 
