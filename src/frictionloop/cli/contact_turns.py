@@ -5,7 +5,6 @@ from __future__ import annotations
 from frictionloop.cli import screen
 from frictionloop.firmware.board_fit import scale_for
 from frictionloop.parameters import Strokes, System
-from frictionloop.parameters.motion import TURN_SHARE
 
 IN_STEP = 1e-3
 """Share by which a stroke may last longer than a contact with the lift after it, and count as one with it."""
@@ -39,12 +38,8 @@ def question(system: System) -> str:
         return ""
     if motion.contact_s >= SEVERAL * half_s:
         return ""
-    stroke_mm = motion.speed_mm_s * (motion.contact_s + TURN_SHARE * motion.lifted_s)
-    changes = {
-        "motion.stroke_mm": stroke_mm,
-        "motion.reversal_s": motion.lifted_s,
-        "motion.start": 0.25 * motion.lifted_s / period_s,
-    }
+    changes = motion.in_contacts()
+    stroke_mm = changes["motion.stroke_mm"]
     changes |= beside(stroke_mm, system)
     flags = " ".join(f"--{path} {value:.6g}" for path, value in changes.items())
     long = f", on a plate of {stroke_mm:.3g} mm" if "touch.load.length_mm" in changes else ""

@@ -6,6 +6,7 @@ from typing import Any
 
 import xarray as xr
 
+from frictionloop.cli import screen
 from frictionloop.loop.open_loop import OPEN_ERROR, OPENED
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
@@ -25,7 +26,8 @@ def with_open_loop(
         return result
     try:
         opened = sweep(system.evolve(OPENED), people, duration_s, seeds, ["rms_error"], **options)
-    except FrictionloopError:  # a run without a number, say
+    except FrictionloopError as why:  # a run without a number, say
+        screen.say(f"the error in open loop is left out: {why}")
         return result
     error = opened["rms_error"].rename(OPEN_ERROR).assign_attrs(long_name="rms error in open loop")
     found = result.assign({OPEN_ERROR: error})

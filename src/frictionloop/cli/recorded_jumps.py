@@ -9,8 +9,8 @@ from frictionloop.parameters import Recording, System
 WITHIN_S = 0.025
 """The mean of so long before a moment and after it is compared; tremor and texture average out (chosen)."""
 MUCH = 12.0
-"""Times the median change from which on one is a jump (chosen): of sliding fingers 3 to 5 are largest, of landings 25
-and more (`docs/measured-finger.md`), of noise about 7."""
+"""Times the median change from which on one is a jump (chosen by hand, on one finger's recording: its slides have 3 to
+5 at most, its landing and its lift 26 and more)."""
 APART = 8
 """Times that width by which two jumps are apart (chosen)."""
 MOST = 3

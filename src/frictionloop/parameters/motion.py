@@ -79,6 +79,14 @@ class Strokes(Block):
             )
         return self
 
+    def in_contacts(self) -> dict[str, float]:
+        """Return overrides with which each contact is one stroke, which turns in the air."""
+        return {
+            "motion.stroke_mm": self.speed_mm_s * (self.contact_s + TURN_SHARE * self.lifted_s),
+            "motion.reversal_s": self.lifted_s,
+            "motion.start": 0.25 * self.lifted_s / (self.contact_s + self.lifted_s),
+        }
+
     @property
     def plateau_s(self) -> float:
         """Time at full speed in one stroke."""

@@ -74,7 +74,7 @@ def each_alone(name: str, changes: Mapping[str, Any], bar: Bar) -> Table:
     """Return the numbers of the first gains of a figure with one change at a time, by what it is.
 
     The error in open loop and that at each level are among them. Nothing of a single change. What is changed of the
-    set-point counts as one; a change that has a meaning beside another one alone is left out.
+    set-point counts as one; a change that has a meaning beside another one alone has no numbers.
     """
     groups: dict[str, dict[str, Any]] = {}
     for path, value in bench_of(changes).items():
@@ -88,6 +88,7 @@ def each_alone(name: str, changes: Mapping[str, Any], bar: Bar) -> Table:
         try:
             runs, rows = runs_of(controllers, group)
         except FrictionloopError:  # noise_rms_n without its kind of sensor, say
+            found[words(group)] = {}
             continue
         more: dict[str, float | None] = {
             f"error_at_{at:g}_n": error_n for at, error_n in errors_by_level(runs[pair]).items()

@@ -53,7 +53,8 @@ def told(
         *_amplitude(changes, base),
         *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),
-        *_delay(changes, base, rows, before, alone),
+        *_delay(changes, base, rows),
+        *_calmer(changes, base, rows, before, alone),
         *_noise(changes, base, sines),
         *_here(changes, rows, before),
         *_unreached(changes, base, rows),
@@ -147,14 +148,8 @@ def _band(system: System) -> tuple[float, float]:
     return reach_n(system, law_at(system, moist))[0], reach_n(system, law_at(system, 0.0))[1]
 
 
-def _delay(
-    changes: Mapping[str, Any],
-    base: System,
-    rows: Mapping[str, Any],
-    before: Mapping[str, Any],
-    alone: Mapping[str, Any],
-) -> list[str]:
-    """Return the delay with what hold and integral add to it, and why more of it may calm a loop."""
+def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
+    """Return the delay with what hold and integral add to it."""
     was, now = base.controller, base.evolve(changes).controller
     if (now.delay_s, now.rate_hz) == (was.delay_s, was.rate_hz):
         return []
@@ -170,7 +165,7 @@ def _delay(
             "at another control rate the same seeds give other strokes, as tremor, drift and roughness are drawn once "
             "a period: spread and error of all controllers change by a few mN by chance"
         )
-    return [*lines, *_calmer(changes, base, rows, before, alone)]
+    return lines
 
 
 def _calmer(

@@ -12,7 +12,6 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.design.checking import check_controller
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, Sine, System, bench
-from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
 from frictionloop.report.people import the_finger
@@ -72,11 +71,9 @@ def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_S
     if lifts.keys() & changed.keys():
         return there
     motion: Any = there.motion
-    # Each contact is one stroke, which turns in the air.
-    path_mm = motion.speed_mm_s * (motion.contact_s + TURN_SHARE * motion.lifted_s)
-    turns = {"motion.reversal_s": motion.lifted_s, "motion.start": 0.25 * motion.lifted_s / protocol.EVERY_S}
-    plate_mm = max(path_mm, there.touch.load.length_mm)
-    return there.evolve({"motion.stroke_mm": path_mm, "touch.load.length_mm": plate_mm, **turns})
+    strokes = motion.in_contacts()
+    plate_mm = max(strokes["motion.stroke_mm"], there.touch.load.length_mm)
+    return there.evolve({"touch.load.length_mm": plate_mm, **strokes})
 
 
 class Places(NamedTuple):
