@@ -102,13 +102,17 @@ def test_each_of_several_changes_is_told_alone(tmp_path):
     ((both,), (delay,)) = (
         alone.alone(tmp_path, ["fig-5a"], each).figures for each in (changes, {"controller.delay_s": 3e-4})
     )
-    assert delay.alone == {} and list(both.alone) == ["sensor.resonance_hz = 200", "controller.delay_s = 3×10⁻⁴"]
+    alone_ = ["sensor.resonance_hz = 200", "controller.delay_s = 3×10⁻⁴"]
+    assert delay.alone == {} and list(both.alone) == ["nothing changed", *alone_, "all together"]
     row = both.alone["controller.delay_s = 3×10⁻⁴"]
     assert {key: row[key] for key in delay.numbers[RETUNED_GAINS]} == delay.numbers[RETUNED_GAINS]
     assert row["open_error_n"] == delay.numbers[OPEN]["error_n"]
     levels = [row[f"error_at_{at:g}_n"] for at in (0.4, 0.6, 0.8)]
     assert np.sqrt(np.mean(np.square(levels))) == pytest.approx(row["error_n"], rel=1e-3)
-    assert both.numbers[RETUNED_GAINS]["error_n"] not in {row["error_n"] for row in both.alone.values()}
+    assert both.numbers[RETUNED_GAINS]["error_n"] not in {both.alone[each]["error_n"] for each in alone_}
+    for which, numbers in {"nothing changed": both.unchanged, "all together": both.numbers}.items():
+        same = numbers[RETUNED_GAINS]
+        assert {key: both.alone[which][key] for key in same} == same
     peak = delay.numbers[RETUNED_GAINS]["sensitivity_peak"]
     for each in (both, delay):
         (line,) = (line for line in each.told if line.startswith("Ms of the re-tuned gains falls with more delay"))

@@ -58,7 +58,7 @@ def figure_text(figure: Shown) -> list[Any]:
         name: {key: value for key, value in row.items() if key.startswith("error_at_") or key in ALONE}
         for name, row in figure.alone.items()
     }
-    said = f"with one change at a time, {gains}; open: error in open loop; then the error at each level:"
+    said = f"what each change does, {gains}; open: error in open loop; then the error at each level:"
     one = [*_indented(said), _table(alone)] if alone else []
     return [
         figure.name + (f", {other}: {words(figure.changed)}" if figure.changed else ""),

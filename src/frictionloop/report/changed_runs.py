@@ -24,6 +24,8 @@ SINES = ("setpoint.offset_n", "setpoint.amplitude_n", "setpoint.frequency_hz")
 """What may be changed of the set-point; a mean of one's own makes the three sines one."""
 GAINS = ("controller.kp", "controller.ki")
 """Gains of one's own, which get a panel of Fig. 5a."""
+UNCHANGED, TOGETHER = "nothing changed", "all together"
+"""What stands beside the changes alone."""
 
 
 def bench_of(changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -73,8 +75,9 @@ def sines_of(changes: Mapping[str, Any]) -> protocol.Sines:
 def each_alone(name: str, changes: Mapping[str, Any], bar: Bar) -> Table:
     """Return the numbers of the first gains of a figure with one change at a time, by what it is.
 
-    The error in open loop and that at each level are among them. Nothing of a single change. What is changed of the
-    set-point counts as one; a change that has a meaning beside another one alone has no numbers.
+    The error in open loop and that at each level are among them, and the bench unchanged and with all changes stand
+    beside. Nothing of a single change. What is changed of the set-point counts as one; a change that has a meaning
+    beside another one alone has no numbers.
     """
     groups: dict[str, dict[str, Any]] = {}
     for path, value in bench_of(changes).items():
@@ -83,17 +86,20 @@ def each_alone(name: str, changes: Mapping[str, Any], bar: Bar) -> Table:
     pair = GIVEN if gains else next(each for each in SHOWN[name] if each != OPEN)
     controllers = {OPEN: CONTROLLERS[OPEN], pair: gains or CONTROLLERS[pair]}
     found = Table()
-    for group in groups.values() if len(groups) > 1 else ():
-        bar.doing(f"Fig. 5a, {words(group)} alone")
+    if len(groups) < 2:
+        return found
+    of_each = {words(group): group for group in groups.values()}
+    for which, group in {UNCHANGED: dict[str, Any](), **of_each, TOGETHER: bench_of(changes)}.items():
+        bar.doing(f"Fig. 5a, {which}{' alone' * (which in of_each)}")
         try:
             runs, rows = runs_of(controllers, group)
         except FrictionloopError:  # noise_rms_n without its kind of sensor, say
-            found[words(group)] = {}
+            found[which] = {}
             continue
         more: dict[str, float | None] = {
             f"error_at_{at:g}_n": error_n for at, error_n in errors_by_level(runs[pair]).items()
         }
-        found[words(group)] = rows[pair] | {"open_error_n": rows[OPEN]["error_n"]} | more
+        found[which] = rows[pair] | {"open_error_n": rows[OPEN]["error_n"]} | more
     return found
 
 
