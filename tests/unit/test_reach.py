@@ -75,6 +75,19 @@ def test_a_verdict_names_the_fingers_a_force_is_out_of_reach_of_and_what_to_chan
     assert "Ask for less" in too_much[0][1] and "max_amplitude_um" not in too_much[0][1]
 
 
+def test_over_speeds_the_least_force_is_that_of_the_speed_with_most_friction():
+    tilt = {"friction.speed_slope": -0.15}
+    slow, fast = (bench(0.2).evolve(tilt | {"motion.speed_mm_s": speed}) for speed in (10.0, 60.0))
+    state = occlusions(slow)[-1]
+    least_n = {each.motion.speed_mm_s: missed(each, [state])[0].instead_n for each in (slow, fast)}
+    worst = max(least_n, key=least_n.__getitem__)
+    assert min(least_n.values()) < max(least_n.values())
+    said = f"0.3 N of a moist finger (occluded 39%): {least_n[worst]:.3g} N at {worst:g} mm/s is looked at"
+    assert beyond_reach([slow, fast], [state])[0][1].startswith(said)
+    same = [each.evolve({"friction.speed_slope": 0.0}) for each in (slow, fast)]
+    assert "mm/s" not in beyond_reach(same, [state])[0][1]
+
+
 def test_a_force_and_the_nearest_have_digits_that_tell_them_apart():
     assert Missed(0.6, 0.5996, 0.0).in_words == ("0.6", "0.5996")
     assert Missed(0.3, 0.401234, 0.0).in_words == ("0.3", "0.401")

@@ -21,6 +21,11 @@ class Missed(NamedTuple):
     """State of the finger, 0 (just landed) to 1 (after long contact)."""
 
     @property
+    def short_n(self) -> float:
+        """How far the nearest is from what is asked for, N."""
+        return abs(self.force_n - self.instead_n)
+
+    @property
     def in_words(self) -> tuple[str, str]:
         """Both forces without unit, with as many digits as tell them apart, three at least."""
         pairs = [(f"{self.force_n:.{digits}g}", f"{self.instead_n:.{digits}g}") for digits in range(3, 12)]

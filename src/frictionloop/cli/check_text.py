@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.stability import ringing_hz
 from frictionloop.cli.comparison_text import number
-from frictionloop.cli.controller_holds import beyond_reach, finger, fingers_proposed, loads_of, other_people
+from frictionloop.cli.controller_holds import beyond_reach, finger, fingers_proposed, other_people, places_of
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
 from frictionloop.cli.controller_verdict import HEAVIER, LIGHTER, NOT_HELD, but
 from frictionloop.cli.scores import between
@@ -60,7 +60,7 @@ def verdict(
     ]
     corners = [corner for place in found.places for corner in place.corners]
     states = sorted({each.loop.elements.occluded for each in corners})
-    beyond = beyond_reach(loads_of(corners), states)
+    beyond = beyond_reach(places_of(corners), states)
     if found.holds:
         rows = [("HOLDS", but([*beyond, *fingers], moist) + rows[0][1])]
     elif wanted.speeds_mm_s and found.holds_as_asked:

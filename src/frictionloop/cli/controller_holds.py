@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from frictionloop.analysis.reach import missed
+from frictionloop.analysis.reach import Missed, missed
 from frictionloop.design.corners import load_of
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import FingerFriction, Skin, Strokes
@@ -58,27 +58,48 @@ def ends_said(wanted: Wanted) -> list[str]:
     return [*lines, *([f"One value at a time at an end of its interval: {', '.join(listed)}."] if listed else [])]
 
 
-def loads_of(found: Sequence[Corner]) -> list[System]:
-    """Return a system for each mean load of the corners, lightest first."""
-    by_load = {load_of(each.loop.system): each.loop.system for each in reversed(found)}
-    return [by_load[load] for load in sorted(by_load, key=lambda load: load or 0.0)]
+def places_of(found: Sequence[Corner]) -> list[System]:
+    """Return a system for each mean load and speed of the corners, lightest and slowest first."""
+    by_place = {_place(each.loop.system): each.loop.system for each in reversed(found)}
+    return [by_place[place] for place in sorted(by_place)]
+
+
+def _place(system: System) -> tuple[float, float]:
+    """Return mean load and speed of a finger that strokes; 0 of any other."""
+    return load_of(system) or 0.0, system.motion.speed_mm_s if isinstance(system.motion, Strokes) else 0.0
+
+
+def out_of_reach(systems: Sequence[System], state: float) -> list[tuple[System, Missed]]:
+    """Return the forces that no amplitude gives to a finger: at each load those of the speed where most is missing."""
+    worst: dict[tuple[float, bool], tuple[System, Missed]] = {}
+    for there in systems:
+        for each in missed(there, [state]):
+            at = (_place(there)[0], each.force_n < each.instead_n)
+            if at not in worst or each.short_n > worst[at][1].short_n:
+                worst[at] = (there, each)
+    return [
+        (there, each)
+        for (load_n, low), (there, _) in worst.items()
+        for each in missed(there, [state])
+        if (_place(there)[0], each.force_n < each.instead_n) == (load_n, low)
+    ]
 
 
 def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tuple[str, str]]:
     """Return rows of a verdict: which forces no amplitude gives to which finger, and what to change; none if all do.
 
-    The systems are one at several loads.
+    The systems are one at several loads and speeds.
     """
     rows = []
     larger = LARGER + (DRIER if all(map(has_people, systems)) else ".")
     for state in states:
-        beyond = [(there, each) for there in systems for each in missed(there, [state])]
+        beyond = out_of_reach(systems, state)
         for low, end, other in ((True, "least", "more"), (False, "most", "less")):
             here = [(there, each) for there, each in beyond if (each.force_n < each.instead_n) == low]
             if here:
                 forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for _, each in here))
                 instead = list(
-                    dict.fromkeys(each.in_words[1] + f" N{pressed_said(systems, [there])}" for there, each in here)
+                    dict.fromkeys(each.in_words[1] + f" N{place_said(systems, there)}" for there, each in here)
                 )
                 rows.append(f"{forces} of {finger(state)}: {', '.join(instead)} {'are' if len(instead) > 1 else 'is'} "
                             f"looked at, near the {end} it can be given; a run does not follow there. Ask for {other} "
@@ -98,10 +119,13 @@ def many_said(systems: Sequence[System]) -> str:
     return MANY.format(f" --loads {loads[0]},{loads[-1]}" if len(loads) > 1 else "")
 
 
-def pressed_said(systems: Sequence[System], some: Sequence[System]) -> str:
-    """Return at which of several loads, in words; nothing of one."""
-    loads = dict.fromkeys("" if (load_n := load_of(each)) is None else f"{load_n:.3g}" for each in some)
-    return f" pressed with {', '.join(loads)} N" if len(systems) > 1 else ""
+def place_said(systems: Sequence[System], there: System) -> str:
+    """Return at which of several loads, and of several speeds where friction goes with them, in words."""
+    loads, speeds = (set(each) for each in zip(*map(_place, systems), strict=True))
+    load_n, speed_mm_s = _place(there)
+    pressed = f" pressed with {load_n:.3g} N" if len(loads) > 1 else ""
+    slope = getattr(there.friction, "speed_slope", 0.0)
+    return pressed + (f" at {speed_mm_s:.3g} mm/s" if len(speeds) > 1 and slope else "")
 
 
 def has_people(system: System) -> bool:

@@ -14,8 +14,8 @@ from frictionloop.cli.controller_holds import (
     finger,
     fingers_proposed,
     has_people,
-    loads_of,
     other_people,
+    places_of,
     strokes_said,
     wanted_flags,
 )
@@ -70,7 +70,7 @@ def verdict(
     ]
     farthest = max(abs(each.off) for each in found)
     where += [f"sensor's resonance up to {100 * farthest:.3g} % off"] if farthest else []
-    worse: list[Row] = [*beyond_reach(loads_of(found), states)]
+    worse: list[Row] = [*beyond_reach(places_of(found), states)]
     for name, how in NOT_HELD:
         worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
     if not_held := [each for each in elsewhere.places if each.how != "within"]:

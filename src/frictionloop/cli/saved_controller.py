@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.analysis.reach import missed
 from frictionloop.cli.controller_also import range_said
 from frictionloop.cli.controller_holds import (
     also_said,
@@ -15,9 +14,10 @@ from frictionloop.cli.controller_holds import (
     finger,
     fingers_proposed,
     has_people,
-    loads_of,
     many_said,
-    pressed_said,
+    out_of_reach,
+    place_said,
+    places_of,
     strokes_said,
     wanted_flags,
 )
@@ -58,7 +58,7 @@ def holds(law: str, designed: Designed, after: System, wanted: Wanted, moist: st
         f"Strokes: {strokes_said(found, wanted) or 'none'}.",
         f"Forces: {between(min(forces), max(forces))}, {fingers}.",
         *([CONTACT_SAID] if max(states) > 0 else []),
-        *instead_of(loads_of(found), states),
+        *instead_of(places_of(found), states),
         f"Resonance of the sensor: Ms up to {', '.join(limits)}.",
         *ends_said(wanted),
         *also_said(designed),
@@ -102,9 +102,9 @@ def beyond_said(designed: Designed) -> list[str]:
 def instead_of(systems: Sequence[System], states: Sequence[float]) -> list[str]:
     """Return a line for each force asked for that is out of reach: which was evaluated in its place."""
     said = [
-        f"{each.in_words[0]} N is out of reach of {finger(each.occluded)}{pressed_said(systems, [there])}: "
+        f"{each.in_words[0]} N is out of reach of {finger(each.occluded)}{place_said(systems, there)}: "
         f"{each.in_words[1]} N is evaluated in its place."
-        for there in systems
-        for each in missed(there, states)
+        for state in states
+        for there, each in out_of_reach(systems, state)
     ]
     return [*said, *filter(None, [many_said(systems)])] if said else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, get_args
@@ -125,7 +126,10 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
     limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
     peak = f"{worst.sensitivity_peak:.3g}"
     peak = f"{worst.sensitivity_peak:.5g}" if peak == f"{worst.limit:.3g}" else peak
-    other = "" if law == "pi" else "; `--law pi`, which is slower, may hold"
+    other = "" if law == "pi" else "; `--law pi`, which leaves more of a disturbance, may hold"
+    room = (worst.sensitivity_peak - 1.0) / (worst.limit - 1.0) * (wanted.sensitivity_peak - 1.0)
+    if room <= 2.0 * (wanted.sensitivity_peak - 1.0):  # nearer than another law
+        other = f"; `--sensitivity-peak {math.ceil(100 * (1.0 + room)) / 100:g}` is the nearest that may hold{other}"
     return (
         f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
         f"{peak} at {worst.where}; {limit}{other}{on_one(wanted)}"
