@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.margins import Margins
-from frictionloop.design.gain_search import best_gains
 from frictionloop.design.plants import Plants
+from frictionloop.design.worst_few import WorstFew
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
@@ -27,8 +28,11 @@ class Retuned:
     """Integral gain, 1/s."""
     loops: tuple[LinearLoop, ...] = field(repr=False)
     """One per operating point."""
-    margins: tuple[Margins, ...]
-    """Their margins, in the same order."""
+
+    @cached_property
+    def margins(self) -> tuple[Margins, ...]:
+        """Their margins, in the same order; found when asked for."""
+        return tuple(loop.margins() for loop in self.loops)
 
     @property
     def overrides(self) -> dict[str, float]:
@@ -70,9 +74,8 @@ def retune(
     if not points:
         raise FrictionloopError("system = []: must be a System or at least one LinearLoop")
     peaks = _peaks(sensitivity_peak, len(points))
-    _, kp, ki = best_gains(Plants.of(points), peaks, refine=True)
-    loops = tuple(loop.with_gains(kp, ki) for loop in points)
-    found = Retuned(kp, ki, loops, tuple(loop.margins() for loop in loops))
+    _, kp, ki = WorstFew().gains(Plants.of(points), peaks, None, refine=True)
+    found = Retuned(kp, ki, tuple(loop.with_gains(kp, ki) for loop in points))
     if ki <= max(least_ki, 0.0):
         raise FrictionloopError(_too_little(found, min(peaks), least_ki))
     return found
