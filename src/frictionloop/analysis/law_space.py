@@ -109,6 +109,8 @@ FINEST, COARSEST, SHARES = 1e-8, 1e-3, 11
 """Steps of the differences over the size of what is varied: rounding limits small ones, curvature large ones."""
 ALIKE, KINK = 1e-5, 1e-3
 """How far two neighbouring steps may differ, and the slopes on both sides, relative to the largest slope."""
+STRAIGHT = 1e-11
+"""How far slopes over the two coarsest steps, and to both sides, may differ of a law that is a straight line there."""
 NOTHING = 1e-11
 """A slope below this, in sizes over sizes, is rounding."""
 
@@ -118,7 +120,8 @@ def jacobian(step: LawStep, point: Array, what: str) -> Array:
 
     Per column the step is the one whose result differs least from that of the next finer one. A law is smooth where
     such a step is found and the slopes to both sides agree: sign(s) and sqrt|s| of a sliding mode grow without
-    bound as the step shrinks, |s| has two slopes.
+    bound as the step shrinks, |s| has two slopes. A straight line has the same slope over the coarsest steps, and
+    finer ones are not looked at.
 
     Raises
     ------
@@ -136,6 +139,7 @@ def jacobian(step: LawStep, point: Array, what: str) -> Array:
 def _column(step: LawStep, point: Array, centre: Array, j: int, size: float, out: Array) -> Array | None:
     shares = np.geomspace(COARSEST, FINEST, SHARES)
     slopes, kinks = np.empty((2, SHARES, centre.size))
+    scaled = size / out
     for k, share in enumerate(shares):
         ahead, behind = point.copy(), point.copy()
         ahead[j] += share * size
@@ -143,7 +147,8 @@ def _column(step: LawStep, point: Array, centre: Array, j: int, size: float, out
         forward, backward = step(ahead), step(behind)
         slopes[k] = (forward - backward) / (ahead[j] - behind[j])
         kinks[k] = (forward - 2.0 * centre + backward) / (share * size)
-    scaled = size / out
+        if k == 1 and max(np.max(np.abs(each) * scaled) for each in (slopes[1] - slopes[0], *kinks[:2])) <= STRAIGHT:
+            return np.where(np.abs(slopes[0]) * scaled < NOTHING, 0.0, slopes[0])
     apart = np.max(np.abs(np.diff(slopes, axis=0)) * scaled, axis=1)
     bends = np.max(np.abs(kinks) * scaled, axis=1)[:-1]
     largest = max(1.0, float(np.max(np.abs(slopes[SHARES // 2]) * scaled)))

@@ -142,14 +142,19 @@ def _settled(step: LawStep, begin: Array, wanted: float) -> Array | None:
     def left(unknown: Array) -> Array:
         return (step(np.append(unknown, begin[-1])) - np.append(unknown[:-1], wanted)) / rows
 
-    if not np.all(np.isfinite(left(begin[:-1]))):
+    def rests(unknown: Array, residual: Array) -> bool:
+        return bool(np.all(np.abs(residual * rows) <= RESTS * (1.0 + np.abs(np.append(unknown[:-1], wanted)))))
+
+    at_first = left(begin[:-1])
+    if not np.all(np.isfinite(at_first)):
         return None
+    if rests(begin[:-1], at_first):  # as where a search without a clamp ended inside it
+        return begin
     with np.errstate(over="ignore", invalid="ignore"):  # a trial that overflows is no nearer
         found = least_squares(
             left, begin[:-1], "2-point", method="lm", x_scale=sizes(begin[:-1]), max_nfev=ROUNDS * begin.size, **FINEST
         )
-    rests = np.abs(found.fun * rows) <= RESTS * (1.0 + np.abs(np.append(found.x[:-1], wanted)))
-    return np.append(found.x, begin[-1]) if np.all(rests) else None
+    return np.append(found.x, begin[-1]) if rests(found.x, found.fun) else None
 
 
 def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant, gain: float) -> Array:

@@ -18,6 +18,7 @@ from frictionloop.parameters import PiController
 from frictionloop.parameters.filtered import FeedForward
 
 if TYPE_CHECKING:
+    from frictionloop.design.for_fingers import ForFingers
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
@@ -46,10 +47,47 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     told: list[Row] = [(name, said)]
     if beyond:
         told += [("", _worst(seen)), *_less(seen, system, again)]
-    if missed := int((~seen["in_reach"]).sum()):
-        said = f"{missed} cannot be given every force asked for at every load looked at, dry and moist; they were "
-        told.append(("", said + f"looked at where they can. {SERVED}"))
-    return told
+    return [*told, *_missed(seen)]
+
+
+def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, where: str) -> list[Row]:
+    """Return rows of a design whose gains were lowered until the limits hold on all fingers that can be looked at.
+
+    ``system`` has the gains before, of which ``found`` is.
+    """
+    seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
+    count, held, rings = seen.sizes["finger"], int(seen["holds"].sum()), int((~seen["stable"]).sum())
+    unseen = found.sizes["finger"] - count
+    of = f"all {count}" if not unseen else f"all {count} of {count + unseen} that can be looked at, of the"
+    controller: Any = system.controller
+    said = f"the limits hold on {of} fingers of {drawn}; {where}. For that the gains are {number(factor)} times those "
+    said += f"for the finger of the file alone, kp {controller.kp:.4g} and ki {controller.ki:.4g} 1/s: they hold on "
+    said += f"{held} of these fingers, and are unstable on {rings}"
+    told: list[Row] = [("on fingers", said)]
+    most = _most(seen)
+    if most < 1.0:
+        told.append(("", _gains(f"on nine in ten of {count}", most, system, "those")))
+    told.append(("", f"with the gains for the finger of the file {_worst(seen)}"))
+    if unseen:
+        told.append(("", f"{unseen} cannot be looked at: {_reasons(found)}"))
+    return [*told, *_missed(seen)]
+
+
+def not_lowered(lowered: ForFingers | None) -> list[Row]:
+    """Return a row of a design that did not lower its gains, as little would be left; none of any other."""
+    if lowered is None or lowered.least_ki is None:
+        return []
+    said = f"the gains were not lowered for all: a ki of {lowered.least_ki:.3g} 1/s lowers nothing that is felt"
+    return [("", said)]
+
+
+def _missed(seen: xr.Dataset) -> list[Row]:
+    """Return a row on the fingers that cannot be given every force; none where all can."""
+    missed = int((~seen["in_reach"]).sum())
+    if not missed:
+        return []
+    said = f"{missed} cannot be given every force asked for at every load looked at, dry and moist; they were "
+    return [("", said + f"looked at where they can. {SERVED}")]
 
 
 def _reasons(found: xr.Dataset) -> str:
@@ -79,14 +117,19 @@ def _worst_of(seen: xr.Dataset) -> int:
 
 def _less(seen: xr.Dataset, system: System, again: str) -> list[Row]:
     """Return rows on which gains hold on nine fingers in ten, and on all, of those that can be looked at."""
-    factors = np.sort(seen["gain_factor"].values)[::-1]
-    most = float(factors[math.ceil(MOST * factors.size) - 1])
-    wanted = [(f"on nine in ten of {factors.size} fingers", most), (f"on all {factors.size}", float(factors[-1]))]
+    count, least = seen.sizes["finger"], float(seen["gain_factor"].min())
+    wanted = [(f"on nine in ten of {count} fingers", _most(seen)), (f"on all {count}", least)]
     rows: list[Row] = [("", _gains(who, factor, system)) for who, factor in wanted]
     return [*rows, ("", SAVED.format(again))] if isinstance(system.controller, PiController | FeedForward) else rows
 
 
-def _gains(who: str, factor: float, system: System) -> str:
+def _most(seen: xr.Dataset) -> float:
+    """Return the factor on the gain with which the limits hold on `MOST` of the fingers."""
+    factors = np.sort(seen["gain_factor"].values)[::-1]
+    return float(factors[math.ceil(MOST * factors.size) - 1])
+
+
+def _gains(who: str, factor: float, system: System, what: str = "the gain") -> str:
     controller: Any = system.controller
     if factor >= 1.0:
         return f"{who} the limits hold with these gains"
@@ -94,7 +137,7 @@ def _gains(who: str, factor: float, system: System) -> str:
         return f"{who} the limits hold with {number(factor)} times the gain of the loop"
     less = {name: f"{(1.0 - ROUNDING) * factor * getattr(controller, name):.4g}" for name in ("kp", "ki")}
     flags = " ".join(f"--controller.{name} {value}" for name, value in less.items() if float(value))
-    return f"{who} the limits hold with `{flags}`, {number(factor)} times the gain"
+    return f"{who} the limits hold with `{flags}`, {number(factor)} times {what}"
 
 
 def as_json(found: xr.Dataset, seed: int) -> dict[str, Any]:

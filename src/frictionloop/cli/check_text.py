@@ -80,7 +80,8 @@ def verdict(
         ("looked at", f"{between(min(forces), max(forces))}; {' and '.join(map(finger, states))}"),
     ]
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
-    rows += [] if fingers else other_people(system, f"`--fingers {fingers_proposed(wanted)}`")
+    does = "counts the fingers on which the limits hold, and names gains for more of them"
+    rows += [] if fingers else other_people(system, f"`--fingers {fingers_proposed(wanted)}` {does}")
     if designed:
         return [*rows, ("by the file", f"`{designed}` looks at what it was designed or checked for")]
     return [*rows, *_other_loads(system, wanted)]

@@ -6,12 +6,11 @@ import math
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.analysis import command_noise_rms_n, linearise, operating_band, output_noise_rms_n
+from frictionloop.analysis import command_noise_rms_n, linearise, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.analysis.reach import missed
-from frictionloop.design.corners import moistest
+from frictionloop.design.corners import corners, moistest
 from frictionloop.design.elsewhere import NEAR
-from frictionloop.design.plants import shifted
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor
 from frictionloop.quantities import FrictionloopError
 
@@ -43,7 +42,7 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
     there = wanted.over(3, 3).systems(system)
     try:
-        found = _peaks(there, wanted, 1.0)
+        found = corners(system, wanted.limits, wanted.over(3, 3), states=(1.0,))
     except FrictionloopError as error:
         beyond = [each for place in there for each in missed(place, [1.0])]
         if not beyond:
@@ -55,16 +54,24 @@ def fully_moist(system: System, wanted: Wanted) -> str:
             f"{said}{forces} are out of reach, {nearest} N is the nearest: the command stays at its limit, and no "
             f"loop is closed; ask for another force{lift}"
         )
-    unstable = [off for peak, off, _ in found if math.isinf(peak)]
+    unstable = [each.off for each in found if math.isinf(each.sensitivity_peak)]
     if unstable:
         how = f"{said}UNSTABLE{off_said(min(unstable, key=abs))}"
-        dry = [each for each in there if any(math.isinf(peak) for peak, _, _ in _peaks([each], wanted, 0.0))]
+        dry = [each for each in there if _rings(each, wanted)]
         if dry:
             return f"{how}, as on a finger just landed{_contact(dry, there)}"
         return f"{how}: lift the finger before, or give `motion.contact_s`"
-    peak, off, limit = max(found, key=lambda each: each[0] / each[2])
-    how = "CLOSE TO UNSTABLE" if peak > NEAR else "stable"
-    return f"{said}{how}: Ms is {peak:.3g}{off_said(off)}; {limit:.3g} is the limit of a finger that lifts in time"
+    worst = max(found, key=lambda each: each.excess)
+    how = "CLOSE TO UNSTABLE" if worst.sensitivity_peak > NEAR else "stable"
+    return (
+        f"{said}{how}: Ms is {worst.sensitivity_peak:.3g}{off_said(worst.off)}; {worst.limit:.3g} is the limit of a "
+        "finger that lifts in time"
+    )
+
+
+def _rings(system: System, wanted: Wanted) -> bool:
+    """Tell whether a loop is unstable on a finger just landed, at the place of the system."""
+    return any(math.isinf(each.sensitivity_peak) for each in corners(system, wanted.limits, states=(0.0,)))
 
 
 def moist_row(system: System, wanted: Wanted, said: str) -> list[Row]:
@@ -100,12 +107,6 @@ def _contact(some: Sequence[System], there: Sequence[System]) -> str:
     """Return the contact that some systems have; nothing where they have all that are looked at."""
     found, every = ({getattr(each.finger, "contact", "") for each in group} for group in (some, there))
     return f", contact {' and '.join(sorted(found))}" if found != every else ""
-
-
-def _peaks(there: Sequence[System], wanted: Wanted, occluded: float) -> list[tuple[float, float, float]]:
-    """Return Ms, how far the resonance is off and the limit of Ms, of each loop of a finger so moist."""
-    points = [loop for each in there for loop in operating_band(each, occluded=(occluded,))]
-    return [(loop.sensitivity_peak(), off, limit) for loop, off, limit in shifted(points, wanted.limits)]
 
 
 def off_said(share: float) -> str:

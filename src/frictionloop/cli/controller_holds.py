@@ -134,12 +134,9 @@ def has_people(system: System) -> bool:
     return has and isinstance(system.motion, Strokes)
 
 
-def other_people(system: System, command: str) -> list[tuple[str, str]]:
-    """Return the row with the command that looks at other people's fingers; none of a system without a finger."""
-    if not has_people(system):
-        return []
-    return [("other people", f"not looked at: {command} counts the fingers on which the limits hold, and names gains "
-                             "for more of them")]  # fmt: skip
+def other_people(system: System, does: str) -> list[tuple[str, str]]:
+    """Return the row with what looks at other people's fingers; none of a system without a finger."""
+    return [("other people", f"not looked at: {does}")] if has_people(system) else []
 
 
 def fingers_proposed(wanted: Wanted) -> int:

@@ -11,9 +11,11 @@ from frictionloop.cli import screen
 from frictionloop.cli.comparison_text import number
 from frictionloop.cli.controller_also import noise
 from frictionloop.cli.controller_holds import ends_said
+from frictionloop.design.worst_margins import Group, worst_margins
 
 if TYPE_CHECKING:
     from frictionloop.analysis.headroom import Headroom
+    from frictionloop.analysis.margins import Margins
     from frictionloop.design.corners import Corner
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
@@ -55,7 +57,8 @@ def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     moist = max(each.loop.elements.occluded for each in found)
     said = "margins, the worst of all that" + (f", finger just landed/moist (occluded {moist:.0%})" if moist else "")
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, ms", "")
-    rows = [head, *(_margin_row(found, off, wanted) for off in sorted({each.off for each in found}))]
+    worst = worst_margins(found)
+    rows = [head, *(_margin_row(worst, off, wanted) for off in sorted({each.off for each in found}))]
     return [screen.wrapped(said), screen.table(rows), *map(screen.wrapped, [LEGEND, *ends_said(wanted)])]
 
 
@@ -66,10 +69,8 @@ def turn(phase_margin_deg: float, unit: str = "") -> str:
     return f"{abs(phase_margin_deg):.0f}{unit} {'lag' if phase_margin_deg >= 0 else 'lead'}"
 
 
-def _margin_row(found: Sequence[Corner], off: float, wanted: Wanted) -> Row:
-    here = [each for each in found if each.off == off]
-    states = sorted({each.loop.elements.occluded for each in here})
-    groups = [[each.margins for each in here if each.loop.elements.occluded == state] for state in states]
+def _margin_row(worst: Mapping[Group, Sequence[Margins]], off: float, wanted: Wanted) -> Row:
+    groups = [worst[at] for at in sorted(worst) if at[0] == off]
     asked = {round(error, 9): peak for error, peak in wanted.limits.items()}[round(abs(off), 9)]
 
     def both(values: Sequence[float]) -> str:

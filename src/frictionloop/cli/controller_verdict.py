@@ -17,11 +17,11 @@ from frictionloop.cli.controller_holds import (
     other_people,
     places_of,
     strokes_said,
-    wanted_flags,
 )
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
 from frictionloop.design.limit_linear import TOLD
+from frictionloop.firmware.board_fit import misfits_of_gains
 from frictionloop.parameters import Skin, Strokes
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ BOTH = " `--contacts {}` designs for both contacts."
 ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " If fingers stroke so, `--speeds {:g},{:g}` designs for it; slower and faster ones are looked at too."
+MORE = "`--fingers {}` with this command lowers PI gains until the limits hold on so many random fingers too"
 LESS = " `frictionloop design check` says how much less gain would hold there."
 NOT_HELD: tuple[tuple[str, How], ...] = (
     ("UNSTABLE", "unstable"), ("CLOSE TO UNSTABLE", "near"), ("BEYOND LIMITS", "beyond")
@@ -77,11 +78,12 @@ def verdict(
         hints = _designs_for(not_held, found, bool(designed.not_both))
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
-    file = "my-controller.toml" if out is None else shlex.quote(str(out))
-    again = f"{wanted_flags(found, wanted)} --fingers {fingers_proposed(wanted)}"
-    others = other_people(after, f"`frictionloop design check {file}{again}`")
+    others = other_people(after, MORE.format(fingers_proposed(wanted)))
     worse += people
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
+    rows += (
+        [("for the Teensy" if k == 0 else "", said) for k, said in enumerate(misfits_of_gains(after))] if out else []
+    )
     rows += [] if people else others
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]

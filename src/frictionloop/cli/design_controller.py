@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
@@ -15,7 +15,10 @@ from frictionloop.cli.must_hold import ASKED, MustHold
 from frictionloop.cli.other_fingers import OtherFingers
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from frictionloop.design.corners import Corner
+    from frictionloop.design.for_fingers import ForFingers
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
@@ -86,52 +89,47 @@ def command(
     wanted, name = must.wanted(), law or default_law(system)
     people = others.people(system, overrides)
     designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted))
-    after, found = levels.evolve(dict(designed.overrides)), designed.corners
-    new = after.evolve({"setpoint": system.setpoint, "disturbance": system.disturbance})
-    stated = flags.stated(file, overrides)
-    if out is not None:  # what took minutes is on the disk before what takes seconds
-        _save(out, new, after, name, designed, wanted, stated, "")
+    made = _Made(system, levels, name, designed, wanted, flags.stated(file, overrides), out)
+    made.save()  # what took minutes is on the disk before the rest
+    many = others.look(made.after, people, wanted)
+    made, lowered, crowd = _for_people(made, others, many)
+    designed, found, new = made.designed, made.designed.corners, made.new
+    made.save("", crowd)
     with screen.waiting("looking for what is left to gain"):
-        left = headroom(after, wanted.sensitivity_peak)
+        left = headroom(made.after, wanted.sensitivity_peak)
     with screen.waiting("simulating how well the set-point is followed, for which the loop may be compiled first"):
         follows = controller_followed.followed(system, new)
-    figures = {} if plots is None else _figures(levels, after, left, wanted, found)
     if plots is not None:
         with screen.waiting("writing the figures"):
-            checks.write_figures("plots", plots, figures)
+            checks.write_figures("plots", plots, _figures(levels, made.after, left, wanted, found))
     with screen.waiting("checking a fully moist finger"):
-        moist = controller_also.fully_moist(after, wanted)
-    if out is not None:
-        _save(out, new, after, name, designed, wanted, stated, moist)
-    many = others.look(after, people, wanted)  # when all else is on the disk
+        moist = controller_also.fully_moist(made.after, wanted)
+    made.save(moist, crowd)
     saved = {"controller": out, "figures": plots}
     if json:
-        told = controller_text.as_json(name, designed, new, wanted, found, left)
+        with screen.waiting("finding the margins of all loops"):
+            told = controller_text.as_json(name, designed, new, wanted, found, left)
         told |= {"followed": follows and follows._asdict(), "saved": saved}
-        screen.show_json(told | others.as_json(many))
+        screen.show_json(told | others.as_json(many, lowered))
         others.stop(many)
         return
-    given = flags.overrides_of(overrides)
-    more = (
-        controller_also.replaced(given, system, new),
-        controller_also.unbelieved(system),
-        *designed.notes,
-        *recorded.at_design(system),
-    )
-    notes = [each for each in more if each]
-    crowd = others.rows(many, after, wanted, found)
-    verdict = controller_verdict.verdict(designed, after, wanted, out, moist, crowd)
+    with screen.waiting("finding the least margins"):
+        margins = controller_text.margin_text(found, wanted)
+    unbelieved = controller_also.unbelieved(system)
+    replaced = controller_also.replaced(flags.overrides_of(overrides), system, new)
+    notes = [each for each in (replaced, unbelieved, *designed.notes, *recorded.at_design(system)) if each]
+    assumed = controller_also.assumed(system, made.given | must.stated)
     screen.show(
-        screen.columns(verdict),
+        screen.columns(controller_verdict.verdict(designed, made.after, wanted, out, moist, crowd)),
         "",
         screen.columns([("bench", origin), ("law", name), *controller_text.gain_rows(designed.overrides)]),
         "",
-        *controller_text.margin_text(found, wanted),
+        *margins,
         "",
-        *controller_followed.followed_text(system, follows, controller_also.unbelieved(system)),
+        *controller_followed.followed_text(system, follows, unbelieved),
         "",
         *controller_text.headroom_text(left, wanted),
-        *(["", screen.wrapped(said)] if (said := controller_also.assumed(system, stated | must.stated)) else []),
+        *(["", screen.wrapped(assumed)] if assumed else []),
         *(["", *map(screen.wrapped, notes)] if notes else []),
         *([""] if any(saved.values()) else []),
         *screen.saved(saved),
@@ -139,22 +137,53 @@ def command(
     others.stop(many)
 
 
-def _save(
-    out: Path,
-    new: System,
-    after: System,
-    law: str,
-    designed: Designed,
-    wanted: Wanted,
-    given: set[str],
-    moist: str,
-) -> None:
-    """Write the system with its new controller, headed by what it holds for; ``given`` are a person's values."""
-    from frictionloop.cli import controller_verdict, saved_controller
-    from frictionloop.parameters import write_toml
+def _for_people(
+    made: _Made, others: OtherFingers, many: xr.Dataset | None
+) -> tuple[_Made, ForFingers | None, Sequence[tuple[str, ...]]]:
+    """Return the controller with gains that hold on the fingers, what was made of its gains, and what is told of it."""
+    from frictionloop.design.for_fingers import for_fingers
 
-    lines = controller_verdict.speeds_said(after, wanted, shlex.quote(str(out)))
-    write_toml(new, out, said=[*saved_controller.holds(law, designed, after, wanted, moist), *lines], given=given)
+    if many is None:
+        return made, None, ()
+    with screen.waiting("checking the gains for these fingers"):
+        lowered = for_fingers(made.levels, made.designed, many, made.wanted)
+    crowd = others.rows(many, made.after, made.wanted, lowered.designed.corners, lowered)
+    return made._replace(designed=lowered.designed), lowered, crowd
+
+
+class _Made(NamedTuple):
+    """A controller that was designed, and where it goes."""
+
+    system: System
+    levels: System
+    """The system with its signals as levels, which it was designed for."""
+    law: str
+    designed: Designed
+    wanted: Wanted
+    given: set[str]
+    """Paths of the values that a person gave."""
+    out: Path | None
+
+    @property
+    def after(self) -> System:
+        """What it was designed for, with it."""
+        return self.levels.evolve(dict(self.designed.overrides))
+
+    @property
+    def new(self) -> System:
+        """The system with it."""
+        return self.after.evolve({"setpoint": self.system.setpoint, "disturbance": self.system.disturbance})
+
+    def save(self, moist: str = "", crowd: Sequence[tuple[str, ...]] = ()) -> None:
+        """Write the system with it, headed by what it holds for; nothing without a file."""
+        from frictionloop.cli import controller_verdict, saved_controller
+        from frictionloop.parameters import write_toml
+
+        if self.out is None:
+            return
+        lines = controller_verdict.speeds_said(self.after, self.wanted, shlex.quote(str(self.out)))
+        holds = saved_controller.holds(self.law, self.designed, self.after, self.wanted, moist, crowd)
+        write_toml(self.new, self.out, said=[*holds, *lines], given=self.given)
 
 
 def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Designed, Wanted]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from frictionloop.design.corners import Corner
+    from frictionloop.design.for_fingers import ForFingers
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import System
 
@@ -37,8 +38,9 @@ class OtherFingers:
     fingers: Annotated[
         flags.Whole | None,
         _asked(
-            "Look at so many random fingers besides, each with its own friction, skin and load: on how many do the "
-            "limits hold, and with which gains on more of them? With --loads each is pressed with both ends of them."
+            "So many random fingers besides, each with its own friction, skin and load. ``design controller`` lowers "
+            "PI gains until the limits hold on all of them, ``design check`` counts those on which they hold. With "
+            "--loads each is pressed with both ends of them."
         ),
     ] = None
     fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0 if not given.")] = None
@@ -88,8 +90,18 @@ class OtherFingers:
         if found is not None and found.sizes["finger"] < (self.fingers or 0):
             raise KeyboardInterrupt(f"{found.sizes['finger']} of {self.fingers} fingers looked at")
 
-    def rows(self, found: xr.Dataset | None, system: System, wanted: Wanted, asked: Sequence[Corner]) -> list[Row]:
-        """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for."""
+    def rows(
+        self,
+        found: xr.Dataset | None,
+        system: System,
+        wanted: Wanted,
+        asked: Sequence[Corner],
+        lowered: ForFingers | None = None,
+    ) -> list[Row]:
+        """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for.
+
+        ``system`` has the gains that they were looked at with, ``lowered`` says what a design made of these.
+        """
         from frictionloop.cli import check_fingers, controller_holds
 
         if found is None:
@@ -98,16 +110,21 @@ class OtherFingers:
         drawn = f"{first}seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
+        if lowered and lowered.factor < 1.0:
+            return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where)
         again = controller_holds.wanted_flags(asked, wanted) + self.again()
-        return check_fingers.rows(found, system, drawn, where, again)
+        return [*check_fingers.rows(found, system, drawn, where, again), *check_fingers.not_lowered(lowered)]
 
     def again(self) -> str:
         """Return the flags that look at the same fingers again, with a blank before each; empty without any."""
         given = {"fingers": self.fingers, "fingers-seed": self.fingers_seed, "population": self.population}
         return "".join(f" --{name} {shlex.quote(str(value))}" for name, value in given.items() if value is not None)
 
-    def as_json(self, found: xr.Dataset | None) -> dict[str, Any]:
+    def as_json(self, found: xr.Dataset | None, lowered: ForFingers | None = None) -> dict[str, Any]:
         """Return what was found by name; nothing if none were asked for."""
         from frictionloop.cli import check_fingers
 
-        return {} if found is None else {"fingers": check_fingers.as_json(found, self.fingers_seed or 0)}
+        if found is None:
+            return {}
+        factor = {} if lowered is None else {"gains_lowered_to": lowered.factor}
+        return {"fingers": factor | check_fingers.as_json(found, self.fingers_seed or 0)}

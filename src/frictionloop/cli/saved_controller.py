@@ -39,10 +39,13 @@ CONTACT_SAID = (
 )
 
 
-def holds(law: str, designed: Designed, after: System, wanted: Wanted, moist: str) -> list[str]:
+def holds(
+    law: str, designed: Designed, after: System, wanted: Wanted, moist: str, crowd: Sequence[tuple[str, ...]] = ()
+) -> list[str]:
     """Return the comment lines of a saved controller: for which strokes, forces and resonances it holds.
 
     ``after`` is the system with it, ``moist`` says how it is on a fully moist finger; empty of one that lifts.
+    ``crowd`` are the rows of a verdict on other people's fingers, where these were looked at.
     """
     ranged = range_said(after, wanted)
     found = designed.corners
@@ -66,13 +69,22 @@ def holds(law: str, designed: Designed, after: System, wanted: Wanted, moist: st
         *beyond_said(designed),
         *([f"Fully moist: {moist}."] if moist else []),
         *([f"Range: {ranged}."] if ranged else []),
-        *(
-            [f"The finger is that of this file; others: --fingers {fingers_proposed(wanted)} with the next line."]
-            if has_people(found[0].loop.system)
-            else []
-        ),
+        *(_fingers(crowd) if crowd else _other_fingers(found, wanted)),
         f"{AGAIN}{wanted_flags(found, wanted)}",
     ]
+
+
+def _other_fingers(found: Sequence[Corner], wanted: Wanted) -> list[str]:
+    """Return the line on the fingers that were not looked at."""
+    many = fingers_proposed(wanted)
+    said = f"The finger is that of this file; others: design with --fingers {many}, or that with the next line."
+    return [said] if has_people(found[0].loop.system) else []
+
+
+def _fingers(crowd: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return the lines on other people's fingers."""
+    said = [f"{first}: {row}" if first else f"  {row}" for first, row in crowd if "`frictionloop" not in row]
+    return [line for each in said for line in textwrap.wrap(each, 100, subsequent_indent="  ")]
 
 
 def checked(verdict: Sequence[tuple[str, ...]], found: Sequence[Corner], wanted: Wanted, more: str) -> list[str]:

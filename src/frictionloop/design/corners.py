@@ -7,13 +7,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
+from frictionloop.design.least_gain import laws_on
 from frictionloop.design.over import ITSELF, Over
-from frictionloop.design.plants import detuned, shifted
+from frictionloop.design.plants import Plants, detuned, shifted
 from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.occlusion import occlusion_after
@@ -22,6 +25,8 @@ CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
+CLOSE = 1.05
+"""Loops whose Ms on a coarse grid is within this factor of the largest are looked at closely."""
 NOTHING = Lean()
 
 
@@ -76,9 +81,14 @@ def moistest(friction: FingerFriction, motion: Strokes) -> float:
     return occlusion_after(friction, motion.contact_s, motion.lifted_s, math.inf)
 
 
-def band_of(system: System, over: Over = ITSELF) -> list[LinearLoop]:
-    """Return the loops at lowest, mean and highest force asked for, on a dry and on a moist finger, at each place."""
-    return [loop for there in over.systems(system) for loop in operating_band(there, occluded=occlusions(there))]
+def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -> list[LinearLoop]:
+    """Return the loops at lowest, mean and highest force asked for, at each place, by states of the finger.
+
+    Without any these are `occlusions`.
+    """
+    return [
+        loop for there in over.systems(system) for loop in operating_band(there, occluded=states or occlusions(there))
+    ]
 
 
 def stroke_of(system: System) -> str:
@@ -99,23 +109,40 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     return detuned(loop, 1.0 + off) if off else loop
 
 
-def corners(system: System, limits: Mapping[float, float], over: Over = ITSELF, lean: Lean = NOTHING) -> list[Corner]:
+def corners(
+    system: System,
+    limits: Mapping[float, float],
+    over: Over = ITSELF,
+    lean: Lean = NOTHING,
+    states: Sequence[float] = (),
+) -> list[Corner]:
     """Return Ms of a System's controller at its `band_of`, the resonance off too.
 
     Sensor, delay, gain and other values are off as well by what ``lean`` says (`leaning`). A law does not change with
     any of this, so it is made once per place, force and finger.
+
+    The largest Ms of each contact, speed, finger and resonance is exact, and so is any near it; others are those of a
+    grid of frequencies, right within 1 % and, where they are large, within 3 %.
 
     Raises
     ------
     FrictionloopError
         A law that has no linear analysis there.
     """
-    cases = cases_of(system, limits, over, lean)
-    found = []
-    for k, (loop, off, limit) in enumerate(cases, 1):
-        step(f"loop {k} of {len(cases)} there{stroke_of(loop.system)}")
-        found.append(Corner(off, limit, loop, loop.sensitivity_peak()))
-    return found
+    cases = cases_of(system, limits, over, lean, states=states)
+    step(f"{len(cases)} loops there")
+    loops = [loop for loop, _, _ in cases]
+    plants = Plants.of(loops, fine=False)
+    stable = np.array([loop.is_stable() for loop in loops])
+    peaks = np.where(stable, 1.0 / plants.distances(laws_on(plants.frequency_hz, loops)), np.inf)
+    groups: dict[tuple[str, bool, float], list[int]] = {}
+    for k, (loop, off, _) in enumerate(cases):
+        groups.setdefault((stroke_of(loop.system), loop.elements.occluded > 0.0, off), []).append(k)
+    close = [k for group in groups.values() for k in group if peaks[group].max() <= CLOSE * peaks[k] < np.inf]
+    for count, k in enumerate(close, 1):
+        step(f"loop {count} of the worst {len(close)} there{stroke_of(loops[k].system)}")
+        peaks[k] = loops[k].sensitivity_peak()
+    return [Corner(off, limit, loop, float(peak)) for (loop, off, limit), peak in zip(cases, peaks, strict=True)]
 
 
 def _any(_: LinearLoop) -> bool:
@@ -128,6 +155,7 @@ def cases_of(
     over: Over = ITSELF,
     lean: Lean = NOTHING,
     looked_at: Callable[[LinearLoop], bool] = _any,
+    states: Sequence[float] = (),
 ) -> list[tuple[LinearLoop, float, float]]:
     """Return the loops of `corners` with their laws, how far the resonance is off, and the largest Ms there.
 
@@ -135,7 +163,7 @@ def cases_of(
     """
     laws: dict[tuple[str, float | None, float, float], StateSpace] = {}
     found = []
-    for loop, off, limit in shifted(leaning(band_of(system, over), lean), limits):
+    for loop, off, limit in shifted(leaning(band_of(system, over, states), lean), limits):
         if not looked_at(loop):
             continue
         at = (stroke_of(loop.system), load_of(loop.system), loop.elements.force_n, loop.elements.occluded)

@@ -56,7 +56,8 @@ def held_between(system: System, law: str, synthesis: Synthesis, asked: Wanted) 
         if more != searched:
             searched = more
             continue
-        lower = _lowered(found, at)
+        factor = least_gain([each.loop for each in at], [each.limit for each in at])
+        lower = lowered(found, factor) if factor >= LOWERED else None
         again = corners(system.evolve(lower.overrides), asked.limits, close, asked.lean) if lower else at
         if lower is None or broken(again):
             raise FrictionloopError(unheld(law, asked, worst))
@@ -75,13 +76,12 @@ def _joined(searched: Wanted, there: System) -> Wanted:
     return replace(searched, speeds_mm_s=speeds, loads_n=loads)
 
 
-def _lowered(found: Designed, at: Sequence[Corner]) -> Designed | None:
-    """Return PI gains that the search's grid found a little too large, lowered; None of another law or of much."""
+def lowered(found: Designed, factor: float) -> Designed | None:
+    """Return PI gains times a factor, not looked at; None of a law without them."""
     if not set(GAINS) <= set(found.overrides):
         return None
-    factor = least_gain([each.loop for each in at], [each.limit for each in at])
     lower = {path: factor * found.overrides[path] for path in GAINS}
-    return _short(found._replace(overrides={**found.overrides, **lower})) if factor >= LOWERED else None
+    return _short(found._replace(overrides={**found.overrides, **lower}, corners=()))
 
 
 def _short(found: Designed) -> Designed:

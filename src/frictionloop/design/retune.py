@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,7 @@ from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Retuned:
     """PI gains, and the loops they were chosen for with these gains in them."""
 
@@ -26,13 +26,17 @@ class Retuned:
     """Proportional gain, N/N."""
     ki: float
     """Integral gain, 1/s."""
-    loops: tuple[LinearLoop, ...] = field(repr=False)
+    loops: tuple[LinearLoop, ...]
     """One per operating point."""
 
     @cached_property
     def margins(self) -> tuple[Margins, ...]:
         """Their margins, in the same order; found when asked for."""
         return tuple(loop.margins() for loop in self.loops)
+
+    def __repr__(self) -> str:
+        peak = self.worst[1].sensitivity_peak
+        return f"Retuned(kp={self.kp:.6g}, ki={self.ki:.6g}, sensitivity_peak={peak:.4g}, loops={len(self.loops)})"
 
     @property
     def overrides(self) -> dict[str, float]:

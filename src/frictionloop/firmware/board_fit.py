@@ -76,8 +76,8 @@ def misfits_of_gains(system: System) -> list[str]:
     said, plate, rate_hz = [], system.plate, _tick_hz()
     if system.controller.rate_hz != rate_hz:
         said.append(
-            f"controller.rate_hz = {system.controller.rate_hz:g} Hz: simulations run at it, the firmware at "
-            f"{rate_hz:g} Hz; for a device design at that rate"
+            f"controller.rate_hz = {system.controller.rate_hz:g} Hz: the project's firmware runs at {rate_hz:g} Hz "
+            f"only, and these gains are not for it; for its board design with --controller.rate_hz {rate_hz:g}"
         )
     if isinstance(plate, ResonantPlate):
         said += _off_the_carrier(system, plate)

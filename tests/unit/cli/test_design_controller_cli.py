@@ -20,6 +20,7 @@ from frictionloop.cli import main, screen
 from frictionloop.cli.controller_holds import wanted_flags
 from frictionloop.design import synthesis
 from frictionloop.design.leaning import Lean
+from frictionloop.design.on_fingers import check_fingers
 from frictionloop.design.synthesis import SYNTHESES, design_controller
 from frictionloop.design.wanted import Wanted
 from frictionloop.report.figures.controller import figure_sensitivity, step_run, stepped
@@ -299,7 +300,7 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     assert "contacts dahl and slider, 20 mm/s, pressed with 0.4 to 0.8 N; 0.5 to 0.7 N" in said
     assert answer.noted == []
     (note,) = frictionloop(*asked, "--out", "c.toml").noted
-    assert "for a device design at that rate" in note
+    assert "for its board design with --controller.rate_hz 5000" in note
     (again,) = re.findall("^# Look again: frictionloop design check FILE (.*)", Path("c.toml").read_text(), re.M)
     assert again == "--contacts dahl,slider --loads 0.4,0.8"
     assert frictionloop("design", "check", "c.toml", *again.split()).out.split()[0] == "HOLDS"
@@ -366,17 +367,20 @@ def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
 
 
 @pytest.mark.slow  # three designs
-def test_a_design_that_is_looked_at_on_other_fingers_says_on_how_many_it_holds(frictionloop):
-    given = ("design", "controller", "--preset", "bench", "--law", "pi")
+def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionloop, tmp_path):
+    given, file = ("design", "controller", "--preset", "bench", "--law", "pi"), tmp_path / "gains.toml"
     alone = " ".join(frictionloop(*given).out.split())
-    assert "other people not looked at: `frictionloop design check my-controller.toml --contacts dahl,slider" in alone
-    many = frictionloop(*given, "--fingers", "6", "--json").json()["fingers"]
-    assert many["count"] == 6 and many["hold"] < 6
+    assert "other people not looked at: `--fingers 100` with this command lowers PI gains until the limits" in alone
+    told = frictionloop(*given, "--fingers", "6", "--out", str(file), "--json").json()
+    many, people = told["fingers"], fl.fingers(6, 0)
+    assert many["count"] == 6 and many["hold"] < 6 and many["gains_lowered_to"] == min(many["gain_factor"])
+    found = check_fingers(fl.read_toml(file), people, Wanted(contacts=("dahl", "slider")), progress=False)
+    assert found["holds"].all() and float(found["gain_factor"].min()) == pytest.approx(1.0, rel=2e-3)
+    head = file.read_text(encoding="utf-8").partition("schema = ")[0]
+    assert "on fingers: the limits hold on all 6 fingers of seed 0; contacts dahl and slider" in head
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
-    assert said.startswith("HOLDS but NOT ON ALL FINGERS,") and "other people" not in said
-    assert (
-        f"NOT ON ALL FINGERS the limits hold on {many['hold']} of 6 fingers of seed 0; contacts dahl and slider" in said
-    )
+    assert said.startswith("HOLDS contacts dahl and slider, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
+    assert f"they hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said
     refused = frictionloop(*given, "--fingers-seed", "3")
     assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err
 
