@@ -166,8 +166,11 @@ def _instead(figure: Shown) -> list[str]:
     if not gains:
         return []
     kp, ki = (f"{gains[f'controller.{each}']:.4g}" for each in ("kp", "ki"))
+    same = ", as those of the bench unchanged" if HOLDS in figure.unchanged else ""
     if HOLDS in figure.numbers:
-        said = f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}; another may leave less:"
+        said = (
+            f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}{same}; another may leave less:"
+        )
         return [
             *_indented(said),
             f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",

@@ -9,7 +9,7 @@ from typing import Any
 
 from frictionloop.analysis import operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.parameters import System
+from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.changed_runs import GAINS, SINES, words
@@ -65,9 +65,14 @@ def _own(changes: Mapping[str, Any], base: System) -> list[str]:
     """Return what this finger had in the place of values that a finger brings."""
     said = []
     for path in (each for each in changes if each in fingers(1, 0)[0]):
-        block, name = path.split(".")
-        said.append(f"{path} = {getattr(getattr(base, block), name):.3g} {unit_of(path) or ''}".rstrip())
+        own, preset = (f"{_value(each, path):.3g} {unit_of(path) or ''}".rstrip() for each in (base, bench()))
+        said.append(f"{path} = {own} (the preset's, for which {HERE} is found: {preset})")
     return [f"this finger's own, which the change replaces: {', '.join(said)}"] if said else []
+
+
+def _value(system: System, path: str) -> float:
+    block, name = path.split(".")
+    return float(getattr(getattr(system, block), name))
 
 
 def _path(changes: Mapping[str, Any]) -> list[str]:
@@ -88,10 +93,8 @@ def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
     lines = [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
     faster = there.motion.speed_mm_s > base.motion.speed_mm_s  # type: ignore[union-attr]
     share = "smaller share of a faster" if faster else "larger share of a slower"
-    return [
-        *lines,
-        f"through it the tremor along the stroke shakes the force {'less' if faster else 'more'}, as a {share} stroke",
-    ]
+    more = "less" if faster else "more"
+    return [*lines, f"the tremor along the stroke, a {share} stroke, shakes the force {more} by way of that slope"]
 
 
 def _amplitude(changes: Mapping[str, Any], base: System) -> list[str]:

@@ -17,7 +17,8 @@ from frictionloop.report.protocol import THE_SINES, Sines
 from frictionloop.report.results import Results
 from frictionloop.report.stability import Stability, stability
 
-Table = dict[str, dict[str, Value]]
+Row = dict[str, Value]
+Table = dict[str, Row]
 
 
 def of_strokes(
