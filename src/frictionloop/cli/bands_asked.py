@@ -60,6 +60,8 @@ def rows(bands: list[dict[str, Any]], mask: np.ndarray, ends_hz: float = math.in
     inside = mask[mask.argmax() : mask.size - mask[::-1].argmax()]
     if found and not inside.all():
         found.append(("", "", "these shares are rough: across turns and lifts a straight line was drawn"))
+    if not all(math.isnan(each["disturbance_left"]) for each in bands):
+        found.append(("", "", "the ends of the scored part count less here, so bands and whole do not add up"))
     return found
 
 

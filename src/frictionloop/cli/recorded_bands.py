@@ -61,16 +61,19 @@ def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
     return float(grid[over[0] + 1]) if over.size else None
 
 
-def lines(run: xr.Dataset, mask: np.ndarray) -> list[str]:
-    """Return a sentence on both parts; nothing without a recording read as meant, or where they are not known."""
+def lines(run: xr.Dataset, mask: np.ndarray, split: bool = False) -> list[str]:
+    """Return a sentence on both parts; nothing without a recording read as meant, or where they are not known.
+
+    ``split`` says that rows tell what is left below and above other frequencies: then only where feedback ends.
+    """
     system = system_of(run)
     if not mask.any() or system.disturbance.kind not in RECORDED:
         return []
     if asked(system, "size", "signs"):
         said = "From which frequency on feedback makes a variation larger is not told while it is not clear what the "
         return textwrap.wrap(said + "recording is.", WIDTH)
-    split = _by_band(run, mask, system)
-    told = [entered(run, mask), split, at_the_start(run, mask)] if split else []
+    parts = _by_band(run, mask, system, split)
+    told = [entered(run, mask), parts, at_the_start(run, mask)] if parts else []
     return [line for each in told for line in textwrap.wrap(each, WIDTH)]
 
 
@@ -89,17 +92,19 @@ def at_the_start(run: xr.Dataset, mask: np.ndarray) -> str:
     )
 
 
-def _by_band(run: xr.Dataset, mask: np.ndarray, system: System) -> str:
+def _by_band(run: xr.Dataset, mask: np.ndarray, system: System, split: bool) -> str:
     """Return what is left below and above a frequency, or why there is no such thing; empty where it is not known."""
     if (missed := float(out_of_reach(run, mask).mean())) > MOST:
         return beyond(run, mask, missed)
     if system.controller.kind == "lookup":
         return "The loop is open: of the disturbance all is left, at every frequency."
     split_hz = amplified_from_hz(run, mask)
-    return "" if split_hz is None else _at(split_hz, run, mask, OWN if stirring(system) else "")
+    if split_hz is None:
+        return ""
+    return _at(split_hz, run, mask, OWN if stirring(system) else "", split)
 
 
-def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
+def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str, split: bool) -> str:
     """Return what is left below and above a frequency; empty where neither part is there."""
     below, above = disturbance_left_by_band(run, [0.0, split_hz, math.inf], mask).values
     larger = "feedback gains nothing." if above < 1.0 else "feedback makes a variation larger."
@@ -113,6 +118,8 @@ def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str) -> str:
         if ends_hz < split_hz:
             return f"The recording ends at {ends_hz:.3g} Hz, half its rate; from {split_hz:.3g} Hz on {larger}"
         return f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
+    if split:
+        return f"By the linear loop |S| is 1 at {split_hz:.3g} Hz: from there on {larger}"
     said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), {own}"
     return f"{said}from there on {larger}"
 

@@ -110,7 +110,7 @@ def command(
         said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
         said += recorded_units.resampled(system)
         said += bands_asked.notes(run, mask, bands)
-        said += recorded_bands.lines(run, mask)
+        said += recorded_bands.lines(run, mask, split=bool(bands))
         said += recorded_followed.lines(run, mask)
     said = [*unscored.lines(run, score_from_s, metrics["rms_error"]), *said]
     said += recorded_turns.lines(run, system, duration_s)
