@@ -279,7 +279,7 @@ def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_pa
     assert row["error_n"] == fit(tracking(base, gains)).rms_n
     shown = " ".join(str(line).strip() for line in figure_text(figure))
     best = figure.checked.best
-    assert f"{HOLDS}: kp {row['kp']:.4g}, ki {row['ki']:.4g} 1/s, in the ratio of the {best}; another may" in shown
+    assert f"{HOLDS}: kp {row['kp']:.4g}, ki {row['ki']:.4g} 1/s, in the ratio of the {best}, as those of the" in shown
     named = figure.numbers[best]
     assert row["kp"] * named["ki"] == pytest.approx(row["ki"] * named["kp"], rel=1e-3)
 

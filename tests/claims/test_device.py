@@ -99,7 +99,18 @@ def test_the_open_loop_is_the_lookup_table():
     model = system.controller.model
     law = fl.Friction(nominal_n=model.nominal_n, susceptibility_per_um2=model.susceptibility_per_um2)
     assert float(run["a"][-1]) == pytest.approx(float(fl.amplitude_for(0.5, law)), rel=1e-6)
-    assert set(run["u"].values[run["sliding"].values]) == {0.5} and not run["f_m"].any()
+    assert set(run["u"].values[run["sliding"].values]) == {0.5}
+
+
+def test_the_open_loop_does_not_use_what_the_sensor_reads():
+    """However large the force: a finger of 3 N is far beyond the range of the sensor."""
+    strong = fl.bench().evolve({**CONTROLLERS[OPEN], "friction.nominal_n": 3.0, "setpoint": fl.Sine(offset_n=0.8)})
+    runs = [
+        fl.simulate(strong.evolve({"sensor.range_n": range_n, "sensor.resonance_hz": hz}), 4.0, seed=1)
+        for range_n, hz in ((2.5, 145.0), (10.0, 90.0))
+    ]
+    assert float(runs[0]["f_a"].max()) > 2.0
+    np.testing.assert_array_equal(runs[0]["f_a"], runs[1]["f_a"])
 
 
 def test_controllers_are_what_they_are_called():

@@ -30,11 +30,11 @@ Row = tuple[str, ...]
 WORST_FIRST: tuple[tuple[str, How], ...] = (*NOT_HELD, ("HOLDS", "within"))
 EACH_S: dict[str, tuple[float, float]] = {"pi": (0.008, 0.04), "lookup": (0.008, 0.04)}
 """Time to check a loop, s: on an idle core with many loops, and on a busy one with few (assumed)."""
-OTHER_S = (0.025, 0.15)
+OTHER_S = (0.012, 0.08)
 """The same of laws with a notch, a model or an observer (assumed)."""
-FINGERS_S: dict[str, tuple[float, float]] = {"pi": (0.0015, 0.006)}
+FINGERS_S: dict[str, tuple[float, float]] = {"pi": (0.002, 0.012)}
 """The same of loops of other people's fingers, which share a grid of frequencies (assumed)."""
-OTHER_FINGERS_S = (0.003, 0.012)
+OTHER_FINGERS_S = (0.006, 0.03)
 """The same of other laws (assumed)."""
 DESIGN_S: dict[str, tuple[float, float]] = {"pi": (0.014, 0.06), "notch_pi": (0.027, 0.12)}
 """Time to design and to check a loop, s: on an idle core, and on a busy one (assumed)."""

@@ -6,9 +6,6 @@ from frictionloop.cli import screen
 from frictionloop.firmware.board_fit import scale_for
 from frictionloop.parameters import Strokes, System
 
-IN_STEP = 1e-3
-"""Share by which a stroke may last longer than a contact with the lift after it, and count as one with it."""
-
 SEVERAL = 2.0
 """Strokes of a contact from which on it is meant to be back and forth (chosen)."""
 
@@ -33,10 +30,8 @@ def question(system: System) -> str:
     motion = system.motion
     if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
         return ""
-    period_s, half_s = motion.contact_s + motion.lifted_s, 0.5 * motion.cycle_s
-    if abs(half_s - period_s) < IN_STEP * period_s and motion.reversal_s <= motion.lifted_s * (1.0 + IN_STEP):
-        return ""
-    if motion.contact_s >= SEVERAL * half_s:
+    half_s = 0.5 * motion.cycle_s
+    if motion.one_stroke_a_contact or motion.contact_s >= SEVERAL * half_s:
         return ""
     changes = motion.in_contacts()
     stroke_mm = changes["motion.stroke_mm"]

@@ -79,20 +79,27 @@ def moist_row(system: System, wanted: Wanted, said: str) -> list[Row]:
     friction, motion = system.friction, system.motion
     if said or not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
         return [("fully moist", said)] if said else []
-    one = -math.expm1(-motion.contact_s / friction.occlusion_s)
+    one, many = -math.expm1(-motion.contact_s / friction.occlusion_s), moistest(friction, motion)
     return [
         (
             "moist",
-            f"contacts of {motion.contact_s:g} s, {motion.lifted_s:g} s apart, in the end leave a finger "
-            f"{moistest(friction, motion):.0%} occluded, a single one {one:.0%}{_slowest(motion, wanted)}",
+            f"contacts of {motion.contact_s:.4g} s{_of_slowest(motion, wanted)}, {motion.lifted_s:g} s apart, in the "
+            f"end leave a finger {many:.0%} occluded, a single one {one:.0%}{_slowest(motion, wanted)}",
         )
     ]
+
+
+def _of_slowest(motion: Strokes, wanted: Wanted) -> str:
+    """Return whose contacts were looked at, where each is a stroke and slower ones last longer; else nothing."""
+    slowest = min(wanted.speeds_mm_s, default=motion.speed_mm_s)
+    long = motion.one_stroke_a_contact and slowest < motion.speed_mm_s
+    return f", as long as a stroke at {slowest:.3g} mm/s" if long else ""
 
 
 def _slowest(motion: Strokes, wanted: Wanted) -> str:
     """Return how long the slowest of strokes of one length lasts, where slower ones were looked at; else nothing."""
     slowest = min(wanted.speeds_mm_s, default=motion.speed_mm_s)
-    if slowest >= motion.speed_mm_s:
+    if slowest >= motion.speed_mm_s or motion.one_stroke_a_contact:
         return ""
     stroke_mm = motion.contact_s * motion.speed_mm_s
     longest_s = stroke_mm / slowest

@@ -60,12 +60,13 @@ def command(
     )
     from frictionloop.design.checking import check_controller, loops
     from frictionloop.design.limit_linear import learnt
+    from frictionloop.design.over import with_longest_contact
     from frictionloop.parameters import write_toml
 
-    system = at_levels(given_system)
+    wanted = must.wanted()
+    system = with_longest_contact(at_levels(given_system), wanted.speeds_mm_s)
     recorded_units.ask(given_system)
     screen.tell_notes()  # before the look at all places, which takes some seconds
-    wanted = must.wanted()
     people = others.people(system, overrides)
     count = loops(system, wanted)
     law = system.controller.kind

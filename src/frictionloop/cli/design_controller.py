@@ -78,21 +78,22 @@ def command(
         recorded,
         recorded_units,
     )
+    from frictionloop.design.over import with_longest_contact
     from frictionloop.design.synthesis import default_law
     from frictionloop.firmware.board_fit import misfits_of_gains
 
-    levels = at_levels(system)
+    wanted = must.wanted()
+    levels = with_longest_contact(at_levels(system), wanted.speeds_mm_s)
     recorded_units.ask(system)
     for line in misfits_of_gains(system) if out is not None else ():
         screen.note(f"on the project's board: {line}")
     screen.tell_notes()  # before the search, which takes long
-    wanted, name = must.wanted(), law or default_law(system)
+    name = law or default_law(system)
     people = others.people(system, overrides)
-    designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted))
+    designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted, designs=True))
     made = _Made(system, levels, name, designed, wanted, flags.stated(file, overrides), out)
     made.save()  # what took minutes is on the disk before the rest
-    many = others.look(made.after, people, wanted)
-    made, lowered, crowd = _for_people(made, others, many)
+    made, many, lowered, crowd = _for_people(made, others, people)
     designed, found, new = made.designed, made.designed.corners, made.new
     made.save("", crowd)
     with screen.waiting("looking for what is left to gain"):
@@ -138,17 +139,22 @@ def command(
 
 
 def _for_people(
-    made: _Made, others: OtherFingers, many: xr.Dataset | None
-) -> tuple[_Made, ForFingers | None, Sequence[tuple[str, ...]]]:
-    """Return the controller with gains that hold on the fingers, what was made of its gains, and what is told of it."""
+    made: _Made, others: OtherFingers, people: Sequence[Any] | None
+) -> tuple[_Made, xr.Dataset | None, ForFingers | None, Sequence[tuple[str, ...]]]:
+    """Return the controller with gains that hold on the fingers, what was found on them, and what is told of it."""
     from frictionloop.design.for_fingers import for_fingers
 
+    if people is not None and made.out is not None:
+        file = shlex.quote(str(made.out))
+        screen.note(f"{file} has gains for the finger of the file; those for all {len(people)} fingers follow")
+        screen.tell_notes()
+    many = others.look(made.after, people, made.wanted)
     if many is None:
-        return made, None, ()
+        return made, None, None, ()
     with screen.waiting("checking the gains for these fingers"):
         lowered = for_fingers(made.levels, made.designed, many, made.wanted)
     crowd = others.rows(many, made.after, made.wanted, lowered.designed.corners, lowered)
-    return made._replace(designed=lowered.designed), lowered, crowd
+    return made._replace(designed=lowered.designed), many, lowered, crowd
 
 
 class _Made(NamedTuple):
@@ -156,7 +162,7 @@ class _Made(NamedTuple):
 
     system: System
     levels: System
-    """The system with its signals as levels, which it was designed for."""
+    """The system with its signals as levels and its longest contacts, which it was designed for."""
     law: str
     designed: Designed
     wanted: Wanted
@@ -172,7 +178,8 @@ class _Made(NamedTuple):
     @property
     def new(self) -> System:
         """The system with it."""
-        return self.after.evolve({"setpoint": self.system.setpoint, "disturbance": self.system.disturbance})
+        own = {name: getattr(self.system, name) for name in ("setpoint", "disturbance", "motion")}
+        return self.after.evolve(own)
 
     def save(self, moist: str = "", crowd: Sequence[tuple[str, ...]] = ()) -> None:
         """Write the system with it, headed by what it holds for; nothing without a file."""

@@ -64,15 +64,17 @@ class OtherFingers:
             return None
         return population_of(system, self.fingers, self.fingers_seed or 0, overrides, self.population)
 
-    def takes(self, law: str, system: System, wanted: Wanted) -> str:
-        """Return what looking at them adds to a forecast; empty if none are asked for."""
-        from frictionloop.cli.check_text import FINGERS_S, OTHER_FINGERS_S, takes
-        from frictionloop.design.checking import loops_of_a_finger
+    def takes(self, law: str, system: System, wanted: Wanted, designs: bool = False) -> str:
+        """Return what looking at them adds to a forecast, with the look at gains that a design lowers for them."""
+        from frictionloop.cli.check_text import EACH_S, FINGERS_S, OTHER_FINGERS_S, OTHER_S, takes
+        from frictionloop.design.checking import loops, loops_of_a_finger
 
         if not self.fingers:
             return ""
         count = self.fingers * loops_of_a_finger(system, wanted)
-        return f", then {takes(count, FINGERS_S.get(law, OTHER_FINGERS_S))} for {self.fingers} fingers"
+        lasts = takes(count, FINGERS_S.get(law, OTHER_FINGERS_S))
+        again = takes(loops(system, wanted), EACH_S.get(law, OTHER_S))
+        return f", then {lasts} for {self.fingers} fingers" + f", and {again} to check the gains for them" * designs
 
     def look(self, system: System, people: Sequence[Any] | None, wanted: Wanted) -> xr.Dataset | None:
         """Return what is found on them, after Ctrl-C on those that were looked at; None if none are asked for."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
@@ -57,6 +58,19 @@ def at_place(system: System, place: Mapping[str, Any]) -> System:
         return system.evolve(dict(place))
     longest_s = motion.stroke_mm / (TURN_SHARE * speed)
     return system.evolve({**place, "motion.reversal_s": min(motion.reversal_s, longest_s)})
+
+
+def with_longest_contact(system: System, speeds_mm_s: Sequence[float]) -> System:
+    """Return the system with contacts as long as those of the slowest speed, where each contact is one stroke.
+
+    At every speed a finger is then as moist as the slowest strokes leave it. Others stay as they are.
+    """
+    motion = system.motion
+    slowest = min(speeds_mm_s, default=math.inf)
+    if not isinstance(motion, Strokes) or not motion.one_stroke_a_contact or slowest >= motion.speed_mm_s:
+        return system
+    longer = motion.model_copy(update={"contact_s": motion.contact_s * motion.speed_mm_s / slowest})
+    return system.evolve({"motion.contact_s": longer.contact_s, **longer.in_contacts()})
 
 
 ITSELF = Over()

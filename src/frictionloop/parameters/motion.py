@@ -11,6 +11,8 @@ from frictionloop.parameters.kinds import Kinds
 
 TURN_SHARE = 0.625
 """Distance covered in a reversal over that at full speed for as long, 5/8 (physics/motion)."""
+IN_STEP = 1e-3
+"""Share by which a stroke may last longer than a contact with the lift after it, and count as one with it."""
 
 
 class Sliding(Block):
@@ -78,6 +80,13 @@ class Strokes(Block):
                 f"least {2 * self.landing_s:g}"
             )
         return self
+
+    @property
+    def one_stroke_a_contact(self) -> bool:
+        """Whether each contact is one stroke, which turns in the air, as `in_contacts` makes it."""
+        period_s = self.contact_s + self.lifted_s
+        in_step = abs(0.5 * self.cycle_s - period_s) < IN_STEP * period_s
+        return self.contact_s > 0.0 and in_step and self.reversal_s <= self.lifted_s * (1.0 + IN_STEP)
 
     def in_contacts(self) -> dict[str, float]:
         """Return overrides with which each contact is one stroke, which turns in the air."""

@@ -128,7 +128,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     runs_before, before = tracked(name, same, bar) if bench_of(changes) else ({}, Table())
     own = {each: row for each, row in before.items() if each != HERE}
     usual = check_gains(own, bench_of(same), sines_of(same), bar)
-    if found.instead and runs_before:
+    if HOLDS in numbers and runs_before:
         more, rows = _held_before(numbers[found.best], same, bar)
         runs_before, before = runs_before | more, before | rows
     alone = each_alone(name, changes, bar)

@@ -14,8 +14,7 @@ from frictionloop.report import protocol
 
 OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor, no delay"
 CONTROLLERS: dict[str, Mapping[str, Any]] = {
-    # A converter of one bit reads 0 N whatever the force, and a gain of 1 then leaves the lookup table alone: u = f_r.
-    OPEN: {"controller.kp": 1.0, "controller.ki": 0.0, "sensor.adc_bits": 1},
+    OPEN: {"controller.kind": "lookup"},
     PRINTED: {},
     RETUNED_GAINS: RETUNED,
     IDEAL: {"sensor.kind": "lowpass", "controller.delay_s": 0.0},

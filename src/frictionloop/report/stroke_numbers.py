@@ -32,7 +32,7 @@ def of_strokes(
 
 
 def _gains(name: str, system: System, sines: Sines) -> dict[str, Value]:
-    if name == OPEN:  # the lookup table alone is made of a PI whose sensor reads nothing
+    if name == OPEN:
         return {"kp": None, "ki": None, **dict.fromkeys(Stability._fields)}
     controller = check_pi(system)
     return {"kp": controller.kp, "ki": controller.ki, **stability(system, sines)._asdict()}

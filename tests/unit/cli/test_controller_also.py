@@ -12,6 +12,7 @@ from frictionloop.cli import flags
 from frictionloop.cli.controller_holds import also_said
 from frictionloop.design.corners import Corner
 from frictionloop.design.elsewhere import Elsewhere, Place
+from frictionloop.design.over import with_longest_contact
 from frictionloop.design.wanted import Designed, Wanted
 
 WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0})
@@ -111,3 +112,17 @@ def test_a_range_of_speeds_tells_how_long_the_slowest_stroke_of_one_length_lasts
     ((_, alone),) = also.moist_row(lifts, Wanted(), "")
     ((_, faster),) = also.moist_row(lifts, Wanted(speeds_mm_s=(50.0, 80.0)), "")
     assert alone == faster and "slowest" not in alone
+
+
+def test_strokes_that_are_contacts_last_longer_where_they_are_slower():
+    lifts = fl.bench().evolve({"motion.contact_s": 2.0, "motion.lifted_s": 1.0, "motion.speed_mm_s": 30.0})
+    strokes = lifts.evolve(lifts.motion.in_contacts())
+    assert strokes.motion.one_stroke_a_contact and not lifts.motion.one_stroke_a_contact
+    longest = with_longest_contact(strokes, (15.0, 45.0))
+    assert longest.motion.contact_s == 4.0 and longest.motion.one_stroke_a_contact
+    assert longest.motion.contact_s * 15.0 == strokes.motion.contact_s * strokes.motion.speed_mm_s
+    for other in (lifts, fl.bench(), fl.feasible()):
+        assert with_longest_contact(other, (15.0, 45.0)) is other
+    assert with_longest_contact(strokes, (30.0, 45.0)) is with_longest_contact(strokes, ()) is strokes
+    ((_, said),) = also.moist_row(longest, Wanted(speeds_mm_s=(15.0, 45.0)), "")
+    assert said.startswith("contacts of 4 s, as long as a stroke at 15 mm/s, 1 s apart") and "looks at it" not in said
