@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.cli.advice import CLAMPED
+from frictionloop.cli.one_place import WITHOUT_CHECK
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
 from frictionloop.cli.scores import between
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import xarray as xr
 
     from frictionloop.loop.told import Beyond
@@ -34,8 +33,6 @@ AGAIN = (
     "This is the law with its own filters, at the speed of this run. `frictionloop design controller FILE --speeds "
     "SLOWEST,FASTEST` designs it for a range of speeds."
 )
-WITHOUT_CHECK = {"lookup", "oracle"}
-"""Laws that close no loop, or that no linear analysis looks at."""
 AT_CEILING, FAR_N = 0.2, 0.02
 """Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
 
@@ -46,18 +43,6 @@ BEYOND = {
     "controller.susceptibility_spread"),
 }  # fmt: skip
 """Least share of the time that is told (chosen: 1 % rounded; more than leaving the bound takes), and the words."""
-
-
-def one_place(system: System, file: Path | None) -> list[str]:
-    """Return lines on what a run of a stroking finger does not show: other contacts and speeds; none for others."""
-    from frictionloop.parameters import Skin, Strokes
-
-    finger, motion, law = system.finger, system.motion, system.controller.kind
-    if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
-        return []
-    where = f"This run is at {motion.speed_mm_s:g} mm/s on contact {finger.contact}"
-    other = f"{where}; `frictionloop design check {file or 'FILE'}` looks at others, and a resonance that is off."
-    return textwrap.wrap(other, WIDTH)
 
 
 def too_late(system: System, metrics: dict[str, float]) -> list[str]:

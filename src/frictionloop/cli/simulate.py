@@ -90,6 +90,7 @@ def command(
         advice,
         advice_text,
         describe,
+        one_place,
         recorded,
         recorded_bands,
         recorded_followed,
@@ -110,8 +111,8 @@ def command(
         said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
         said += recorded_units.resampled(system)
         said += bands_asked.notes(run, mask, bands)
-        said += recorded_bands.lines(run, mask, split=bool(bands))
-        said += recorded_followed.lines(run, mask)
+        said += [*recorded_bands.lines(run, mask, split=bool(bands)), *recorded_followed.lines(run, mask)]
+        one = [] if rings else one_place.lines(system, file, preset, overrides, run, mask)
     said = [*unscored.lines(run, score_from_s, metrics["rms_error"]), *said]
     said += recorded_turns.lines(run, system, duration_s)
     said += recorded.notes(system, duration_s)
@@ -145,7 +146,7 @@ def command(
         *([*advice_text.lines(rings, metrics), ""] if rings else []),
         *([*late, ""] if (late := advice_text.too_late(system, metrics)) else []),
         *([*unreached, ""] if unreached else []),
-        *([*one, ""] if not rings and (one := advice_text.one_place(system, file)) else []),
+        *([*one, ""] if one else []),
         *([*conditions, ""] if (conditions := advice_text.beyond_lines(left)) else []),
         *([*said, ""] if said else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",

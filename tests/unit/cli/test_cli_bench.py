@@ -237,7 +237,23 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
     said = frictionloop(
         "simulate", "--preset", "bench", "--duration-s", "1", "--controller.kp", "0.06", "--controller.ki", "60"
     )
-    assert "This run is at 20 mm/s on contact dahl; `frictionloop design check FILE` looks at others" in said.out
+    command = "frictionloop design check --preset bench --controller.kp 0.06 --controller.ki 60"
+    assert f"This run is at 20 mm/s on contact dahl; `{command}` looks at others" in " ".join(said.out.split())
+    wide = (
+        "--setpoint.offset_n",
+        "0.6",
+        "--setpoint.amplitude_n",
+        "0.3",
+        "--sensor.q",
+        "40",
+        "--finger.contact",
+        "slider",
+    )
+    gains = ("--sensor.resonance_hz", "170", "--controller.kp", "0.062", "--controller.ki", "134")
+    rings = " ".join(frictionloop("simulate", "--preset", "bench", "--duration-s", "4", *wide, *gains).out.split())
+    assert "contact slider, where the linear loop is unstable at 0.3, 0.6, 0.9 N: it rings, too little to" in rings
+    assert not fl.linearise(fl.bench().evolve({path.removeprefix("--"): value for path, value in zip(
+        (*wide, *gains)[::2], (0.6, 0.3, 40.0, "slider", 170.0, 0.062, 134.0), strict=True)})).is_stable()  # fmt: skip
     for other in (("--controller.kind", "lookup"), ("--preset", "feasible")):
         args = other if "--preset" in other else ("--preset", "bench", *other)
         assert "design check" not in frictionloop("simulate", *args, "--duration-s", "1").out
