@@ -182,10 +182,12 @@ def unbelieved(system: System) -> str:
     there_n = law_at(system.evolve({"motion.speed_mm_s": friction.reference_speed_mm_s})).nominal_n
     if model.nominal_n != friction.nominal_n or abs(there_n / friction.nominal_n - 1.0) < TOLD:
         return ""
+    ratio = there_n / model.nominal_n
+    same = f"; kp and ki times {ratio:.3g} are then the same loop" if hasattr(system.controller, "kp") else ""
     return (
         f"the law believes {model.nominal_n:.3g} N without vibration, that of friction.reference_load_n = "
         f"{friction.reference_load_n:g} N; at the motion.load_n of this file the finger has {there_n:.3g} N, which "
-        f"`--controller.model.nominal_n {there_n:.3g}` tells it"
+        f"`--controller.model.nominal_n {there_n:.3g}` tells it{same}"
     )
 
 

@@ -55,7 +55,7 @@ def _value(name: str, value: Any) -> str:
 def margin_text(found: Sequence[Corner], wanted: Wanted) -> list[Any]:
     """Return the table of margins, worst over forces and strokes, per resonance on a dry and a moist finger."""
     moist = max(each.loop.elements.occluded for each in found)
-    said = "margins, the worst of all that" + (f", finger just landed/moist (occluded {moist:.0%})" if moist else "")
+    said = "margins, the worst of all that" + (f", the file's finger just landed/moist ({moist:.0%})" if moist else "")
     head: Row = ("resonance", "Ms", "asked", "gain", "phase, deg", "delay left, ms", "")
     worst = worst_margins(found)
     rows = [head, *(_margin_row(worst, off, wanted) for off in sorted({each.off for each in found}))]

@@ -80,14 +80,11 @@ def command(
     )
     from frictionloop.design.over import with_longest_contact
     from frictionloop.design.synthesis import default_law
-    from frictionloop.firmware.board_fit import misfits_of_gains
 
     wanted = must.wanted()
     levels = with_longest_contact(at_levels(system), wanted.speeds_mm_s)
     recorded_units.ask(system)
-    for line in misfits_of_gains(system) if out is not None else ():
-        screen.note(f"on the project's board: {line}")
-    screen.tell_notes()  # before the search, which takes long
+    _tell_before(system, out)
     name = law or default_law(system)
     people = others.people(system, overrides)
     designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted, designs=True))
@@ -136,6 +133,17 @@ def command(
         *screen.saved(saved),
     )
     others.stop(many)
+
+
+def _tell_before(system: System, out: Path | None) -> None:
+    """Tell what would make the gains others, before a search that takes long."""
+    from frictionloop.cli import controller_also
+    from frictionloop.firmware.board_fit import misfits_of_gains
+
+    told = [f"on the project's board: {each}" for each in misfits_of_gains(system)] if out is not None else []
+    for line in filter(None, [*told, controller_also.unbelieved(system)]):
+        screen.note(line)
+    screen.tell_notes()
 
 
 def _for_people(

@@ -95,7 +95,7 @@ def stroke_of(system: System) -> str:
     """Return on which contact and at which speed a loop is linearised, for a person; empty for neither."""
     finger, motion = system.finger, system.motion
     contact = f", contact {finger.contact}" if isinstance(finger, Skin) else ""
-    return contact + (f", {motion.speed_mm_s:g} mm/s" if isinstance(motion, Strokes) else "")
+    return contact + (f", {motion.speed_mm_s:.4g} mm/s" if isinstance(motion, Strokes) else "")
 
 
 def load_of(system: System) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 24
+ABREAST = 2
+"""Metrics in a row: more are too small to read on a page."""
 LOWEST_R2 = -1.0
 """R2 below which fingers are counted and not drawn: all such are far off (chosen)."""
 ABLE = {"served": " in ordinary use", "capable": ""}
@@ -60,12 +63,16 @@ def figure_of(result: xr.Dataset) -> Figure:
 
 
 def _panels(names: list[str], third: list[Any], draw: Any) -> Figure:
-    """Return a figure of a row per metric and a column per value, or of metrics side by side."""
-    rows, columns = (len(names), len(third)) if len(third) > 1 else (1, len(names))
+    """Return a figure of a row per metric and a column per value, or of metrics two in a row."""
+    abreast = min(len(names), ABREAST)
+    rows, columns = (len(names), len(third)) if len(third) > 1 else (math.ceil(len(names) / abreast), abreast)
     figure = new_figure(3.6 * columns, 3.0 * rows)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for panel, (name, value) in zip(panels, [(name, value) for name in names for value in third], strict=True):
+    drawn = [(name, value) for name in names for value in third]
+    for panel, (name, value) in zip(panels, drawn, strict=False):
         draw(panel, name, value)
+    for panel in panels[len(drawn) :]:
+        panel.set_visible(False)
     return figure
 
 
