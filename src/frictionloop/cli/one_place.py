@@ -7,9 +7,6 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.parameters import Skin, Strokes
-from frictionloop.quantities import FrictionloopError
-
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
@@ -30,6 +27,8 @@ def lines(
 
     None of a system without a finger that strokes, or of a law that is not checked.
     """
+    from frictionloop.parameters import Skin, Strokes
+
     finger, motion, law = system.finger, system.motion, system.controller.kind
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
@@ -47,6 +46,7 @@ def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:
     from frictionloop.analysis import operating_band
     from frictionloop.analysis.levels import at_levels
     from frictionloop.loop.record import system_of
+    from frictionloop.quantities import FrictionloopError
 
     try:
         points = operating_band(at_levels(system_of(run), run, mask))
