@@ -191,6 +191,17 @@ def unbelieved(system: System) -> str:
     )
 
 
+def never_moist(system: System) -> list[str]:
+    """Return a line on a finger whose friction moisture does not change; none of another."""
+    friction = system.friction
+    if not isinstance(friction, FingerFriction) or (friction.occlusion_ratio, friction.moist_loss) != (1.0, 0.0):
+        return []
+    return [
+        "this finger does not get moist (friction.occlusion_ratio = 1, moist_loss = 0): what is said of a moist one "
+        "says nothing of a real finger"
+    ]
+
+
 def replaced(given: Collection[str], before: System, after: System) -> str:
     """Return a line with what of the controller was given as flags and the design sets itself; empty without any."""
     names = [path.removeprefix("controller.") for path in given if path.startswith("controller.")]

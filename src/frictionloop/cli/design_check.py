@@ -93,7 +93,7 @@ def command(
         return
     about = controller_also.moist_row(system, wanted, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
-    notes = [*found.unseen, *recorded.at_design(given_system)]
+    notes = [*found.unseen, *recorded.at_design(given_system), *controller_also.never_moist(system)]
     as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(

@@ -113,9 +113,9 @@ def command(
         return
     with screen.waiting("finding the least margins"):
         margins = controller_text.margin_text(found, wanted)
-    unbelieved = controller_also.unbelieved(system)
+    unbelieved, still = controller_also.unbelieved(system), controller_also.never_moist(system)
     replaced = controller_also.replaced(flags.overrides_of(overrides), system, new)
-    notes = [each for each in (replaced, unbelieved, *designed.notes, *recorded.at_design(system)) if each]
+    notes = [each for each in (replaced, unbelieved, *designed.notes, *still, *recorded.at_design(system)) if each]
     assumed = controller_also.assumed(system, made.given | must.stated)
     screen.show(
         screen.columns(controller_verdict.verdict(designed, made.after, wanted, out, moist, crowd)),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 WITHOUT_CHECK = {"lookup", "oracle"}
 """Laws that close no loop, or that no linear analysis looks at."""
 WIDTH = 100
-NOT_ASKED = ("disturbance.", "finger.contact")
+NOT_ASKED = ("disturbance.", "finger.contact=")
 """Beginnings of the flags of a run that a check takes no notice of: it looks at both contacts."""
 
 
@@ -28,12 +28,15 @@ def lines(
     None of a system without a finger that strokes, or of a law that is not checked.
     """
     from frictionloop.parameters import Skin, Strokes
+    from frictionloop.parameters.still import STILL
 
     finger, motion, law = system.finger, system.motion, system.controller.kind
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
     begins = [str(file)] if file else ["--preset", preset] if preset else []
-    kept = [flag.partition("=") for flag in given or () if not flag.startswith(NOT_ASKED)]
+    # Nor of a finger that is still so that a recording is alone: one that does not get moist would flatter the gains.
+    not_asked = (*NOT_ASKED, *(f"{path}=" for path in STILL))
+    kept = [flag.partition("=") for flag in given or () if not flag.startswith(not_asked)]
     flags = [part for path, _, value in kept for part in (f"--{path}", value)]
     command = shlex.join(["frictionloop", "design", "check", *begins, *flags])
     where = f"This run is at {motion.speed_mm_s:g} mm/s on contact {finger.contact}"

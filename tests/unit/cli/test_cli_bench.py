@@ -239,6 +239,10 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
     )
     command = "frictionloop design check --preset bench --controller.kp 0.06 --controller.ki 60"
     assert f"This run is at 20 mm/s on contact dahl; `{command}` looks at others" in " ".join(said.out.split())
+    alone = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.contact", "slider")
+    gains = ("--controller.kp", "0", "--controller.ki", "20")
+    still = frictionloop("simulate", "--preset", "bench", "--duration-s", "1", *gains, *alone)
+    assert "check --preset bench --controller.kp 0 --controller.ki 20` looks at others" in " ".join(still.out.split())
     wide = (
         "--setpoint.offset_n",
         "0.6",

@@ -104,6 +104,12 @@ def test_a_flag_that_a_design_sets_otherwise_is_told():
     assert also.replaced(["controller.overdrive", "controller.kind", "sensor.q"], before, before) == ""
 
 
+def test_a_finger_that_does_not_get_moist_is_told():
+    dry = fl.bench().evolve({"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0})
+    assert "does not get moist" in also.never_moist(dry)[0]
+    assert also.never_moist(fl.bench()) == also.never_moist(fl.feasible()) == []
+
+
 def test_a_range_of_speeds_tells_how_long_the_slowest_stroke_of_one_length_lasts():
     lifts = fl.bench().evolve({"motion.contact_s": 1.0, "motion.speed_mm_s": 50.0})
     ((_, said),) = also.moist_row(lifts, Wanted(speeds_mm_s=(30.0, 80.0)), "")
