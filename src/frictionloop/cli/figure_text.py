@@ -166,16 +166,21 @@ def _instead(figure: Shown) -> list[str]:
     if not gains:
         return []
     kp, ki = (f"{gains[f'controller.{each}']:.4g}" for each in ("kp", "ki"))
+    if HOLDS not in figure.numbers:
+        return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
     same = ", as those of the bench unchanged" if HOLDS in figure.unchanged else ""
-    if HOLDS in figure.numbers:
-        said = (
-            f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}{same}; another may leave less:"
-        )
-        return [
-            *_indented(said),
-            f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
-        ]
-    return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
+    errors = [_shown("error_n", row["error_n"]) for row in (figure.numbers[HOLDS], figure.unchanged.get(HOLDS)) if row]
+    said = [
+        f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}{same}",
+        f"to use where contact and speed are not known: these, which leave {' mN, unchanged '.join(errors)} mN",
+    ]
+    if not gains["controller.kp"]:
+        return [each for line in said for each in _indented(line)]
+    more = "another ratio may leave less; a design asks for more, a finger as moist as slower strokes leave it:"
+    return [
+        *(each for line in (*said, more) for each in _indented(line)),
+        f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
+    ]
 
 
 def _table(numbers: Table) -> Any:
