@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.check_fingers import not_lowered
+from frictionloop.cli.check_fingers import _unseen_said, not_lowered
 from frictionloop.design.corners import corners
 from frictionloop.design.for_fingers import for_fingers
 from frictionloop.design.on_fingers import check_fingers
@@ -65,3 +65,13 @@ def test_the_worst_margins_of_many_loops_are_those_of_a_look_at_each(designed):
             assert min(map(least, picked)) == pytest.approx(min(map(least, here)), rel=0.01)
         worst = max(each.sensitivity_peak for each in at if (each.off, each.loop.elements.occluded) == (off, occluded))
         assert worst == pytest.approx(max(each.sensitivity_peak for each in here), rel=1e-6)
+
+
+def test_what_many_fingers_tell_of_others_is_that_of_draws_at_random():
+    """Of the worst of 20 uniform numbers, how many others are worse: on average, and in all but 5 % of the draws."""
+    beyond = 1.0 - np.random.default_rng(0).uniform(size=(200_000, 20)).max(axis=1)
+    assert beyond.mean() == pytest.approx(1.0 / 21.0, rel=0.01)
+    assert np.quantile(beyond, 0.95) == pytest.approx(0.139, rel=0.01)
+    said = _unseen_said(20, " --speeds 20,40")
+    assert said.startswith("of other fingers 1 in 21 is to be expected beyond the limits, and 14% may be (95 %")
+    assert "design check FILE --speeds 20,40 --fingers 100 --fingers-seed 1`" in said

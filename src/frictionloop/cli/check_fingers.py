@@ -26,6 +26,8 @@ REASONS = 3
 """Most reasons that are told."""
 SAVED = "`frictionloop design check FILE{}` with these gains and `--out my-gains.toml` checks and writes them to a file"
 SERVED = "For how many people a loop works says `frictionloop sweep FILE --fingers N`, with your --loads"
+MANY = 100
+"""Fingers of another seed that are proposed to look at (chosen)."""
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 
@@ -50,10 +52,10 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     return [*told, *_missed(seen)]
 
 
-def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, where: str) -> list[Row]:
+def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, where: str, again: str) -> list[Row]:
     """Return rows of a design whose gains were lowered until the limits hold on all fingers that can be looked at.
 
-    ``system`` has the gains before, of which ``found`` is.
+    ``system`` has the gains before, of which ``found`` is; ``again`` are the flags that look at other fingers so.
     """
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
     count, held, rings = seen.sizes["finger"], int(seen["holds"].sum()), int((~seen["stable"]).sum())
@@ -67,10 +69,23 @@ def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, w
     most = _most(seen)
     if most < 1.0:
         told.append(("", _gains(f"on nine in ten of {count}", most, system, "those")))
-    told.append(("", f"with the gains for the finger of the file {_worst(seen)}"))
+    told += [("", f"with the gains for the finger of the file {_worst(seen)}"), ("", _unseen_said(count, again))]
     if unseen:
         told.append(("", f"{unseen} cannot be looked at: {_reasons(found)}"))
     return [*told, *_missed(seen)]
+
+
+def _unseen_said(count: int, again: str) -> str:
+    """Return what gains that hold on all of some fingers say of others of the same population.
+
+    One more finger is as likely as each of these to be the worst of all: 1 in count + 1. A share p of fingers beyond
+    the limits is missed by all of them with (1 - p)^count, which is below 5 % for p above 1 - 0.05^(1/count).
+    """
+    most = 1.0 - 0.05 ** (1.0 / count)
+    return (
+        f"of other fingers 1 in {count + 1} is to be expected beyond the limits, and {most:.0%} may be (95 % "
+        f"confidence): `frictionloop design check FILE{again} --fingers {MANY} --fingers-seed 1` looks at others"
+    )
 
 
 def not_lowered(lowered: ForFingers | None) -> list[Row]:

@@ -112,10 +112,11 @@ class OtherFingers:
         drawn = f"{first}seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
+        again = controller_holds.wanted_flags(asked, wanted)
         if lowered and lowered.factor < 1.0:
-            return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where)
-        again = controller_holds.wanted_flags(asked, wanted) + self.again()
-        return [*check_fingers.rows(found, system, drawn, where, again), *check_fingers.not_lowered(lowered)]
+            return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again)
+        rows = check_fingers.rows(found, system, drawn, where, again + self.again())
+        return [*rows, *check_fingers.not_lowered(lowered)]
 
     def again(self) -> str:
         """Return the flags that look at the same fingers again, with a blank before each; empty without any."""

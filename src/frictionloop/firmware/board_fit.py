@@ -123,9 +123,12 @@ def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:
         left = amplitude_left(plate, carrier_hz(system))
     except FrictionloopError as error:
         return [str(error)]
-    if left >= LEAST_LEFT:
+    ticks = period_ticks(system)
+    if left >= LEAST_LEFT or plate.pulse_ticks == ticks:  # the second: the amplitude there is told already
         return []
+    there = {f"{block}.max_amplitude_um": left * plate.max_amplitude_um for block in ("plate", "controller.model")}
+    flags = " ".join(f"--{path} {value:.4g}" for path, value in {"plate.pulse_ticks": ticks, **there}.items())
     return [
         f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the nearest carrier is {carrier_said(system)}; "
-        "simulate with plate.max_amplitude_um times that share"
+        f"`{flags}` takes that into account"
     ]
