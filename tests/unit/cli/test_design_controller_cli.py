@@ -371,7 +371,9 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     given, file = ("design", "controller", "--preset", "bench", "--law", "pi"), tmp_path / "gains.toml"
     alone = " ".join(frictionloop(*given).out.split())
     assert "other people not looked at: `--fingers 100` with this command lowers PI gains until the limits" in alone
-    told = frictionloop(*given, "--fingers", "6", "--out", str(file), "--json").json()
+    answer = frictionloop(*given, "--fingers", "6", "--out", str(file), "--json")
+    assert answer.noted == [f"{file} has gains for the finger of the file; those for all 6 fingers follow"]
+    told = json.loads(answer.out)
     many, people = told["fingers"], fl.fingers(6, 0)
     assert many["count"] == 6 and many["hold"] < 6 and many["gains_lowered_to"] == min(many["gain_factor"])
     found = check_fingers(fl.read_toml(file), people, Wanted(contacts=("dahl", "slider")), progress=False)
