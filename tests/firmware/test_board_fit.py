@@ -68,6 +68,13 @@ def test_another_rate_and_a_plate_between_two_carriers_are_told_and_the_bench_is
     (plate,) = misfits(between)
     assert "the nearest carrier is 38217 Hz, 36 MHz / 942, where the plate gives 50.7 % of its amplitude" in plate
     assert carrier_said(between) in plate and carrier_said(fl.feasible()) == ""
+    words = plate.partition("`")[2].partition("`")[0].split()
+    there = dict(zip((word.removeprefix("--") for word in words[::2]), map(float, words[1::2]), strict=True))
+    share = amplitude_left(between.plate, BUS_HZ / 942)
+    assert there["plate.pulse_ticks"] == 942
+    assert there["plate.max_amplitude_um"] == pytest.approx(share * between.plate.max_amplitude_um, rel=1e-3)
+    (told,) = misfits(between.evolve({"plate.pulse_ticks": 942}))
+    assert told.endswith("are to be those at this carrier") and "`" not in told
 
 
 def test_strokes_that_the_position_sensor_cannot_follow_are_told_with_a_scale_that_can():

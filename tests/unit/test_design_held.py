@@ -41,4 +41,6 @@ def test_gains_that_are_much_too_large_are_refused_with_the_nearest_limit_that_w
     (said,) = (part for part in str(caught.value).split("; ") if part.startswith("`--sensitivity-peak "))
     peak = float(said.removeprefix("`--sensitivity-peak ").partition("`")[0])
     assert held_between(BENCH, "pi", times(1.2 * most), Wanted(peak, 0.0, contacts=("dahl",)))
-    assert not any(part.startswith("`--law") for part in str(caught.value).split("; "))
+    assert "`--law pi`" not in str(caught.value)
+    with pytest.raises(FrictionloopError, match=r"; `--sensitivity-peak \S+` is the nearest that may hold; `--law pi`"):
+        held_between(BENCH, "notch_pi", times(1.2 * most), WANTED)

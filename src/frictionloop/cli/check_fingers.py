@@ -25,9 +25,9 @@ Row = tuple[str, ...]
 REASONS = 3
 """Most reasons that are told."""
 SAVED = "`frictionloop design check FILE{}` with these gains and `--out my-gains.toml` checks and writes them to a file"
-SERVED = "For how many people a loop works says `frictionloop sweep FILE --fingers N`, with your --loads"
+SERVED = "`frictionloop sweep FILE --fingers N`, with your --loads, says for how many people a loop works"
 MANY = 100
-"""Fingers of another seed that are proposed to look at (chosen)."""
+"""Other fingers that are proposed to look at (chosen)."""
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 
@@ -60,38 +60,41 @@ def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, w
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
     count, held, rings = seen.sizes["finger"], int(seen["holds"].sum()), int((~seen["stable"]).sum())
     unseen = found.sizes["finger"] - count
-    of = f"all {count}" if not unseen else f"all {count} of {count + unseen} that can be looked at, of the"
+    of = f"all {count}" if not unseen else f"all {count} that can be looked at, of {count + unseen}"
     controller: Any = system.controller
     said = f"the limits hold on {of} fingers of {drawn}; {where}. For that the gains are {number(factor)} times those "
-    said += f"for the finger of the file alone, kp {controller.kp:.4g} and ki {controller.ki:.4g} 1/s: they hold on "
+    said += f"for the finger of the file alone, kp {controller.kp:.4g} and ki {controller.ki:.4g} 1/s. Those hold on "
     said += f"{held} of these fingers, and are unstable on {rings}"
     told: list[Row] = [("on fingers", said)]
     most = _most(seen)
-    if most < 1.0:
+    if factor < most < 1.0:
         told.append(("", _gains(f"on nine in ten of {count}", most, system, "those")))
-    told += [("", f"with the gains for the finger of the file {_worst(seen)}"), ("", _unseen_said(count, again))]
+    told += [("", f"with the gains for the finger of the file {_worst(seen)}"), *_of_others(count, again)]
     if unseen:
         told.append(("", f"{unseen} cannot be looked at: {_reasons(found)}"))
     return [*told, *_missed(seen)]
 
 
-def _unseen_said(count: int, again: str) -> str:
-    """Return what gains that hold on all of some fingers say of others of the same population.
+def _of_others(count: int, again: str) -> list[Row]:
+    """Return rows with what gains that hold on all of some fingers say of others of the same population.
 
     One more finger is as likely as each of these to be the worst of all: 1 in count + 1. A share p of fingers beyond
     the limits is missed by all of them with (1 - p)^count, which is below 5 % for p above 1 - 0.05^(1/count).
     """
     most = 1.0 - 0.05 ** (1.0 / count)
-    return (
-        f"of other fingers 1 in {count + 1} is to be expected beyond the limits, and {most:.0%} may be (95 % "
-        f"confidence): `frictionloop design check FILE{again} --fingers {MANY} --fingers-seed 1` looks at others"
-    )
+    said = f"of other fingers 1 in {count + 1} is to be expected beyond the limits, and up to {most:.0%} may be, with "
+    return [
+        ("", f"{said}95 % confidence"),
+        ("", f"`frictionloop design check FILE{again} --fingers {MANY}` looks at others"),
+    ]
 
 
 def not_lowered(lowered: ForFingers | None) -> list[Row]:
     """Return a row of a design that did not lower its gains, as little would be left; none of any other."""
-    if lowered is None or lowered.least_ki is None:
+    if lowered is None or not lowered.wanting:
         return []
+    if lowered.least_ki is None:
+        return [("", "the gains were not lowered for all: this law has no kp and ki")]
     said = f"the gains were not lowered for all: a ki of {lowered.least_ki:.3g} 1/s lowers nothing that is felt"
     return [("", said)]
 
@@ -102,7 +105,7 @@ def _missed(seen: xr.Dataset) -> list[Row]:
     if not missed:
         return []
     said = f"{missed} cannot be given every force asked for at every load looked at, dry and moist; they were "
-    return [("", said + f"looked at where they can. {SERVED}")]
+    return [("", said + "looked at where they can"), ("", SERVED)]
 
 
 def _reasons(found: xr.Dataset) -> str:

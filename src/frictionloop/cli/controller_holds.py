@@ -79,9 +79,9 @@ def out_of_reach(systems: Sequence[System], state: float) -> list[tuple[System, 
                 worst[at] = (there, each)
     return [
         (there, each)
-        for (load_n, low), (there, _) in worst.items()
+        for (_, low), (there, _) in worst.items()
         for each in missed(there, [state])
-        if (_place(there)[0], each.force_n < each.instead_n) == (load_n, low)
+        if (each.force_n < each.instead_n) == low
     ]
 
 

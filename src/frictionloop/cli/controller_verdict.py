@@ -18,6 +18,7 @@ from frictionloop.cli.controller_holds import (
     places_of,
     strokes_said,
 )
+from frictionloop.cli.other_fingers import LOWERED
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
 from frictionloop.design.limit_linear import TOLD
@@ -36,7 +37,7 @@ BOTH = " `--contacts {}` designs for both contacts."
 ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
 OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " If fingers stroke so, `--speeds {:g},{:g}` designs for it; slower and faster ones are looked at too."
-MORE = "`--fingers {}` with this command lowers PI gains until the limits hold on so many random fingers too"
+MORE = "`--fingers {}` with this command {} so many random fingers too"
 LESS = " `frictionloop design check` says how much less gain would hold there."
 NOT_HELD: tuple[tuple[str, How], ...] = (
     ("UNSTABLE", "unstable"), ("CLOSE TO UNSTABLE", "near"), ("BEYOND LIMITS", "beyond")
@@ -78,7 +79,8 @@ def verdict(
         hints = _designs_for(not_held, found, bool(designed.not_both))
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
-    others = other_people(after, MORE.format(fingers_proposed(wanted)))
+    does = "lowers the gains until the limits hold on" if after.controller.kind in LOWERED else "looks at"
+    others = other_people(after, MORE.format(fingers_proposed(wanted), does))
     worse += people
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += (

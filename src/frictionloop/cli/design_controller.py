@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHold
-from frictionloop.cli.other_fingers import OtherFingers
+from frictionloop.cli.other_fingers import LOWERED, OtherFingers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,6 +65,7 @@ def command(
     others.check()
     checks.check_output("out", out, checks.SYSTEMS)
     checks.check_new("out", out)
+    checks.check_new("out", interim(out) if others.fingers else None)
     checks.check_folder("plots", plots)
     system, origin = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
 
@@ -89,7 +90,6 @@ def command(
     people = others.people(system, overrides)
     designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted, designs=True))
     made = _Made(system, levels, name, designed, wanted, flags.stated(file, overrides), out)
-    made.save()  # what took minutes is on the disk before the rest
     made, many, lowered, crowd = _for_people(made, others, people)
     designed, found, new = made.designed, made.designed.corners, made.new
     made.save("", crowd)
@@ -135,6 +135,14 @@ def command(
     others.stop(many)
 
 
+def interim(out: Path | None) -> Path | None:
+    """Return where the gains for the finger of the file are kept while those for others are looked for.
+
+    Under the name of the answer they would be taken for it.
+    """
+    return None if out is None else out.with_name(f"{out.stem}.own-finger{out.suffix}")
+
+
 def _tell_before(system: System, out: Path | None) -> None:
     """Tell what would make the gains others, before a search that takes long."""
     from frictionloop.cli import controller_also
@@ -152,15 +160,19 @@ def _for_people(
     """Return the controller with gains that hold on the fingers, what was found on them, and what is told of it."""
     from frictionloop.design.for_fingers import for_fingers
 
-    if people is not None and made.out is not None:
-        file = shlex.quote(str(made.out))
-        screen.note(f"{file} has gains for the finger of the file; those for all {len(people)} fingers follow")
+    own = made._replace(out=interim(made.out) if people is not None and made.law in LOWERED else made.out)
+    own.save()  # what took minutes is on the disk before the rest
+    if own.out != made.out:
+        file = shlex.quote(str(own.out))
+        screen.note(f"{file} has gains for the finger of the file, until those for all {len(people or ())} are found")
         screen.tell_notes()
     many = others.look(made.after, people, made.wanted)
     if many is None:
         return made, None, None, ()
     with screen.waiting("checking the gains for these fingers"):
         lowered = for_fingers(made.levels, made.designed, many, made.wanted)
+    if own.out is not None and own.out != made.out:
+        own.out.unlink()
     crowd = others.rows(many, made.after, made.wanted, lowered.designed.corners, lowered)
     return made._replace(designed=lowered.designed), many, lowered, crowd
 

@@ -7,6 +7,8 @@ import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from frictionloop.cli.flags import scalar
+
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
@@ -34,10 +36,10 @@ def lines(
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
     begins = [str(file)] if file else ["--preset", preset] if preset else []
+    named = [flag.partition("=") for flag in given or () if not flag.startswith(NOT_ASKED)]
     # Nor of a finger that is still so that a recording is alone: one that does not get moist would flatter the gains.
-    not_asked = (*NOT_ASKED, *(f"{path}=" for path in STILL))
-    kept = [flag.partition("=") for flag in given or () if not flag.startswith(not_asked)]
-    flags = [part for path, _, value in kept for part in (f"--{path}", value)]
+    kept = [(path, value) for path, _, value in named if path not in STILL or scalar(value) != STILL[path]]
+    flags = [part for path, value in kept for part in (f"--{path}", value)]
     command = shlex.join(["frictionloop", "design", "check", *begins, *flags])
     where = f"This run is at {motion.speed_mm_s:g} mm/s on contact {finger.contact}"
     other = f"{where}{_unstable(run, mask)}; `{command}` looks at others, and a resonance that is off."

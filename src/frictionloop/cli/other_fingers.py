@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 Row = tuple[str, ...]
+LOWERED = ("pi", "notch_pi")
+"""Laws whose gains a design lowers."""
 MOST_FINGERS = 100_000
 """More than a population needs for the worst of a thousand, at some 0.1 s each."""
 
@@ -74,7 +76,8 @@ class OtherFingers:
         count = self.fingers * loops_of_a_finger(system, wanted)
         lasts = takes(count, FINGERS_S.get(law, OTHER_FINGERS_S))
         again = takes(loops(system, wanted), EACH_S.get(law, OTHER_S))
-        return f", then {lasts} for {self.fingers} fingers" + f", and {again} to check the gains for them" * designs
+        more = f", and {again} to check the gains for them" * (designs and law in LOWERED)
+        return f", then {lasts} for {self.fingers} fingers{more}"
 
     def look(self, system: System, people: Sequence[Any] | None, wanted: Wanted) -> xr.Dataset | None:
         """Return what is found on them, after Ctrl-C on those that were looked at; None if none are asked for."""
@@ -114,7 +117,9 @@ class OtherFingers:
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
         again = controller_holds.wanted_flags(asked, wanted)
         if lowered and lowered.factor < 1.0:
-            return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again)
+            other = f" --fingers-seed {(self.fingers_seed or 0) + 1}"
+            other += f" --population {shlex.quote(str(self.population))}" if self.population else ""
+            return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + other)
         rows = check_fingers.rows(found, system, drawn, where, again + self.again())
         return [*rows, *check_fingers.not_lowered(lowered)]
 
@@ -129,5 +134,9 @@ class OtherFingers:
 
         if found is None:
             return {}
-        factor = {} if lowered is None else {"gains_lowered_to": lowered.factor}
-        return {"fingers": factor | check_fingers.as_json(found, self.fingers_seed or 0)}
+        there = check_fingers.as_json(found, self.fingers_seed or 0)
+        if lowered is None:
+            return {"fingers": there}
+        # What was found is of the gains before they were lowered: the design's other values are of those after.
+        after = {"gains_lowered_to": lowered.factor, "not_lowered": lowered.wanting, "ki_for_all": lowered.least_ki}
+        return {"fingers": after | {"before_lowering": there}}

@@ -112,10 +112,8 @@ def command(
         said += recorded_units.resampled(system)
         said += bands_asked.notes(run, mask, bands)
         said += [*recorded_bands.lines(run, mask, split=bool(bands)), *recorded_followed.lines(run, mask)]
-        one = [] if rings else one_place.lines(system, file, preset, overrides, run, mask)
     said = [*unscored.lines(run, score_from_s, metrics["rms_error"]), *said]
-    said += recorded_turns.lines(run, system, duration_s)
-    said += recorded.notes(system, duration_s)
+    said += [*recorded_turns.lines(run, system, duration_s), *recorded.notes(system, duration_s)]
     times, steps = _steps(run, system, score_from_s)
     # What is loaded again counts the same periods.
     units, meaning = VARIABLES["scored"]
@@ -135,6 +133,8 @@ def command(
         result |= {"recording": {**read, "notes": " ".join([*unreached, *said])}} if read else {}
         screen.show_json(result | {"saved": saved, "elapsed_s": elapsed_s})
         return
+    with screen.waiting("looking at the linear loop"):
+        one = [] if rings else one_place.lines(system, file, preset, overrides, run, mask)
     periods = f"{run.sizes['time']:,}".replace(",", " ")
     rows = [*scores.metric_rows(metrics, opened_n), *scores.step_rows(times, steps)] if mask.any() else []
     rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system)) + scores.scored_rows(mask)

@@ -21,6 +21,8 @@ class ForFingers(NamedTuple):
     designed: Designed
     factor: float = 1.0
     """On the gains before; 1 where they hold on all fingers, or were not lowered."""
+    wanting: bool = False
+    """Whether they do not hold on all and were not lowered: too little would be left, or the law has none of them."""
     least_ki: float | None = None
     """Where they were not lowered, as the ki that holds on all is too small to be of use: that ki, 1/s."""
 
@@ -33,11 +35,13 @@ def for_fingers(system: System, found: Designed, many: xr.Dataset, wanted: Wante
     `LEAST_KI`, with which nothing is lowered that is felt.
     """
     factor = float(np.nanmin(many["gain_factor"].values))
-    lower = lowered(found, factor) if factor < 1.0 else None
-    if lower is None:
+    if factor >= 1.0:
         return ForFingers(found)
+    lower = lowered(found, factor)
+    if lower is None:
+        return ForFingers(found, wanting=True)
     if (ki := float(lower.overrides["controller.ki"])) <= LEAST_KI:
-        return ForFingers(found, least_ki=ki)
+        return ForFingers(found, wanting=True, least_ki=ki)
     there = system.evolve(lower.overrides)
     at = corners(there, wanted.limits, wanted.over(CHECKED, LOADS), wanted.lean)
     more = elsewhere(there, wanted.limits, wanted.over(ENDS, LOADS), wanted.lean)

@@ -124,11 +124,13 @@ def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:
     except FrictionloopError as error:
         return [str(error)]
     ticks = period_ticks(system)
-    if left >= LEAST_LEFT or plate.pulse_ticks == ticks:  # the second: the amplitude there is told already
+    if left >= LEAST_LEFT:
         return []
-    there = {f"{block}.max_amplitude_um": left * plate.max_amplitude_um for block in ("plate", "controller.model")}
+    said = f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the nearest carrier is {carrier_said(system)}; "
+    if plate.pulse_ticks == ticks:
+        return [f"{said}plate.max_amplitude_um and that of controller.model are to be those at this carrier"]
+    model = system.controller.model
+    lower = {"plate": plate.max_amplitude_um, "controller.model": model.max_amplitude_um}
+    there = {f"{block}.max_amplitude_um": left * largest_um for block, largest_um in lower.items()}
     flags = " ".join(f"--{path} {value:.4g}" for path, value in {"plate.pulse_ticks": ticks, **there}.items())
-    return [
-        f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the nearest carrier is {carrier_said(system)}; "
-        f"`{flags}` takes that into account"
-    ]
+    return [f"{said}`{flags}` takes that into account, if these are the amplitudes at the resonance"]

@@ -47,7 +47,7 @@ def told(
         What the figure asks for.
     """
     return [
-        *_own(changes, base),
+        *_own(changes, base, rows),
         *_path(changes),
         *_speed(changes, base, rows),
         *_amplitude(changes, base),
@@ -61,12 +61,13 @@ def told(
     ]
 
 
-def _own(changes: Mapping[str, Any], base: System) -> list[str]:
+def _own(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
     """Return what this finger had in the place of values that a finger brings."""
     said = []
     for path in (each for each in changes if each in fingers(1, 0)[0]):
         own, preset = (f"{_value(each, path):.3g} {unit_of(path) or ''}".rstrip() for each in (base, bench()))
-        said.append(f"{path} = {own} (the preset's, for which {HERE} is found: {preset})")
+        unchanged = f" (the preset's, for which {HERE} of the bench unchanged is found: {preset})" * (HERE in rows)
+        said.append(f"{path} = {own}{unchanged}")
     return [f"this finger's own, which the change replaces: {', '.join(said)}"] if said else []
 
 

@@ -243,6 +243,8 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
     gains = ("--controller.kp", "0", "--controller.ki", "20")
     still = frictionloop("simulate", "--preset", "bench", "--duration-s", "1", *gains, *alone)
     assert "check --preset bench --controller.kp 0 --controller.ki 20` looks at others" in " ".join(still.out.split())
+    moister = frictionloop("simulate", "--preset", "bench", "--duration-s", "1", *gains, "--friction.moist_loss", "0.2")
+    assert "--controller.ki 20 --friction.moist_loss 0.2` looks at others" in " ".join(moister.out.split())
     wide = (
         "--setpoint.offset_n",
         "0.6",

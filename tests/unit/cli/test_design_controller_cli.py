@@ -370,19 +370,23 @@ def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
 def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionloop, tmp_path):
     given, file = ("design", "controller", "--preset", "bench", "--law", "pi"), tmp_path / "gains.toml"
     alone = " ".join(frictionloop(*given).out.split())
-    assert "other people not looked at: `--fingers 100` with this command lowers PI gains until the limits" in alone
+    assert "other people not looked at: `--fingers 100` with this command lowers the gains until the limits" in alone
     answer = frictionloop(*given, "--fingers", "6", "--out", str(file), "--json")
-    assert answer.noted == [f"{file} has gains for the finger of the file; those for all 6 fingers follow"]
+    own = tmp_path / "gains.own-finger.toml"
+    assert answer.noted == [f"{own} has gains for the finger of the file, until those for all 6 are found"]
+    assert not own.exists()
     told = json.loads(answer.out)
-    many, people = told["fingers"], fl.fingers(6, 0)
-    assert many["count"] == 6 and many["hold"] < 6 and many["gains_lowered_to"] == min(many["gain_factor"])
+    many, people = told["fingers"]["before_lowering"], fl.fingers(6, 0)
+    assert many["count"] == 6 and many["hold"] < 6
+    assert told["fingers"]["gains_lowered_to"] == min(many["gain_factor"]) and not told["fingers"]["not_lowered"]
     found = check_fingers(fl.read_toml(file), people, Wanted(contacts=("dahl", "slider")), progress=False)
     assert found["holds"].all() and float(found["gain_factor"].min()) == pytest.approx(1.0, rel=2e-3)
     head = file.read_text(encoding="utf-8").partition("schema = ")[0]
     assert "on fingers: the limits hold on all 6 fingers of seed 0; contacts dahl and slider" in head
+    assert "of other fingers 1 in 7 is to be expected beyond the limits" in head and "sweep FILE" not in head
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
     assert said.startswith("HOLDS contacts dahl and slider, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
-    assert f"they hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said
+    assert f"Those hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said
     refused = frictionloop(*given, "--fingers-seed", "3")
     assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err
 
