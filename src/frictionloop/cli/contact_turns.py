@@ -5,6 +5,7 @@ from __future__ import annotations
 from frictionloop.cli import screen
 from frictionloop.firmware.board_fit import scale_for
 from frictionloop.parameters import Strokes, System
+from frictionloop.parameters.motion import one_stroke_a_contact
 
 SEVERAL = 2.0
 """Strokes of a contact from which on it is meant to be back and forth (chosen)."""
@@ -31,7 +32,7 @@ def question(system: System) -> str:
     if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
         return ""
     half_s = 0.5 * motion.cycle_s
-    if motion.one_stroke_a_contact or motion.contact_s >= SEVERAL * half_s:
+    if one_stroke_a_contact(motion) or motion.contact_s >= SEVERAL * half_s:
         return ""
     changes = motion.in_contacts()
     stroke_mm = changes["motion.stroke_mm"]

@@ -12,6 +12,7 @@ from frictionloop.analysis.reach import missed
 from frictionloop.design.corners import corners, moistest
 from frictionloop.design.elsewhere import NEAR
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor
+from frictionloop.parameters.motion import one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -92,14 +93,14 @@ def moist_row(system: System, wanted: Wanted, said: str) -> list[Row]:
 def _of_slowest(motion: Strokes, wanted: Wanted) -> str:
     """Return whose contacts were looked at, where each is a stroke and slower ones last longer; else nothing."""
     slowest = min(wanted.speeds_mm_s, default=motion.speed_mm_s)
-    long = motion.one_stroke_a_contact and slowest < motion.speed_mm_s
+    long = one_stroke_a_contact(motion) and slowest < motion.speed_mm_s
     return f", as long as a stroke at {slowest:.3g} mm/s" if long else ""
 
 
 def _slowest(motion: Strokes, wanted: Wanted) -> str:
     """Return how long the slowest of strokes of one length lasts, where slower ones were looked at; else nothing."""
     slowest = min(wanted.speeds_mm_s, default=motion.speed_mm_s)
-    if slowest >= motion.speed_mm_s or motion.one_stroke_a_contact:
+    if slowest >= motion.speed_mm_s or one_stroke_a_contact(motion):
         return ""
     stroke_mm = motion.contact_s * motion.speed_mm_s
     longest_s = stroke_mm / slowest

@@ -8,7 +8,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from frictionloop.parameters import Skin, Strokes, System
-from frictionloop.parameters.motion import TURN_SHARE
+from frictionloop.parameters.motion import TURN_SHARE, one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError
 
 CONTACTS = ("dahl", "slider")
@@ -67,7 +67,7 @@ def with_longest_contact(system: System, speeds_mm_s: Sequence[float]) -> System
     """
     motion = system.motion
     slowest = min(speeds_mm_s, default=math.inf)
-    if not isinstance(motion, Strokes) or not motion.one_stroke_a_contact or slowest >= motion.speed_mm_s:
+    if not isinstance(motion, Strokes) or not one_stroke_a_contact(motion) or slowest >= motion.speed_mm_s:
         return system
     longer = motion.model_copy(update={"contact_s": motion.contact_s * motion.speed_mm_s / slowest})
     return system.evolve({"motion.contact_s": longer.contact_s, **longer.in_contacts()})

@@ -81,13 +81,6 @@ class Strokes(Block):
             )
         return self
 
-    @property
-    def one_stroke_a_contact(self) -> bool:
-        """Whether each contact is one stroke, which turns in the air, as `in_contacts` makes it."""
-        period_s = self.contact_s + self.lifted_s
-        in_step = abs(0.5 * self.cycle_s - period_s) < IN_STEP * period_s
-        return self.contact_s > 0.0 and in_step and self.reversal_s <= self.lifted_s * (1.0 + IN_STEP)
-
     def in_contacts(self) -> dict[str, float]:
         """Return overrides with which each contact is one stroke, which turns in the air."""
         return {
@@ -105,6 +98,13 @@ class Strokes(Block):
     def cycle_s(self) -> float:
         """Time of one stroke there and back."""
         return 2.0 * (self.plateau_s + self.reversal_s)
+
+
+def one_stroke_a_contact(motion: Strokes) -> bool:
+    """Tell whether each contact is one stroke, which turns in the air, as `Strokes.in_contacts` makes it."""
+    period_s = motion.contact_s + motion.lifted_s
+    in_step = abs(0.5 * motion.cycle_s - period_s) < IN_STEP * period_s
+    return motion.contact_s > 0.0 and in_step and motion.reversal_s <= motion.lifted_s * (1.0 + IN_STEP)
 
 
 Motion = Annotated[Sliding | Strokes, Kinds(Block, Sliding, Strokes, default="sliding")]

@@ -14,6 +14,7 @@ from frictionloop.design.corners import Corner
 from frictionloop.design.elsewhere import Elsewhere, Place
 from frictionloop.design.over import with_longest_contact
 from frictionloop.design.wanted import Designed, Wanted
+from frictionloop.parameters.motion import one_stroke_a_contact
 
 WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0})
 
@@ -123,9 +124,9 @@ def test_a_range_of_speeds_tells_how_long_the_slowest_stroke_of_one_length_lasts
 def test_strokes_that_are_contacts_last_longer_where_they_are_slower():
     lifts = fl.bench().evolve({"motion.contact_s": 2.0, "motion.lifted_s": 1.0, "motion.speed_mm_s": 30.0})
     strokes = lifts.evolve(lifts.motion.in_contacts())
-    assert strokes.motion.one_stroke_a_contact and not lifts.motion.one_stroke_a_contact
+    assert one_stroke_a_contact(strokes.motion) and not one_stroke_a_contact(lifts.motion)
     longest = with_longest_contact(strokes, (15.0, 45.0))
-    assert longest.motion.contact_s == 4.0 and longest.motion.one_stroke_a_contact
+    assert longest.motion.contact_s == 4.0 and one_stroke_a_contact(longest.motion)
     assert longest.motion.contact_s * 15.0 == strokes.motion.contact_s * strokes.motion.speed_mm_s
     for other in (lifts, fl.bench(), fl.feasible()):
         assert with_longest_contact(other, (15.0, 45.0)) is other
