@@ -52,6 +52,7 @@ def test_gains_too_small_to_be_of_use_are_not_lowered_to(designed, found):
     assert not_lowered(made)[0][1].startswith("the gains were not lowered for all")
 
 
+@pytest.mark.slow  # margins of each of 240 loops
 def test_the_worst_margins_of_many_loops_are_those_of_a_look_at_each(designed):
     many = Wanted(speeds_mm_s=(10.0, 40.0), loads_n=(0.4, 0.8))
     at = corners(BENCH.evolve(designed.overrides), many.limits, many.over(3, 2))
