@@ -73,8 +73,8 @@ def test_the_worst_margins_of_many_loops_are_those_of_a_look_at_each(designed):
 def test_what_many_fingers_tell_of_others_is_that_of_draws_at_random():
     """Of the worst of 20 uniform numbers, how many others are worse: on average, and in all but 5 % of the draws."""
     beyond = 1.0 - np.random.default_rng(0).uniform(size=(200_000, 20)).max(axis=1)
-    (_, said), (_, command) = _of_others(20, " --speeds 20,40 --fingers-seed 1")
+    (_, said), (_, command) = _of_others(20, " --speeds 20,40 --fingers 100 --fingers-seed 1")
     expected, most = re.search(r"1 in (\d+) is to be expected beyond the limits, and up to (\d+)% may", said).groups()
     assert beyond.mean() == pytest.approx(1.0 / int(expected), rel=0.01)
     assert np.quantile(beyond, 0.95) == pytest.approx(int(most) / 100.0, abs=0.006)
-    assert "design check FILE --speeds 20,40 --fingers-seed 1 --fingers 100`" in command
+    assert "design check FILE --speeds 20,40 --fingers 100 --fingers-seed 1` looks at others" in command

@@ -85,7 +85,7 @@ def _of_others(count: int, again: str) -> list[Row]:
     said = f"of other fingers 1 in {count + 1} is to be expected beyond the limits, and up to {most:.0%} may be, with "
     return [
         ("", f"{said}95 % confidence"),
-        ("", f"`frictionloop design check FILE{again} --fingers {MANY}` looks at others"),
+        ("", f"`frictionloop design check FILE{again}` looks at others"),
     ]
 
 

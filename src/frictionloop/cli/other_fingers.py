@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -117,8 +117,7 @@ class OtherFingers:
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
         again = controller_holds.wanted_flags(asked, wanted)
         if lowered and lowered.factor < 1.0:
-            other = f" --fingers-seed {(self.fingers_seed or 0) + 1}"
-            other += f" --population {shlex.quote(str(self.population))}" if self.population else ""
+            other = replace(self, fingers=check_fingers.MANY, fingers_seed=(self.fingers_seed or 0) + 1).again()
             return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + other)
         rows = check_fingers.rows(found, system, drawn, where, again + self.again())
         return [*rows, *check_fingers.not_lowered(lowered)]

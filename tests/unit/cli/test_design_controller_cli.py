@@ -299,7 +299,9 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     said = " ".join(answer.out.split())
     assert "contacts dahl and slider, 20 mm/s, pressed with 0.4 to 0.8 N; 0.5 to 0.7 N" in said
     assert answer.noted == []
-    (note,) = frictionloop(*asked, "--out", "c.toml").noted
+    saved = frictionloop(*asked, "--out", "c.toml")
+    (note,) = saved.noted
+    assert "for the Teensy controller.rate_hz = 4000 Hz: the project's firmware" in " ".join(saved.out.split())
     assert "for its board design with --controller.rate_hz 5000" in note
     (again,) = re.findall("^# Look again: frictionloop design check FILE (.*)", Path("c.toml").read_text(), re.M)
     assert again == "--contacts dahl,slider --loads 0.4,0.8"
@@ -386,6 +388,7 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     assert "of other fingers 1 in 7 is to be expected beyond the limits" in head and "sweep FILE" not in head
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
     assert said.startswith("HOLDS contacts dahl and slider, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
+    assert "design check FILE --contacts dahl,slider --fingers 100 --fingers-seed 1` looks at others" in said
     assert f"Those hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said
     refused = frictionloop(*given, "--fingers-seed", "3")
     assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err
