@@ -124,7 +124,7 @@ def test_each_of_several_changes_is_told_alone(tmp_path):
     [
         (2.75, 4.14, 0.3, "$M_s$ 2.75, moist 4.14"),
         (2.75, np.nan, 0.3, "$M_s$ 2.75"),
-        (2.75, np.inf, 0.3, "$M_s$ 2.75,\nunstable when moist"),
+        (2.75, np.inf, 0.3, "$M_s$ 2.75\nunstable when moist"),
         (np.inf, np.inf, None, "unstable"),
         (np.inf, 5.0, 0.5, "unstable below 0.5 N"),
         (None, None, None, ""),

@@ -7,7 +7,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.cli.contact_turns import question
 from frictionloop.report import changed_told, protocol
-from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS
+from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.stability import asked_for
 
 ROWS = (OPEN, RETUNED_GAINS)
@@ -30,22 +30,48 @@ def base():
 @pytest.mark.parametrize(("slope", "does"), [(-0.12, "falls"), (0.05, "rises")])
 def test_a_changed_speed_tells_how_friction_goes_with_speed(base, slope, does):
     sloped = base.evolve({"friction.speed_slope": slope})
-    path, line, tremor = told({"motion.speed_mm_s": 40.0}, sloped, ROWS)
+    path, line, tremor, pole = told({"motion.speed_mm_s": 40.0}, sloped, ROWS)
     assert path == "strokes stay one long one at a time, on a path of 480 mm"
     assert line == (
         f"this finger's friction {does} with speed, friction.speed_slope = {slope}: the open loop changes with it"
     )
     assert "a smaller share of a faster stroke, shakes the force less" in tremor
-    line, tremor = told({"motion.speed_mm_s": 10.0}, sloped, ("printed gains",))
+    assert "of the contact at 0.6 N, from 106 Hz to 212 Hz: a higher one" in pole
+    line, tremor, _ = told({"motion.speed_mm_s": 10.0}, sloped, ("printed gains",))
     assert "open loop" not in line and "a larger share of a slower stroke, shakes the force more" in tremor
 
 
 def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_nothing(base):
-    assert told({"motion.speed_mm_s": 10.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS) == []
+    (pole,) = told({"motion.speed_mm_s": 10.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS)
+    assert pole.startswith("the change moves the pole of the contact at 0.6 N, from 106 Hz to 53.1 Hz: a lower one")
     assert told({"motion.speed_mm_s": base.motion.speed_mm_s}, base, ROWS) == []
     assert told({"sensor.q": 100.0}, base, ROWS) == []
-    (line,) = told({"plate.q": 100.0}, base, ROWS)
+    pole, line = told({"plate.q": 100.0}, base, ROWS)
+    assert pole.startswith(
+        "the change moves the pole of the plate, f0/(2 Q) with Q 100, from 100 Hz to 230 Hz: a higher"
+    )
     assert line.startswith("plate.max_amplitude_um stays 2.5, as of another drive")
+
+
+@pytest.mark.parametrize(
+    ("change", "up"),
+    [
+        ({"plate.frequency_hz": 25e3}, False),
+        ({"plate.q": 100.0}, True),
+        ({"motion.speed_mm_s": 60.0}, True),
+        ({"finger.contact": "slider"}, True),
+    ],
+)
+def test_a_pole_that_moves_damps_the_resonance_in_the_loop_as_is_said(base, change, up):
+    """The loop gain at the sensor's resonance, by the linear analysis, is what the words are about."""
+
+    def gain(system):
+        loop = fl.linearise(system.evolve(CONTROLLERS[RETUNED_GAINS]), force_n=0.6)
+        return abs(loop.responses([system.sensor.resonance_hz])["G"][0])
+
+    (line,) = [each for each in told(change, base, ROWS) if "moves the pole" in each]
+    assert ("less" if up else "more") in line and ("less" in line) != ("more" in line)
+    assert (gain(base.evolve(change)) > gain(base)) == up
 
 
 HELD = "{:g} ms with half a period of hold, {:g} ms with that of the integral"
@@ -81,7 +107,7 @@ def test_forces_that_the_finger_cannot_be_given_are_told_with_both_ends(base):
 
 def test_a_change_that_the_ideal_sensor_takes_away_again_is_named(base):
     changes = {"sensor.resonance_hz": 200.0, "plate.q": 100.0, "controller.delay_s": 9e-4}
-    assert told(changes, base, (PRINTED, IDEAL))[2:] == [
+    assert told(changes, base, (PRINTED, IDEAL))[3:] == [
         'sensor.resonance_hz and controller.delay_s do not reach "ideal sensor, no delay"'
     ]
     assert told({"controller.delay_s": 9e-4}, base, (PRINTED, IDEAL))[1].startswith("controller.delay_s does not reach")
@@ -115,9 +141,9 @@ def test_forces_that_come_into_reach_or_stay_out_of_it_are_told_beside_the_bench
     (line,) = told({"plate.max_amplitude_um": 3.5}, weak, ROWS, low)
     assert line.startswith("all forces are in this finger's reach at its mean load; unchanged, those below ")
     (line,) = told({"sensor.resonance_hz": 200.0}, weak, ROWS, low)
-    assert "when moist, at the end of the strokes (as unchanged), and more" in line
+    assert "at the end of the last stroke, moister than after one (as unchanged), and more" in line
     (line,) = told({"plate.max_amplitude_um": 1.2}, weak, ROWS, low)
-    assert "at the end of the strokes (unchanged " in line
+    assert "moister than after one (unchanged " in line
 
 
 def test_of_one_change_alone_nothing_is_said_of_gains_that_it_is_not_of(base):

@@ -110,7 +110,7 @@ def _by_how_much(place: Place) -> str:
     worst, margins = place.worst, place.worst.margins
     if place.how == "unstable":
         rings = ringing_hz([worst.loop])
-        return "" if rings is None else f"rings near {rings:.3g} Hz"
+        return "" if rings is None else f"starts to ring near {rings:.3g} Hz"
     said = [f"the limit is {worst.limit:.3g}"]
     if math.isfinite(margins.gain_margin):
         said.append(f"gain margin {margins.gain_margin:.3g} at {margins.phase_crossover_hz:.3g} Hz")

@@ -170,8 +170,8 @@ def range_said(system: System, wanted: Wanted) -> str:
     if top_n <= range_n:
         return ""
     return (
-        f"{who}{pressed} has {top_n:.3g} N without vibration, and sensor.range_n is {range_n:.3g} N; the "
-        "board stops with a fault when its sensor saturates"
+        f"{who}{pressed} has {top_n:.3g} N without vibration, as with the loop off, and sensor.range_n is "
+        f"{range_n:.3g} N; the board stops with a fault when its sensor saturates"
     )
 
 

@@ -83,9 +83,7 @@ def verdict(
     others = other_people(after, MORE.format(fingers_proposed(wanted), does))
     worse += people
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
-    rows += (
-        [("for the Teensy" if k == 0 else "", said) for k, said in enumerate(misfits_of_gains(after))] if out else []
-    )
+    rows += [("firmware" if k == 0 else "", said) for k, said in enumerate(misfits_of_gains(after))] if out else []
     rows += [] if people else others
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]

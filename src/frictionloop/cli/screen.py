@@ -137,7 +137,7 @@ def table(rows: Sequence[tuple[str, ...]], whole: bool = False) -> Any:
     ``whole``: it is of names, and no name is broken in two.
     """
     longest = max(len(row[0]) for row in rows)
-    first = {"min_width": longest if whole else min(longest, 14)}
+    first = {"min_width": longest if whole else min(longest, 15)}
     numbers = [{"no_wrap": True, "justify": "right"} for _ in rows[0][1:-1]]
     return _grid(rows, [first, *numbers, {"no_wrap": True}])
 

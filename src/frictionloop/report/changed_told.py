@@ -12,6 +12,7 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.report.changed_poles import moved
 from frictionloop.report.changed_runs import GAINS, SINES, words
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
@@ -50,6 +51,7 @@ def told(
         *_own(changes, base, rows),
         *_path(changes),
         *_speed(changes, base, rows),
+        *moved(changes, base, sines),
         *_amplitude(changes, base),
         *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),
@@ -129,7 +131,7 @@ def _reach(there: System, base: System, sines: Sines) -> list[str]:
     (low, was_low), (high, was_high) = zip(*ends, strict=True)
     said = []
     if low_n < low:
-        where = "when moist, at the end of the strokes"
+        where = "at the end of the last stroke, moister than after one"
         said.append(f"below {low:.3g} N {where}{_was(low, was_low)}, and more where it presses harder")
     if high_n > high:
         said.append(f"above {high:.3g} N when it lands{_was(high, was_high)}, and more where it presses lighter")

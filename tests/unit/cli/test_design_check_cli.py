@@ -35,7 +35,7 @@ def test_the_verdict_comes_first_and_the_answer_fits(frictionloop, monkeypatch):
         "DOES NOT HOLD at 4 of 6 contacts and speeds looked at, pressed with 0.5 N alone "
         "UNSTABLE contact slider at 10, 20,"
     )
-    assert "mm/s with the resonance 5 % lower: rings near 13" in said
+    assert "mm/s with the resonance 5 % lower: starts to ring near 13" in said
     assert "CLOSE TO UNSTABLE contact dahl at 80 mm/s with the resonance 10 % lower (Ms 9.9" in said
     assert "the limit is 2.6, gain margin 1.1" in said and "HOLDS contact dahl at 10, 20 mm/s looked at 0.5 to" in said
     assert "would hold kp at most 0.0" in said and "`frictionloop design controller --preset bench` searches" in said

@@ -301,7 +301,7 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     assert answer.noted == []
     saved = frictionloop(*asked, "--out", "c.toml")
     (note,) = saved.noted
-    assert "for the Teensy controller.rate_hz = 4000 Hz: the project's firmware" in " ".join(saved.out.split())
+    assert "firmware controller.rate_hz = 4000 Hz: the project's firmware" in " ".join(saved.out.split())
     assert "for its board design with --controller.rate_hz 5000" in note
     (again,) = re.findall("^# Look again: frictionloop design check FILE (.*)", Path("c.toml").read_text(), re.M)
     assert again == "--contacts dahl,slider --loads 0.4,0.8"
