@@ -280,6 +280,11 @@ def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_pa
     shown = " ".join(str(line).strip() for line in figure_text(figure))
     best = figure.checked.best
     assert f"{HOLDS}: kp {row['kp']:.4g}, ki {row['ki']:.4g} 1/s, in the ratio of the {best}, as those of the" in shown
+    at = check_controller(asked_for({"sensor.resonance_hz": 90.0}).evolve(dict(fl.RETUNED)))
+    held = sum(place.how == "within" for place in at.places)
+    assert f"{RETUNED_GAINS}: {1e3 * figure.numbers[RETUNED_GAINS]['error_n']:.3g}, unchanged 25." in shown
+    assert f"hold at {held} of {len(at.places)} contacts and speeds" in shown
+    assert f"are not known use {HOLDS}, kp {row['kp']:.4g} and ki {row['ki']:.4g} 1/s: " in shown
     named = figure.numbers[best]
     assert row["kp"] * named["ki"] == pytest.approx(row["ki"] * named["kp"], rel=1e-3)
 

@@ -12,7 +12,7 @@ from frictionloop.cli import screen
 
 if TYPE_CHECKING:
     from frictionloop.report.alone import Shown
-    from frictionloop.report.stroke_numbers import Table
+    from frictionloop.report.stroke_numbers import Row, Table
 
 UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_hz": ("Hz", 1.0)}
 """What numbers are shown in, by the end of their names."""
@@ -63,6 +63,7 @@ def figure_text(figure: Shown) -> list[Any]:
     return [
         figure.name + (f", {other}: {words(figure.changed)}" if figure.changed else ""),
         *([_table(figure.numbers)] if figure.numbers else []),
+        *_answer(figure, gains),
         *(each for line in figure.told for each in _indented(line)),
         *one,
         *before,
@@ -75,6 +76,36 @@ def figure_text(figure: Shown) -> list[Any]:
         f"The figure: {figure.file}",
         "  beside it the same as .png",
     ]
+
+
+def _answer(figure: Shown, name: str) -> list[str]:
+    """Return what gains do on a changed bench, and which to use there; nothing of a figure that is not checked."""
+    from frictionloop.report.figures.closed_loop import HOLDS
+
+    there = figure.checked.places.get(name)
+    if there is None:
+        return []
+    errors = [_shown("error_n", row["error_n"]) for row in (figure.numbers[name], figure.unchanged.get(name)) if row]
+    said = [
+        f"{name}: {', unchanged '.join(errors)} mN of error; they hold at {there.held} of {there.places} contacts and "
+        "speeds looked at"
+    ]
+    if HOLDS in figure.numbers:
+        row, before = figure.numbers[HOLDS], figure.unchanged.get(HOLDS)
+        own = (
+            f"; on the bench unchanged they are {_gains(before)}, {_shown('error_n', before['error_n'])} mN"
+            if before
+            else ""
+        )
+        said.append(
+            f"where contact and speed are not known use {HOLDS}, {_gains(row)}: "
+            f"{_shown('error_n', row['error_n'])} mN of error{own}"
+        )
+    return [each for line in said for each in _indented(line)]
+
+
+def _gains(row: Row) -> str:
+    return f"kp {row['kp']:.4g} and ki {row['ki']:.4g} 1/s"
 
 
 def _moist(figure: Shown) -> str:
@@ -169,16 +200,12 @@ def _instead(figure: Shown) -> list[str]:
     if HOLDS not in figure.numbers:
         return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
     same = ", as those of the bench unchanged" if HOLDS in figure.unchanged else ""
-    errors = [_shown("error_n", row["error_n"]) for row in (figure.numbers[HOLDS], figure.unchanged.get(HOLDS)) if row]
-    said = [
-        f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}{same}",
-        f"to use where contact and speed are not known: these, which leave {' mN, unchanged '.join(errors)} mN",
-    ]
+    said = f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}{same}"
     if not gains["controller.kp"]:
-        return [each for line in said for each in _indented(line)]
+        return _indented(said)
     more = "another ratio may leave less; a design asks for more, a finger as moist as slower strokes leave it:"
     return [
-        *(each for line in (*said, more) for each in _indented(line)),
+        *(each for line in (said, more) for each in _indented(line)),
         f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
     ]
 
