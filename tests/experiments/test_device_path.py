@@ -74,6 +74,7 @@ def test_a_device_that_is_disarmed_in_mid_trial_loses_that_trial_alone(tmp_path,
     assert read_trials(path)[same].equals(read_trials(whole)[same])
 
 
+@pytest.mark.slow
 def test_an_answer_outside_its_window_does_not_count_and_the_trial_is_repeated(tmp_path):
     trials = read_trials(run(PLAN, tmp_path / "P01", "P01", address="sim:", respondent=Person(late=(2,)), trials=3))
     assert trials["reason"].tolist() == ["", "no answer in time", ""]
@@ -82,6 +83,7 @@ def test_an_answer_outside_its_window_does_not_count_and_the_trial_is_repeated(t
     assert trials["requested"][1] == trials["requested"][2]
 
 
+@pytest.mark.slow
 def test_a_trial_in_which_a_clock_jumps_does_not_count_and_says_so(tmp_path, engines):
     def jump():
         device = engines[0]._device
@@ -130,6 +132,7 @@ def files_of(most_bytes):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["bench:", "sim:"])
 def test_a_disk_without_room_for_traces_ends_the_session_with_whole_rows(address, tmp_path):
     path = run(PLAN, tmp_path / "P01", "P01", respondent=Person(), address=address, trials=1)

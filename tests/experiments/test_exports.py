@@ -92,6 +92,7 @@ def test_traces_are_read_back_by_pandas_and_scipy_with_their_times(session, data
     np.testing.assert_allclose(*spectra, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_streams_carry_strokes_and_markers_on_the_clock_of_the_device(tmp_path):
     streams, inlets = Streams("P77"), {}
 

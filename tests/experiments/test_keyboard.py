@@ -53,6 +53,7 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.mark.slow
 def test_on_a_terminal_a_bar_shows_where_the_finger_ought_to_be(tmp_path):
     shown = Terminal()
     keyboard = Keyboard(PLAN, io.StringIO("1\n"), shown)

@@ -109,6 +109,7 @@ def test_two_runs_of_one_session_at_once_are_refused(whole):
         resume(whole)
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_session_with_whole_rows(whole, tmp_path, monkeypatch):
     path = tmp_path / "P01"
     shutil.copytree(whole, path)

@@ -31,6 +31,7 @@ def surprised(system: fl.System) -> tuple[float, float]:
     return summary(run)["surprised"], along.surprised
 
 
+@pytest.mark.slow
 def test_a_resonance_a_fifth_lower_than_told_surprises_and_the_one_told_does_not():
     assert surprised(BENCH) == (0.0, 0.0)
     told, along = surprised(BENCH.evolve({"sensor.resonance_hz": 116.0}))

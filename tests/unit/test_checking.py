@@ -64,6 +64,7 @@ def test_python_control_has_the_margins_of_a_corner(checked):
     assert np.max(1 / np.abs(1 + factor * G)) == pytest.approx(corner.limit, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_gains_that_ring_on_a_slider_are_said_not_to_hold_with_those_that_do(checked):
     assert not checked.holds
     assert {place.how for place in checked.places if place.contact == "slider"} == {"unstable"}
@@ -73,6 +74,7 @@ def test_gains_that_ring_on_a_slider_are_said_not_to_hold_with_those_that_do(che
     assert min(less.gains) == pytest.approx(1.0, abs=0.005)  # and hardly more would
 
 
+@pytest.mark.slow
 def test_less_gain_never_turns_what_holds_into_what_does_not(checked):
     slider = fl.bench().evolve({**PI, "finger.contact": "slider"})
     for share in (1.0, 0.83, 0.31, 0.07, 0.002):

@@ -227,6 +227,7 @@ def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(mo
         short(laws=["notch_pi", "observer"], system=fl.bench().evolve(LATE))
 
 
+@pytest.mark.slow
 def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
     path = tmp_path / "r.h5"
     short(path, laws=["retuned_pi"])

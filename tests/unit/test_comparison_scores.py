@@ -46,6 +46,7 @@ def together(ran, tasks, finger, name):
     return np.concatenate([whole[name].values[keep] for whole, keep in (traces(ran, task, finger) for task in tasks)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finger", range(3))
 def test_fits_are_those_of_the_traces_put_together(ran, scored, finger):
     r, f = (together(ran, protocol.SINES, finger, name) for name in ("f_r", "f_a"))
@@ -198,6 +199,7 @@ def test_the_least_of_what_beats_the_clairvoyant_oracle_is_found_among_scores_th
     assert found[2:] == (0.9, "notch", 80.0, "dahl", 7)
 
 
+@pytest.mark.slow
 def test_margins_are_those_of_linearise_on_the_median_finger():
     times = {"duration_s": 0.6, "start_s": 0.1, "progress": False}
     ran = rooms.compare(fl.bench(), 8, 0, ["retuned_pi"], [20.0], **times)

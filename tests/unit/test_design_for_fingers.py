@@ -29,6 +29,7 @@ def found(designed):
     return check_fingers(BENCH.evolve(designed.overrides), fl.fingers(6, 0), ON_DAHL, progress=False)
 
 
+@pytest.mark.slow
 def test_lowered_gains_hold_on_each_finger_and_on_the_worst_just_so(designed, found):
     made = for_fingers(BENCH, designed, found, ON_DAHL)
     assert made.factor == float(found["gain_factor"].min()) < 1.0 and made.least_ki is None

@@ -46,6 +46,7 @@ def test_a_large_picture_is_reduced_and_said(tmp_path):
     assert np.allclose(made.map.table[0], full)
 
 
+@pytest.mark.slow
 def test_a_picture_that_the_library_does_not_even_open_is_told_the_same(tmp_path):
     """50,000 pixels a side: a PNG of one bit has room for them in 300 kB."""
     rows = zlib.compress(bytes((50_000 // 8 + 1) * 50_000))

@@ -75,6 +75,7 @@ def test_strokes_are_both_contacts_at_three_speeds_its_own_first():
     assert min(changes["motion.speed_mm_s"] for changes in strokes_of(slow)) == 20.0
 
 
+@pytest.mark.slow
 def test_a_stroke_with_no_room_to_turn_at_a_speed_is_looked_at_as_a_long_one_is():
     """A linear loop slides and does not turn, so its stroke and its reversal move no margin."""
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0, "motion.speed_mm_s": 50.0}
@@ -111,6 +112,7 @@ def test_advice_and_design_mean_the_same_by_near():
     assert advice_text.NEAR == NEAR
 
 
+@pytest.mark.slow
 def test_with_a_range_the_other_contact_is_looked_at_at_its_ends():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
     found = elsewhere(fl.bench().evolve(weak), LIMITS, Over(speeds_mm_s=(15.0, 60.0)))

@@ -18,6 +18,7 @@ PEOPLE = fl.fingers(8, 0)
 FEW = Wanted(contacts=("dahl",), resonance_error=0.05)
 
 
+@pytest.mark.slow
 def test_each_finger_is_as_a_check_of_it_alone_finds_it():
     found = check_fingers(PI, PEOPLE[:4], FEW)
     for k, person in enumerate(PEOPLE[:4]):
@@ -33,6 +34,7 @@ def test_each_finger_is_as_a_check_of_it_alone_finds_it():
         assert float(mine.load_n) == person["motion.load_n"]
 
 
+@pytest.mark.slow
 def test_the_gains_proposed_for_all_hold_on_all_and_more_do_not():
     least = float(check_fingers(PI, PEOPLE).gain_factor.min())
     assert least < 1.0

@@ -78,6 +78,7 @@ def test_gains_at_all_corners_hold_on_the_true_bench(found):
             assert loop.margins().stable and loop.margins().sensitivity_peak < 2.0
 
 
+@pytest.mark.slow
 def test_command_certificate_and_comparison(lab, found, tmp_path, capsys):
     page, people, out = tmp_path / "c.html", tmp_path / "people.toml", tmp_path / "b.toml"
     code, shown, _ = run(capsys, "bench", lab, "--report", page, "--population", people, "--out", out)

@@ -31,6 +31,7 @@ def bench(amplitude_n: float) -> fl.System:
     return fl.bench().evolve(BENCH).evolve({"setpoint.amplitude_n": amplitude_n})
 
 
+@pytest.mark.slow
 def test_a_force_that_no_amplitude_leaves_counts_as_the_nearest_that_it_does():
     found = synthesis.design_controller(bench(0.3), "pi").corners
     dry = [each.loop.elements.force_n for each in found if each.loop.elements.occluded == 0.0]

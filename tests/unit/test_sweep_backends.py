@@ -58,6 +58,7 @@ def test_a_dask_worker_that_is_killed_costs_nothing_but_time(in_threads, tmp_pat
         xr.testing.assert_equal(fl.load(tmp_path / name), in_threads)
 
 
+@pytest.mark.slow
 def test_in_processes_of_this_machine(monkeypatch, in_threads):
     with joblib.parallel_config(backend="loky", n_jobs=2):
         xr.testing.assert_identical(elsewhere(monkeypatch), in_threads)

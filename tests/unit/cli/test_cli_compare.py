@@ -35,6 +35,7 @@ def ran():
     return rooms.compare(fl.bench(), 2, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
 
 
+@pytest.mark.slow
 def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     found = frictionloop(*WORDS, "--json", "--csv", "s.csv").json()
     rows = rooms.score_rows(rooms.scores(ran))

@@ -303,6 +303,7 @@ def test_a_parameter_as_a_flag_is_told_how_it_is_written_here(frictionloop):
     assert said == "Unknown option: --controller.kp. device info takes no parameters of a system; see --help"
 
 
+@pytest.mark.slow
 def test_the_kind_that_was_set_is_told(frictionloop, kept):
     assert frictionloop("device", "set", "sim:", "controller.kind=notch_pi", "controller.kp=0.05").code == 0
     known = fl.bench().evolve({"controller.kind": "notch_pi", "controller.kp": 0.05})

@@ -95,6 +95,7 @@ def test_files_hold_who_can_what(frictionloop):
     assert (resumed.code, Path("f.csv").read_bytes()) == (0, before)
 
 
+@pytest.mark.slow
 def test_one_finger_and_several_seeds(frictionloop):
     words = ("sweep", "--preset", "bench", "--duration-s", "0.5", "--fingers", "1", "--seeds", "2")
     answer = frictionloop(*words)
@@ -103,6 +104,7 @@ def test_one_finger_and_several_seeds(frictionloop):
     assert found["population"]["rms_error"]["median"] == pytest.approx(np.mean(found["metrics"]["rms_error"]))
 
 
+@pytest.mark.slow
 def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     words = ("sweep", "--preset", "bench", "--duration-s", "1", "--fingers", N)
@@ -245,6 +247,7 @@ def test_drawn_friction_is_that_at_the_load_and_speed_of_the_drawing_whatever_th
     np.testing.assert_array_equal(*errors)
 
 
+@pytest.mark.slow
 def test_a_recorded_set_point_is_judged_by_its_lowest_and_highest_value(frictionloop):
     force_n = np.tile([0.3, 0.55, 0.8, 0.6], 250)
     np.savetxt("r.csv", force_n, header="force", comments="")

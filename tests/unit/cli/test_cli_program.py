@@ -171,6 +171,7 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     assert figure["unchanged"]["printed gains"]["error_n"] != figure["numbers"]["printed gains"]["error_n"]
 
 
+@pytest.mark.slow
 def test_reproduce_on_a_stronger_plate_says_what_the_controller_still_believes(frictionloop):
     said = frictionloop("reproduce", "--plate.max_amplitude_um", "3", "--only", "fig-5a-printed").err
     assert "the controller believes 2.5 um and asks for no more; if it is to know: controller.model.max" in said

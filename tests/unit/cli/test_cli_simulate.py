@@ -272,6 +272,7 @@ def test_a_column_is_found_as_people_copy_it(frictionloop, with_a_mean, column):
     assert "in mN by the file" in frictionloop("simulate", *flags).out
 
 
+@pytest.mark.slow
 def test_a_mean_left_in_is_told_with_ringing_and_what_could_be_had(frictionloop, with_a_mean):
     flags = ("--preset", "bench", *with_a_mean, "--disturbance.column", "Ft", "--duration-s", "0.5")
     said = " ".join(frictionloop("simulate", *flags).out.split())
@@ -302,6 +303,7 @@ def sliding(tmp_path):
     return ("--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "slide.csv"))
 
 
+@pytest.mark.slow
 def test_what_a_recording_leaves_out_and_what_comes_on_top_is_told(frictionloop, sliding):
     whole = (*sliding, "--disturbance.column", "force_n", "--disturbance.remove_mean", "true")
     said = " ".join(frictionloop("simulate", "--preset", "bench", *whole, "--duration-s", "1").out.split())
@@ -333,6 +335,7 @@ def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frict
     assert "--disturbance.column and --setpoint.column) holds times; accepted: 'force_n'" in said
 
 
+@pytest.mark.slow
 def test_gains_are_advised_and_designed_at_the_same_levels(sliding):
     from frictionloop.analysis.levels import at_levels
     from frictionloop.cli import advice

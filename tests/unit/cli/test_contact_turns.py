@@ -27,6 +27,7 @@ def test_the_flags_make_each_contact_one_stroke(speed_mm_s):
     assert np.ptp(run["speed"].values) > 0 and turned.any() and not np.any(turned & (run["load"].values > 0.0))
 
 
+@pytest.mark.slow
 def test_a_finger_that_turns_within_its_contacts_is_asked_about(frictionloop):
     flags = [each for path, value in LIFTS.items() for each in (f"--{path}", f"{value:g}")]
     said = " ".join(frictionloop("simulate", "--preset", "bench", *flags).err.split())

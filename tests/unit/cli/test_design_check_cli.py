@@ -93,6 +93,7 @@ def test_bad_input_is_one_line(frictionloop, tokens, said):
     assert said in answer.err
 
 
+@pytest.mark.slow
 def test_a_slider_that_does_alike_at_all_speeds_is_one_row(frictionloop):
     said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "slider").out.split())
     assert said.startswith(
@@ -102,6 +103,7 @@ def test_a_slider_that_does_alike_at_all_speeds_is_one_row(frictionloop):
     assert "slider 10, 20, 80 mm/s dry" in said and "dahl" not in said.partition("resonance finger")[2]
 
 
+@pytest.mark.slow
 def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop):
     light = ("--setpoint.offset_n", "0.4", "--setpoint.amplitude_n", "0.25", "--motion.contact_s", "10")
     few = ("--plate.max_amplitude_um", "2.2", "--controller.model.max_amplitude_um", "2.2", "--contacts", "slider")
@@ -118,6 +120,7 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
     assert f"0.15 N of a finger just landed: {least:.3g} N is looked at" in said
 
 
+@pytest.mark.slow
 def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_one(frictionloop):
     weak = (*WITH_KP, "0", "--controller.ki", "2", "--contacts", "slider", "--motion.load_n", "0.8")
     there = f"{0.95 * 1.6**0.9:.3g}"
@@ -128,6 +131,7 @@ def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_o
     assert "the law believes" not in told
 
 
+@pytest.mark.slow
 def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones(frictionloop):
     weak = (*WITH_KP, "0.02", "--controller.ki", "60", "--contacts", "dahl", "--speeds", "15,25")
     found = frictionloop(*CHECK, *weak, "--json").json()
@@ -154,6 +158,7 @@ def test_a_finger_that_lands_again_and_again_is_as_moist_as_contact_after_contac
     assert moistest(friction, fl.bench().motion) == pytest.approx(never, rel=1e-9), "one that never lifts, after 10 s"
 
 
+@pytest.mark.slow
 def test_contacts_that_follow_each_other_are_looked_at_with_what_moisture_they_leave(frictionloop):
     given = (*CHECK, *PI, "60", "--contacts", "dahl", "--motion.contact_s", "5")
     said = " ".join(frictionloop(*given).out.split())
@@ -164,6 +169,7 @@ def test_contacts_that_follow_each_other_are_looked_at_with_what_moisture_they_l
     assert sorted(states) == [0.0, pytest.approx(0.92, abs=0.005)]
 
 
+@pytest.mark.slow
 def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     given = (
@@ -200,6 +206,7 @@ def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
     assert "population: says where fingers come from; accepted: with --fingers N" in refused.err
 
 
+@pytest.mark.slow
 def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
     gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--contacts", "dahl")
     said = frictionloop(*CHECK, *PI[:2], *gains, "--out", "g.toml").out
@@ -215,6 +222,7 @@ def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
     assert "exists and is not replaced" in frictionloop("design", "check", "g.toml", "--out", "g.toml").err
 
 
+@pytest.mark.slow
 def test_a_check_that_is_stopped_tells_what_it_has_found(frictionloop, monkeypatch):
     """Ctrl-C at the fourth of eight fingers: the verdict on the finger of the file, and on three others."""
     from frictionloop.design import on_fingers

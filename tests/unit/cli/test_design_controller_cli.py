@@ -279,6 +279,7 @@ def test_saturation_is_judged_by_the_friction_law():
         design_controller(fl.bench().evolve({"setpoint.offset_n": 1.5}), "pi")
 
 
+@pytest.mark.slow
 def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
     said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
     assert said.startswith(
@@ -310,6 +311,7 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     assert f"by the file `{again}` looks at what it was designed or checked for" in said
 
 
+@pytest.mark.slow
 def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(frictionloop):
     asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
     answer = frictionloop(*asked, "--contacts", "dahl,slider")

@@ -22,6 +22,7 @@ def run(capsys, *words):
     return left.value.code, *capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_slides_of_the_simulated_device_give_its_friction(tmp_path, capsys):
     out = tmp_path / "friction.h5"
     code, shown, said = run(capsys, "friction", "--device", "sim:", "--out", out)

@@ -108,6 +108,7 @@ def test_what_is_too_large_for_newtons_is_not_split(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_gains_that_ring_on_a_recorded_set_point_are_told(frictionloop, tmp_path):
     t = np.arange(2001) / 1000
     force_n = 0.6 + 0.1 * np.sin(2 * np.pi * t)

@@ -47,6 +47,7 @@ def test_a_constant_and_what_a_coarse_converter_reads_have_none(step_n):
     assert jumps(stairs, RATE_HZ) == []
 
 
+@pytest.mark.slow
 def test_a_run_names_the_moment_in_the_file_and_a_cut_without_it_says_nothing(frictionloop):
     force = slide(1)
     force[:1200] = 0.3 + 0.1 * force[:1200]  # at rest with a sensor's offset: not near 0, so nothing asks

@@ -48,6 +48,7 @@ def test_nothing_is_said_of_a_formula():
     assert lines(fl.simulate(system, 3.0), system, 3.0) == []
 
 
+@pytest.mark.slow
 def test_a_stroke_longer_than_the_plate_brings_the_plate(frictionloop):
     """What is proposed runs as it is written."""
     np.savetxt("s.csv", 0.02 * np.sin(np.arange(800) / 3), header="Ft [N]", comments="")
