@@ -100,7 +100,7 @@ def but(worse: Sequence[Row], moist: str = "") -> str:
     if apart:
         names[apart[0]] = f"elsewhere {names[apart[0]]}"
     names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
-    return f"but {', '.join(names)}, as below. Within its limits: " if names else ""
+    return f"but {', '.join(names)}; rows below. Where it holds: " if names else ""
 
 
 def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool) -> str:
@@ -155,5 +155,7 @@ def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:
         said.append(f"For the others: frictionloop sweep {file} --over motion.speed_mm_s={values}")
     if has_people(system):
         loads = f" --loads {','.join(f'{each:g}' for each in wanted.loads_n)}" * bool(wanted.loads_n)
-        said.append(f"For how many people, and how well: frictionloop sweep {file} --fingers 100{loads}")
+        said.append(
+            f"For how many people, and how well: frictionloop sweep {file} --fingers 100 --fingers-seed 1{loads}"
+        )
     return said

@@ -112,7 +112,7 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
     least = at.friction.nominal_n * 2.4**at.friction.load_exponent * math.exp(-0.38 * 2.2**2)
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--loads", "0.4,1.2").out.split())
     assert said.startswith(
-        "HOLDS but OUT OF REACH, as below. Within its limits: at every contact and speed looked at, "
+        "HOLDS but OUT OF REACH; rows below. Where it holds: at every contact and speed looked at, "
         "pressed with 0.4 to 1.2 N contact slider at 10, 20, 80 mm/s OUT OF REACH 0.15 N of"
     )
     assert f"a finger just landed: 0.203 N pressed with 0.693 N, {least:.3g} N pressed with 1.2 N are looked at" in said
@@ -140,7 +140,7 @@ def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones
     assert (found["holds"], found["holds_as_asked"]) == (False, True)
     said = " ".join(frictionloop(*CHECK, *weak).out.split())
     assert said.startswith(
-        "HOLDS but elsewhere BEYOND LIMITS, as below. Within its limits: at every contact and speed asked for, pressed "
+        "HOLDS but elsewhere BEYOND LIMITS; rows below. Where it holds: at every contact and speed asked for, pressed "
         "with 0.5 N alone BEYOND LIMITS contact dahl at 80 mm/s"
     )
     assert "everywhere in the table, the slower and faster places too, pressed with 0.5 N alone" in said

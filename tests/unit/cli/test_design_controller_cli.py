@@ -138,7 +138,7 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert f"{controller.ki:.4g} 1/s" in answer.out
     first = " ".join(answer.out.split())
     assert first.startswith(
-        "HOLDS but CLOSE TO UNSTABLE when fully moist, as below. Within its limits: contacts dahl and slider, 20 mm/s;"
+        "HOLDS but CLOSE TO UNSTABLE when fully moist; rows below. Where it holds: contacts dahl and slider, 20 mm/s;"
     )
     assert "0.5 to 0.7 N; a finger just landed and a moist finger" in first
     assert "wider for other speeds and loads, `--speeds 10,20` and `--loads 0.35,0.7` design between these" in first
@@ -283,8 +283,8 @@ def test_saturation_is_judged_by_the_friction_law():
 def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
     said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
     assert said.startswith(
-        "HOLDS but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist, as below. "
-        "Within its limits: contact dahl"
+        "HOLDS but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist; rows below. "
+        "Where it holds: contact dahl"
     )
     assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
     assert (
@@ -333,7 +333,7 @@ def test_a_law_that_is_told_its_contact_holds_on_that_one_and_says_how_to_tell_i
     answer = frictionloop(*CONTROLLER, "--law", "limit_observer", "--sensitivity-peak", "2")
     said = " ".join(answer.out.split())
     assert (
-        "as below. Within its limits: contact dahl, 20 mm/s; 0.5 to 0.7 N" in said
+        "rows below. Where it holds: contact dahl, 20 mm/s; 0.5 to 0.7 N" in said
         and "CLOSE TO UNSTABLE contact slider at 10, 20" in said
     )
     assert "It is told its contact: `--finger.contact slider` designs for the other." in said
