@@ -86,9 +86,11 @@ def _answer(figure: Shown, name: str) -> list[str]:
     if there is None:
         return []
     errors = [_shown("error_n", row["error_n"]) for row in (figure.numbers[name], figure.unchanged.get(name)) if row]
+    usual = figure.checked_before.places.get(name)
+    was = f", unchanged at {usual.held}" if usual else ""
     said = [
         f"{name}: {', unchanged '.join(errors)} mN of error; they hold at {there.held} of {there.places} contacts and "
-        "speeds looked at"
+        f"speeds looked at{was}"
     ]
     if HOLDS in figure.numbers:
         row, before = figure.numbers[HOLDS], figure.unchanged.get(HOLDS)
@@ -214,7 +216,7 @@ def _table(numbers: Table) -> Any:
     columns = list(dict.fromkeys(name for row in numbers.values() for name in row if name not in HIDDEN))
     levels = {key: key.removeprefix("error_at_").replace("_n", " N") for key in columns if key.startswith("error_at_")}
     short = NARROW | levels if "sensitivity_peak" in columns else {}
-    rows = [("", *(short.get(key) or _head(key) for key in columns), "")]
+    rows = [("", *(short.get(key) or _head(key) for key in columns), "")]  # no words behind the numbers
     rows += [(name, *(_shown(key, row.get(key)) for key in columns), "") for name, row in numbers.items()]
     return screen.table(rows)
 

@@ -16,6 +16,12 @@ QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
 FORECAST_S = 6.0
 """Until when lines have the forecast as well: after the first of them, before the second (chosen)."""
+WIDEST = 100
+"""Columns of the terminal beyond which lines are no longer easy to follow (chosen)."""
+NAME = 11
+"""Least width of a column of names that wraps, in columns of the terminal (chosen)."""
+GAP = 2
+"""Between columns."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -57,14 +63,16 @@ def say(line: str) -> None:
 
 
 def show(*renderables: Any) -> None:
-    """Write to stdout as wide as the terminal, at most 100 columns, where lines are still easy to follow."""
+    """Write to stdout as wide as the terminal, at most `WIDEST`, or as wide as a table needs for all its numbers."""
     from rich.console import Console
 
     tell_notes()
     console = Console(highlight=False, markup=False)
-    console.width = min(console.width, 100)
+    width = min(console.width, WIDEST)
     for renderable in renderables:
-        console.print(renderable, soft_wrap=isinstance(renderable, str))  # lines of text stay as they are
+        whole = isinstance(renderable, str)  # lines of text stay as they are
+        console.width = max(width, getattr(renderable, "min_width", None) or 0)
+        console.print(renderable, soft_wrap=whole)
 
 
 def show_json(result: Mapping[str, Any]) -> None:
@@ -134,18 +142,23 @@ def columns(rows: Sequence[tuple[str, ...]]) -> Any:
 def table(rows: Sequence[tuple[str, ...]], whole: bool = False) -> Any:
     """Return rows under a heading, numbers to the right; in a narrow terminal the first column wraps alone.
 
-    ``whole``: it is of names, and no name is broken in two.
+    No number is cut: where they do not fit, lines are longer than the terminal is wide. The last column is of words.
+    ``whole``: the first one is of names, and no name is broken in two.
     """
-    longest = max(len(row[0]) for row in rows)
-    first = {"min_width": longest if whole else min(longest, 15)}
-    numbers = [{"no_wrap": True, "justify": "right"} for _ in rows[0][1:-1]]
-    return _grid(rows, [first, *numbers, {"no_wrap": True}])
+    longest, *widths = (max(map(len, column)) for column in zip(*rows, strict=True))
+    first: dict[str, Any] = {"min_width": longest if whole else min(longest, NAME)}
+    numbers: list[dict[str, Any]] = [{"no_wrap": True, "justify": "right", "min_width": width} for width in widths[:-1]]
+    last: list[dict[str, Any]] = [{"no_wrap": True, "min_width": widths[-1]}] if widths[-1] else []
+    kept = [first, *numbers, *last]
+    grid = _grid([row[: len(kept)] for row in rows], kept)
+    grid.min_width = sum(each["min_width"] for each in kept) + GAP * (len(kept) - 1)
+    return grid
 
 
 def _grid(rows: Sequence[tuple[str, ...]], columns: Sequence[Mapping[str, Any]]) -> Any:
     from rich.table import Table
 
-    grid = Table.grid(padding=(0, 2, 0, 0))
+    grid = Table.grid(padding=(0, GAP, 0, 0))
     for index, column in enumerate(columns):
         grid.add_column(style="bold" if index == 0 else None, overflow="fold", **column)
     for row in rows:

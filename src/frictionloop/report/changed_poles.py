@@ -1,4 +1,4 @@
-"""Where a change of Fig. 5a moves the poles of plate and contact, in a line."""
+"""Where a change of Fig. 5a moves the poles of plate and contact, and what the loop's resonance is then, in lines."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from frictionloop.parameters import ResonantPlate, System
+from frictionloop.analysis import operating_band
+from frictionloop.parameters import ResonantPlate, SuspendedSensor, System
 from frictionloop.physics.contact import linearise_slip
 from frictionloop.physics.plate import linearise_plate
-from frictionloop.quantities import Lti
+from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.report.device import CONTROLLERS, RETUNED_GAINS
 from frictionloop.report.protocol import Sines
 
 SEEN = 0.01
 """Share by which a pole moves for it to be told."""
+GAIN = 0.1
+"""Share by which the loop gain changes for it to be told (chosen)."""
 DAMPS = "damps the sensor's resonance in the loop"
 DOES = {
     frozenset({True}): f"a higher one {DAMPS} less",
@@ -24,12 +28,16 @@ DOES = {
 
 
 def moved(changes: Mapping[str, Any], base: System, sines: Sines) -> list[str]:
-    """Return which poles move and what that does to the loop; nothing where none does.
+    """Return which poles move, and the loop gain at the sensor's resonance; nothing where neither does.
 
     The pole of the plate is at f0/(2 Q), that of a Dahl or LuGre contact at s0 v/(2 pi F), a slider has none.
     """
     force_n = sum(sines.levels_n) / len(sines.levels_n)
     before, there = base, base.evolve(changes)
+    return [*_poles(before, there, force_n), *_resonance(before, there, force_n)]
+
+
+def _poles(before: System, there: System, force_n: float) -> list[str]:
     plate = there.plate
     rule = f", f0/(2 Q) with Q {plate.q:g}" if isinstance(plate, ResonantPlate) else ""
     found = {
@@ -42,6 +50,26 @@ def moved(changes: Mapping[str, Any], base: System, sines: Sines) -> list[str]:
     said = "; and that ".join(f"{name}, from {_hz(was)} to {_hz(now)}" for name, (was, now) in apart.items())
     does = DOES[frozenset(now > was for was, now in apart.values())]
     return [f"the change moves the pole {said}: {does} (docs/bench-gains.md)"]
+
+
+def _resonance(before: System, there: System, force_n: float) -> list[str]:
+    """Return |G| at the resonance of the sensor: where it is above 1, delay decides whether the loop rings."""
+    found = []
+    for system in (before, there):
+        try:
+            (loop,) = operating_band(system.evolve(CONTROLLERS[RETUNED_GAINS]), [force_n], [0.0])
+        except FrictionloopError:  # out of reach
+            return []
+        if not isinstance(system.sensor, SuspendedSensor):
+            return []
+        found.append(float(abs(loop.responses([system.sensor.resonance_hz])["G"][0])))
+    was, now = found
+    if math.isclose(was, now, rel_tol=GAIN):
+        return []
+    return [
+        f"loop gain of the {RETUNED_GAINS} at the sensor's resonance, where a loop rings, at {force_n:g} N: {now:.3g} "
+        f"(unchanged {was:.3g})"
+    ]
 
 
 def _contact_hz(system: System, force_n: float) -> float:
