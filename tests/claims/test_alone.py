@@ -165,7 +165,10 @@ def test_a_weaker_plate_leaves_forces_out_and_makes_no_loop_calmer():
 def test_a_heavier_finger_says_what_is_out_of_its_reach_and_the_error_by_level(tmp_path):
     (figure,) = alone.alone(tmp_path, ["fig-5a"], {"motion.load_n": 1.0}).figures
     said = " ".join(figure.told)
-    assert "reach at its mean load, whatever the gains: forces below 0.454 N when moist, at the end" in said
+    assert (
+        "reach at its mean load, whatever the gains: forces below 0.454 N at the end of the last stroke, moister"
+        in said
+    )
     assert "error by level, 0.4, 0.6, 0.8 N (mN): open loop " in said
 
 
