@@ -31,6 +31,8 @@ HIDDEN = ("scored", "stable_from_n")
 ALONE = ("sensitivity_peak", "sensitivity_peak_moist", "error_n", "open_error_n")
 """Numbers that are shown of each change alone, beside a long name and the errors at each level."""
 WIDTH = 90
+UNTOLD = 5e-4
+"""Share of the time from which on it is told: less is 0.0 % (chosen)."""
 STROKES = (
     "Ms: largest peak of sensitivity of the linear loop of this finger, just landed, at those of the forces asked for, "
     "{}, that it can be given; ∞ is unstable. moist: the same at the end of the last stroke, {} occluded. "
@@ -224,7 +226,7 @@ def _table(numbers: Table) -> Any:
 def _scored(numbers: Table) -> list[str]:
     """Return a line where reversals, which do not count, take some of the time."""
     shares = [share for row in numbers.values() if (share := row.get("scored")) is not None]
-    if not shares:
+    if not shares or 1 - min(shares) < UNTOLD:
         return []
     return [f"  Reversals, where the finger turns round, do not count: {1 - min(shares):.1%} of the time."]
 
