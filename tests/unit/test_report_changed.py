@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import frictionloop as fl
@@ -39,14 +41,15 @@ def test_a_changed_speed_tells_how_friction_goes_with_speed(base, slope, does):
     assert line == (
         f"this finger's friction {does} with speed, friction.speed_slope = {slope}: the open loop changes with it"
     )
-    assert "a smaller share of a faster stroke, shakes the force less" in tremor
+    assert "by way of that slope it shakes the force less" in tremor and "stops" not in tremor
     assert "of the contact at 0.6 N, from 106 Hz to 212 Hz: a higher one" in pole
     line, tremor, _ = told({"motion.speed_mm_s": 10.0}, sloped, ("printed gains",))
-    assert "open loop" not in line and "a larger share of a slower stroke, shakes the force more" in tremor
+    assert "open loop" not in line and "by way of that slope it shakes the force more" in tremor
 
 
 def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_nothing(base):
-    (pole,) = told({"motion.speed_mm_s": 10.0}, base.evolve({"friction.speed_slope": 0.0}), ROWS)
+    calm = base.evolve({"friction.speed_slope": 0.0, "motion.tremor_um": 0.0})
+    (pole,) = told({"motion.speed_mm_s": 10.0}, calm, ROWS)
     assert pole.startswith("the change moves the pole of the contact at 0.6 N, from 106 Hz to 53.1 Hz: a lower one")
     assert told({"motion.speed_mm_s": base.motion.speed_mm_s}, base, ROWS) == []
     assert told({"sensor.q": 100.0}, base, ROWS) == []
@@ -55,6 +58,17 @@ def test_friction_that_does_not_depend_on_speed_and_a_speed_that_stays_tell_noth
         "the change moves the pole of the plate, f0/(2 Q) with Q 100, from 100 Hz to 230 Hz: a higher"
     )
     assert line.startswith("plate.max_amplitude_um stays 2.5, as of another drive")
+
+
+def test_how_often_the_tremor_stops_a_slow_finger_is_as_the_simulation_has_it(base):
+    shaken = base.evolve({"friction.speed_slope": 0.0, "motion.tremor_um": 90.0, "motion.stroke_mm": 250.0})
+    tremor, *_ = told({"motion.speed_mm_s": 10.0}, shaken, ROWS)
+    assert "slope" not in tremor
+    rms, share = re.search(r"about ([\d.]+) mm/s rms .* for ([\d.]+)% of the time", tremor).groups()
+    run = fl.simulate(shaken.evolve({"motion.speed_mm_s": 10.0}), duration_s=24.0, seed=3)
+    speed = 1e3 * run.speed.sel(time=slice(1.0, 23.0)).values
+    assert float(rms) == pytest.approx(speed.std(), rel=0.1)
+    assert float(share) / 100.0 == pytest.approx((speed < 0.0).mean(), rel=0.25)
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,10 @@ from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.changed_poles import moved
 from frictionloop.report.changed_runs import GAINS, SINES, words
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, RETUNED_GAINS
+from frictionloop.report.changed_speed import speed
+from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
-from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end, with_path
+from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
 
 NOISE = ("sensor.noise_density_n_rthz", "sensor.adc_bits", "sensor.range_n")
 MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
@@ -49,8 +50,7 @@ def told(
     """
     return [
         *_own(changes, base, rows),
-        *_path(changes),
-        *_speed(changes, base, rows),
+        *speed(changes, base, rows),
         *moved(changes, base, sines),
         *_amplitude(changes, base),
         *_sines(changes, before, sines),
@@ -76,28 +76,6 @@ def _own(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
 def _value(system: System, path: str) -> float:
     block, name = path.split(".")
     return float(getattr(getattr(system, block), name))
-
-
-def _path(changes: Mapping[str, Any]) -> list[str]:
-    """Return on which path a faster finger makes its stroke."""
-    longer_mm = with_path(changes).get("motion.stroke_mm")
-    return [f"strokes stay one long one at a time, on a path of {longer_mm:g} mm"] if longer_mm else []
-
-
-def _speed(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> list[str]:
-    """Return that the friction of the finger itself changes with the speed."""
-    there = base.evolve(changes)
-    friction: Any = there.friction  # of a finger, which the protocol sets
-    slope = float(friction.speed_slope)
-    if not slope or there.motion.speed_mm_s == base.motion.speed_mm_s:  # type: ignore[union-attr]
-        return []
-    does = "rises" if slope > 0 else "falls"
-    what = "the open loop" if OPEN in rows else "what the controllers work against"
-    lines = [f"this finger's friction {does} with speed, friction.speed_slope = {slope:.3g}: {what} changes with it"]
-    faster = there.motion.speed_mm_s > base.motion.speed_mm_s  # type: ignore[union-attr]
-    share = "smaller share of a faster" if faster else "larger share of a slower"
-    more = "less" if faster else "more"
-    return [*lines, f"the tremor along the stroke, a {share} stroke, shakes the force {more} by way of that slope"]
 
 
 def _amplitude(changes: Mapping[str, Any], base: System) -> list[str]:
