@@ -54,10 +54,17 @@ def by_band(run: xr.Dataset, mask: np.ndarray, edges_hz: list[float]) -> list[di
     return [dict(zip((*columns, "disturbance_left"), row, strict=True)) for row in rows]
 
 
-def rows(bands: list[dict[str, Any]], mask: np.ndarray, ends_hz: float = math.inf) -> list[tuple[str, str, str]]:
-    """Return a row a band, behind the metrics, of what ``mask`` scores; ``ends_hz`` is where the recording ends."""
+def rows(
+    bands: list[dict[str, Any]], mask: np.ndarray, ends_hz: float = math.inf, rings: bool = False
+) -> list[tuple[str, str, str]]:
+    """Return a row a band, behind the metrics, of what ``mask`` scores; ``ends_hz`` is where the recording ends.
+
+    ``rings``: the loop rings by itself, so that they are no shares of the disturbance.
+    """
     found = [("by frequency" if k == 0 else "", *_said(each, ends_hz)) for k, each in enumerate(bands)]
     inside = mask[mask.argmax() : mask.size - mask[::-1].argmax()]
+    if found and rings:
+        found.append(("", "", "no shares to quote: the loop rings by itself, with the disturbance and without"))
     if found and not inside.all():
         found.append(("", "", "these shares are rough: across turns and lifts a straight line was drawn"))
     if not all(math.isnan(each["disturbance_left"]) for each in bands):

@@ -49,10 +49,10 @@ def open_error_n(run: xr.Dataset, mask: np.ndarray) -> float:
     return math.nan if opened is None else rms_error(opened, mask)
 
 
-def metric_rows(found: dict[str, float], opened_n: float = math.nan) -> list[Row]:
+def metric_rows(found: dict[str, float], opened_n: float = math.nan, rings: bool = False) -> list[Row]:
     """Return (metric, value with unit, what it says); of a constant set-point no R2, which it does not have.
 
-    ``opened_n`` is the rms error in open loop, N.
+    ``opened_n`` is the rms error in open loop, N; ``rings`` whether the loop rings by itself.
     """
     beside = "" if math.isnan(opened_n) else f"; {newtons(opened_n)} in open loop"
     missing = found["r2_bound"] - found["r2_identity"]
@@ -69,7 +69,7 @@ def metric_rows(found: dict[str, float], opened_n: float = math.nan) -> list[Row
         ("r2_bound", number(found["r2_bound"]), bound),
         ("r2_regression", number(found["r2_regression"]), line),
         ("rms_error", newtons(found["rms_error"]), f"rms of f_a - f_r{beside}"),
-        *_left(found),
+        *_left(found, rings),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
     ]
     rows = [row for row in rows if row[1] != "-"]
@@ -89,14 +89,19 @@ def metric_rows(found: dict[str, float], opened_n: float = math.nan) -> list[Row
     return rows
 
 
-def _left(found: dict[str, float]) -> list[Row]:
-    """Return the row that says what the loop leaves of a disturbance that varies, where that is known."""
+def _left(found: dict[str, float], rings: bool) -> list[Row]:
+    """Return the row that says what the loop leaves of a disturbance that varies, where that is known.
+
+    Of a loop in its limit cycle it is the difference of two cycles out of step, with the disturbance and without.
+    """
     left = found["disturbance_left"]
     if math.isnan(left):
         return []
     said = "share of the disturbance's variation that is left, rms; 1 as in open loop" + (
         "; the loop makes it worse" if left > WORSE else ""
     )
+    if rings:
+        said = "no share to quote: the loop rings by itself, with the disturbance and without"
     return [("disturbance_left", f"{left:.3g}", said)]
 
 

@@ -136,8 +136,8 @@ def command(
     with screen.waiting("looking at the linear loop"):
         one = [] if rings else one_place.lines(system, file, preset, overrides, run, mask)
     periods = f"{run.sizes['time']:,}".replace(",", " ")
-    rows = [*scores.metric_rows(metrics, opened_n), *scores.step_rows(times, steps)] if mask.any() else []
-    rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system)) + scores.scored_rows(mask)
+    rows = [*scores.metric_rows(metrics, opened_n, bool(rings)), *scores.step_rows(times, steps)] if mask.any() else []
+    rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system), bool(rings)) + scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",

@@ -63,3 +63,21 @@ def test_what_is_not_there_is_said():
     assert "nothing of a disturbance varies" in " ".join(notes(calm, everything, bands))
     assert [row[1] for row in rows(bands, np.ones(4, bool))] == ["-", "-"]
     assert by_band(calm, ~everything, edges_of("8", 5000.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("gains", "rings"), [((), True), (("--controller.kp", "0.0064", "--controller.ki", "13.8"), False)]
+)
+def test_a_loop_that_rings_has_no_share_to_quote(gains, rings, tmp_path, frictionloop):
+    """Its ringing is there without the disturbance too: what is left is the difference of two limit cycles."""
+    force_n = 0.02 * np.sin(2 * np.pi * 3.0 * np.arange(1500) / 1000.0)
+    np.savetxt(tmp_path / "s.csv", force_n, header="force_n", comments="")
+    said = frictionloop(
+        "simulate", "--preset", "bench", *gains, "--setpoint.kind", "constant", "--setpoint.offset_n", "0.6",
+        "--motion.speed_mm_s", "40", "--disturbance.kind", "recording", "--disturbance.path", str(tmp_path / "s.csv"),
+        "--disturbance.column", "force_n", "--disturbance.rate_hz", "1000", "--duration-s", "1.4", "--split-hz", "8",
+    ).out  # fmt: skip
+    assert ("disturbance_left" in said) and ("This loop rings" in said) is rings
+    words = " ".join(said.split())
+    assert ("no share to quote: the loop rings by itself" in words) is rings
+    assert ("no shares to quote: the loop rings by itself" in words) is rings
