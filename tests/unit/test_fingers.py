@@ -186,6 +186,7 @@ def test_loads_are_even_between_two_and_leave_the_rest_of_a_finger():
         (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: must be finite"),
         (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: must be finite"),
         (lambda: reach({}, contacts=0.5), r"^contacts = 0\.5: must be at least 1$"),
+        (lambda: reach({}, contact_s=float("inf")), r"^contact_s = inf s: must be finite; .*, is contacts = inf$"),
         (lambda: fingers(3, 1, loads_n=(1.2, 0.4)), r"^loads_n = \(1\.2, 0\.4\) N: must be above 0, the least before"),
         (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low not above high$"),
     ],
