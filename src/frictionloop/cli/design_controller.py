@@ -169,12 +169,27 @@ def _for_people(
     many = others.look(made.after, people, made.wanted)
     if many is None:
         return made, None, None, ()
+    if own.out != made.out:
+        _tell_unchecked(made, many)
     with screen.waiting("checking the gains for these fingers"):
         lowered = for_fingers(made.levels, made.designed, many, made.wanted)
     if own.out is not None and own.out != made.out:
         own.out.unlink()
     crowd = others.rows(many, made.after, made.wanted, lowered.designed.corners, lowered)
     return made._replace(designed=lowered.designed), many, lowered, crowd
+
+
+def _tell_unchecked(made: _Made, many: xr.Dataset) -> None:
+    """Tell the gains for all fingers before they are checked wherever the design was: that may take minutes."""
+    from frictionloop.design.held import GAINS, lowered
+    from frictionloop.design.synthesis import LEAST_KI
+
+    factor = float(many["gain_factor"].min())
+    lower = lowered(made.designed, factor) if factor < 1.0 else None
+    if lower is not None and float(lower.overrides["controller.ki"]) > LEAST_KI:
+        gains = " ".join(f"--{path} {lower.overrides[path]:.4g}" for path in GAINS)
+        screen.note(f"gains for all {many.sizes['finger']} fingers, not checked yet: {gains}")
+        screen.tell_notes()
 
 
 class _Made(NamedTuple):
