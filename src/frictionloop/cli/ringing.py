@@ -54,6 +54,11 @@ class Ringing(NamedTuple):
     """Other contacts and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
 
 
+def by_itself(found: Ringing | None) -> bool:
+    """Tell whether a loop rings whatever the disturbance; one that is only close to ringing does not."""
+    return found is not None and not found.stable
+
+
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis.reach import missed

@@ -135,9 +135,9 @@ def command(
         return
     with screen.waiting("looking at the linear loop"):
         one = [] if rings else one_place.lines(system, file, preset, overrides, run, mask)
-    periods = f"{run.sizes['time']:,}".replace(",", " ")
-    rows = [*scores.metric_rows(metrics, opened_n, bool(rings)), *scores.step_rows(times, steps)] if mask.any() else []
-    rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system), bool(rings)) + scores.scored_rows(mask)
+    periods, alone = f"{run.sizes['time']:,}".replace(",", " "), ringing.by_itself(rings)
+    rows = [*scores.metric_rows(metrics, opened_n, alone), *scores.step_rows(times, steps)] if mask.any() else []
+    rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system), alone) + scores.scored_rows(mask)
     screen.show(
         screen.columns([("system", origin), *describe.system_rows(system)]),
         "",

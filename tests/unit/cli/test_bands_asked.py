@@ -10,6 +10,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.bands_asked import by_band, edges_of, notes, rows
+from frictionloop.cli.ringing import by_itself, of_system
 
 
 def test_the_bands_are_named_counted_and_add_up_to_the_whole(tmp_path, frictionloop):
@@ -66,7 +67,11 @@ def test_what_is_not_there_is_said():
 
 
 @pytest.mark.parametrize(
-    ("gains", "rings"), [((), True), (("--controller.kp", "0.0064", "--controller.ki", "13.8"), False)]
+    ("gains", "rings"),
+    [
+        ((), True),
+        (("--controller.kp", "0.0064", "--controller.ki", "13.8"), False),
+    ],
 )
 def test_a_loop_that_rings_has_no_share_to_quote(gains, rings, tmp_path, frictionloop):
     """Its ringing is there without the disturbance too: what is left is the difference of two limit cycles."""
@@ -81,3 +86,9 @@ def test_a_loop_that_rings_has_no_share_to_quote(gains, rings, tmp_path, frictio
     words = " ".join(said.split())
     assert ("no share to quote: the loop rings by itself" in words) is rings
     assert ("no shares to quote: the loop rings by itself" in words) is rings
+
+
+@pytest.mark.parametrize(("kp", "close", "alone"), [(0.02, False, False), (0.06, True, False), (0.1, True, True)])
+def test_a_loop_that_is_only_close_to_ringing_does_not_ring_by_itself(kp, close, alone):
+    found = of_system(fl.bench().evolve({"controller.kp": kp, "controller.ki": 2.0}))
+    assert (found is not None) is close and by_itself(found) is alone
