@@ -167,7 +167,8 @@ def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_be
     assert text.count(f"it is up to {found.of_finger:.3g}") == 2
     assert f"stable on it, just landed, from {found.ideal_from_n:.2g} N on" in text
     assert f"at the end of the last stroke, {found.of_finger_moist:.3g}." in text
-    assert check_controller(asked_for(found.places.instead)).holds
+    assert check_controller(asked_for(found.instead)).holds
+    assert f"{found.instead['controller.ki']:.4g} 1/s without" in text
 
 
 def test_how_friction_of_the_finger_goes_with_speed_is_told(results, claims):

@@ -96,11 +96,7 @@ def _answer(figure: Shown, name: str) -> list[str]:
     ]
     if HOLDS in figure.numbers:
         row, before = figure.numbers[HOLDS], figure.unchanged.get(HOLDS)
-        own = (
-            f"; on the bench unchanged they are {_gains(before)}, {_shown('error_n', before['error_n'])} mN"
-            if before
-            else ""
-        )
+        own = f"; unchanged {_gains(before)}, {_shown('error_n', before['error_n'])} mN" if before else ""
         said.append(
             f"where contact and speed are not known use {HOLDS}, {_gains(row)}: "
             f"{_shown('error_n', row['error_n'])} mN of error{own}"
@@ -200,14 +196,12 @@ def _instead(figure: Shown) -> list[str]:
     gains = figure.checked.instead
     if not gains:
         return []
-    kp, ki = (f"{gains[f'controller.{each}']:.4g}" for each in ("kp", "ki"))
+    ki = f"{gains['controller.ki']:.4g}"
     if HOLDS not in figure.numbers:
-        return _indented(f"kp {kp}, ki {ki} 1/s would hold at all of them in this ratio; --only fig-5a finds another")
-    same = ", as those of the bench unchanged" if HOLDS in figure.unchanged else ""
-    said = f"{HOLDS}: kp {kp}, ki {ki} 1/s, in the ratio of the {figure.checked.best}{same}"
-    if not gains["controller.kp"]:
-        return _indented(said)
-    more = "another ratio may leave less; a design asks for more, a finger as moist as slower strokes leave it:"
+        return _indented(f"an integral alone, kp 0 and ki {ki} 1/s, would hold at all of them")
+    same = ", as on the bench unchanged" if HOLDS in figure.unchanged else ""
+    said = f"{HOLDS}: an integral alone, kp 0, with the largest ki that holds at all of them, {ki} 1/s{same}"
+    more = "a controller with kp may leave less; a design asks for more, a finger as moist as slower strokes leave it:"
     return [
         *(each for line in (said, more) for each in _indented(line)),
         f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",

@@ -23,7 +23,7 @@ from frictionloop.report.results import Results
 from frictionloop.report.stroke_numbers import Table
 from frictionloop.report.style import write_both
 
-NOTHING = Check({}, [])
+NOTHING = Check({}, [], {})
 SAID = [
     "The bench and the finger of the figure beside this file, asked for all of its forces by one sine:",
     "margins are those of the figure, errors of its runs are not. Its gains are those given, or hold everywhere.",

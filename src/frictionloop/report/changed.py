@@ -32,8 +32,8 @@ from frictionloop.report.device import OPEN
 from frictionloop.report.figures.closed_loop import HERE, HOLDS, figure_closed_loop
 from frictionloop.report.numbers import number
 from frictionloop.report.people import the_finger
-from frictionloop.report.stability import asked_for
-from frictionloop.report.stroke_numbers import Row, Table
+from frictionloop.report.stability import asked_for, integral_alone
+from frictionloop.report.stroke_numbers import Table
 
 OTHER = {
     "fig-5a-population": "; by another protocol, with the re-tuned gains: frictionloop sweep --preset bench "
@@ -129,7 +129,9 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     own = {each: row for each, row in before.items() if each != HERE}
     usual = check_gains(own, bench_of(same), sines_of(same), bar)
     if HOLDS in numbers and runs_before:
-        more, rows = _held_before(numbers[found.best], same, bar)
+        bar.doing(f"Fig. 5a on the bench unchanged, {HOLDS}")
+        alone_before = integral_alone(asked_for(same, sines_of(same)))
+        more, rows = runs_of({HOLDS: alone_before} if alone_before else {}, same)
         runs_before, before = runs_before | more, before | rows
     alone = each_alone(name, changes, bar)
     said = told(changes, protocol.finger_system(the_finger()), numbers, before, alone, sines_of(changes))
@@ -138,20 +140,6 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     said.append(_by_level(runs))
     said += [f"unchanged, {_by_level(runs_before)}"] if runs_before else []
     return Drawn(figure, numbers, before, alone, found, usual, there, said)
-
-
-def _held_before(pair: Row, asked: Mapping[str, Any], bar: Bar) -> tuple[dict[str, xr.Dataset], Table]:
-    """Return the strokes on the bench unchanged of gains that hold everywhere on it; of none if none are found.
-
-    They are in the ratio of a pair, that of the gains which hold on the changed bench, so that the two compare.
-    ``asked`` is what is changed of the set-point.
-    """
-    bar.doing(f"Fig. 5a on the bench unchanged, {HOLDS}")
-    found = check_gains({HOLDS: pair}, asked, sines_of(asked), bar)
-    there = found.places.get(HOLDS)
-    if there is None or not (there.instead or there.held == there.places):
-        return {}, Table()
-    return runs_of({HOLDS: there.instead or {f"controller.{name}": pair[name] for name in ("kp", "ki")}}, asked)
 
 
 def _by_level(runs: Mapping[str, xr.Dataset]) -> str:

@@ -9,7 +9,7 @@ from frictionloop.loop.progress import Bar
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.device import IDEAL, OPEN
-from frictionloop.report.stability import Places, asked_for, checked
+from frictionloop.report.stability import Places, asked_for, checked, integral_alone
 from frictionloop.report.stroke_numbers import Table
 
 NO_BENCH = (OPEN, IDEAL)
@@ -23,20 +23,21 @@ class Check(NamedTuple):
     """Of each pair of gains; empty where it can look at none."""
     said: list[str]
     """Why none was looked at."""
+    instead: Mapping[str, float]
+    """An integral alone that holds at all places, as overrides; empty if a pair does, or there is none."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name, as JSON can hold it."""
-        return {"places": {name: each._asdict() for name, each in self.places.items()}, "said": self.said}
+        return {
+            "places": {name: each._asdict() for name, each in self.places.items()},
+            "said": self.said,
+            "instead": dict(self.instead),
+        }
 
     @property
     def best(self) -> str:
         """The controller that holds at most places, and of these is unstable at fewest."""
         return max(self.places, key=lambda each: (self.places[each].held, -self.places[each].unstable))
-
-    @property
-    def instead(self) -> Mapping[str, float]:
-        """Gains in its ratio that would hold at all places, as overrides; empty if its own do, or none was found."""
-        return self.places[self.best].instead if self.places else {}
 
 
 def check(numbers: Table, changed: Mapping[str, Any], sines: protocol.Sines, bar: Bar) -> Check:
@@ -62,5 +63,7 @@ def check(numbers: Table, changed: Mapping[str, Any], sines: protocol.Sines, bar
         try:
             found[each] = checked(there.evolve(gains))
         except FrictionloopError as error:  # no force is in reach
-            return Check({}, [f"design check looks at no place: {error}"])
-    return Check(found, [])
+            return Check({}, [f"design check looks at no place: {error}"], {})
+    hold = not found or any(each.held == each.places for each in found.values())
+    bar.doing("an integral alone that holds everywhere")
+    return Check(found, [], {} if hold else integral_alone(there))

@@ -67,8 +67,8 @@ def _resonance(before: System, there: System, force_n: float) -> list[str]:
     if math.isclose(was, now, rel_tol=GAIN):
         return []
     return [
-        f"loop gain of the {RETUNED_GAINS} at the sensor's resonance, where a loop rings, at {force_n:g} N: {now:.3g} "
-        f"(unchanged {was:.3g})"
+        f"loop gain of the {RETUNED_GAINS} at the sensor's resonance, at {force_n:g} N: {now:.3g} (unchanged "
+        f"{was:.3g}); whether it rings is told by Ms, which counts the phase too"
     ]
 
 

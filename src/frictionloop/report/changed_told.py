@@ -83,8 +83,13 @@ def _amplitude(changes: Mapping[str, Any], base: System) -> list[str]:
     largest = "plate.max_amplitude_um"
     if "plate.q" not in changes or largest in changes:
         return []
+    was: Any = base.plate
     plate: Any = base.evolve({"plate.q": changes["plate.q"]}).plate
-    return [f"{largest} stays {plate.max_amplitude_um:g}, as of another drive; with the same drive it scales with Q"]
+    same_um = was.max_amplitude_um * plate.q / was.q
+    return [
+        f"{largest} stays {plate.max_amplitude_um:g}, as of another drive; with the same drive it scales with Q and is "
+        f"{same_um:.3g}"
+    ]
 
 
 def _sines(changes: Mapping[str, Any], before: Mapping[str, Any], sines: Sines) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.design.checking import check_controller
+from frictionloop.design.checking import ROUNDING, check_controller
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, Sine, System, bench
 from frictionloop.report import protocol
@@ -82,8 +82,6 @@ class Places(NamedTuple):
     held: int
     unstable: int
     places: int
-    instead: Mapping[str, float]
-    """What would hold at all of them, as overrides."""
     unstable_on: list[str]
     """Contacts and speeds at which they are unstable, in words."""
 
@@ -93,7 +91,17 @@ def checked(system: System) -> Places:
     found = check_controller(system)
     how = [place.how for place in found.places]
     rings = in_words(place for place in found.places if place.how == "unstable")
-    return Places(how.count("within"), how.count("unstable"), len(how), found.instead, rings)
+    return Places(how.count("within"), how.count("unstable"), len(how), rings)
+
+
+def integral_alone(system: System) -> Mapping[str, float]:
+    """Return the largest gain of an integral, without a proportional part, that holds at all places, as overrides.
+
+    Empty if there is none. One family of gains, so that what it leaves on two benches compares.
+    """
+    found = check_controller(system.evolve({"controller.kp": 0.0, "controller.ki": 1.0}))
+    ki = float(f"{(1.0 - ROUNDING) * min(found.gains):.4g}")  # in 1/s, as the factor is on 1
+    return {"controller.kp": 0.0, "controller.ki": ki} if ki > 0.0 else {}
 
 
 class Held(NamedTuple):
@@ -109,8 +117,10 @@ class Held(NamedTuple):
     """Lowest force from which on the printed gains are stable on that finger, with an ideal sensor and no delay."""
     places: Places
     """Of the re-tuned gains on that finger, asked for all forces of the sines."""
+    instead: Mapping[str, float]
+    """An integral alone that holds at all places, as overrides."""
     instead_n: float
-    """Error in N on it, with what would hold at all places."""
+    """Error in N of it."""
 
 
 def held() -> Held:
@@ -118,6 +128,9 @@ def held() -> Held:
     system, finger = bench().evolve(RETUNED), protocol.finger_system(the_finger())
     peak = linearise(system, force_n=0.5).margins().sensitivity_peak
     shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
-    places = checked(asked_for(RETUNED))
-    instead_n = fit(tracking(finger, places.instead)).rms_n
-    return Held(peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead_n)
+    there = asked_for(RETUNED)
+    places, instead = checked(there), integral_alone(there)
+    instead_n = fit(tracking(finger, instead)).rms_n
+    return Held(
+        peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead, instead_n
+    )
