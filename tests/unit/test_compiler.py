@@ -13,7 +13,7 @@ import pytest
 
 from frictionloop.firmware import compiler
 from frictionloop.firmware.compiler import shared_library
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, compiling
 
 
 @pytest.fixture
@@ -34,14 +34,16 @@ def answer(library):
     return ctypes.CDLL(str(library)).answer()
 
 
-def test_a_library_is_built_once_for_the_same_sources_headers_and_flags(folder):
+def test_a_library_is_built_once_for_the_same_sources_headers_and_flags(folder, monkeypatch):
+    told = []
+    monkeypatch.setattr(compiling, "on_compiling", [told.append])
     (folder / "answer.h").write_text("#define ANSWER 42\n")
     sources = source(folder, '#include "answer.h"\nint answer(void);\nint answer(void) { return ANSWER; }\n')
     first = shared_library("answer", sources, [folder])
     stamp = first.stat().st_mtime_ns
     assert answer(first) == 42
     assert shared_library("answer", sources, [folder]) == first
-    assert first.stat().st_mtime_ns == stamp
+    assert first.stat().st_mtime_ns == stamp and told == [True, False]
     assert shared_library("answer", sources, [folder], ("-O0",)) != first
     (folder / "answer.h").write_text("#define ANSWER 43\n")
     assert answer(shared_library("answer", sources, [folder])) == 43

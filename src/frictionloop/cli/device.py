@@ -52,8 +52,7 @@ def connected(address: str, system: System | None = None, seed: int = 0) -> Iter
     """Yield the device, as `connect` does; says what takes long the first time."""
     here = address.startswith(("sim:", "emulated:"))
     all_needed("cobs", "fastcrc", *NEEDED.get(address.partition(":")[0], ()))
-    text = "loading the compiled loop and firmware; after an installation they are compiled first"
-    with screen.waiting(text if here else f"looking for {address}"):
+    with screen.waiting("loading the compiled loop and firmware" if here else f"looking for {address}"):
         from frictionloop.device.transport import opener
 
         opening = opener(address, system, seed)

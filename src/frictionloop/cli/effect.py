@@ -96,7 +96,7 @@ def show(
     checks.check_count("fingers", fingers, 0, 1000)
     wanted, system, origin = _given(effect, file, preset, overrides)
     table = _own_table(system, file, preset)
-    with screen.waiting("simulating; after an installation the loop is compiled first"):
+    with screen.waiting("simulating"):
         from frictionloop.cli import effect_text
         from frictionloop.preview import people, preview
 
@@ -193,7 +193,7 @@ def play(
 
     shown = prepared(wanted, system, None)
     checked(shown)
-    with screen.waiting("simulating; after an installation the loop is compiled first"):
+    with screen.waiting("simulating"):
         from frictionloop.loop.record import save
         from frictionloop.loop.simulate import simulate
 

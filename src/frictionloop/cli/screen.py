@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from frictionloop.loop.progress import doing, on_step
+from frictionloop.quantities.compiling import on_compiling
 
 QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
@@ -103,7 +104,7 @@ def waiting(text: str, forecast: str = "") -> Iterator[None]:
         from rich.console import Console
 
         whole = text + forecast
-        with Console(stderr=True).status(whole) as status, _steps(lambda said: status.update(f"{whole}: {said}")):
+        with Console(stderr=True).status(whole) as status, _steps(lambda said: status.update(whole + said)):
             yield
         return
     began_s, step = time.perf_counter(), [""]
@@ -112,18 +113,27 @@ def waiting(text: str, forecast: str = "") -> Iterator[None]:
         lasts_s = time.perf_counter() - began_s
         return "" if lasts_s < QUIET_S else text + forecast * (lasts_s < FORECAST_S) + step[-1]
 
-    with doing(now), _steps(lambda said: step.__setitem__(-1, f": {said}")):
+    with doing(now), _steps(lambda said: step.__setitem__(-1, said)):
         yield
 
 
 @contextmanager
 def _steps(tell: Callable[[str], None]) -> Iterator[None]:
-    """Have the steps of what is under way told."""
-    on_step.append(tell)
+    """Have the steps of what is under way told, and that something is compiled."""
+
+    def step(said: str) -> None:
+        tell(f": {said}")
+
+    def compiling(begins: bool) -> None:
+        tell("; compiling for it, once after an installation" * begins)
+
+    on_step.append(step)
+    on_compiling.append(compiling)
     try:
         yield
     finally:
-        on_step.remove(tell)
+        on_step.remove(step)
+        on_compiling.remove(compiling)
 
 
 def wrapped(text: str) -> Any:

@@ -176,7 +176,7 @@ def _run(system: System, duration_s: float, seed: int) -> tuple[xr.Dataset, floa
 
         with screen.waiting("reading the recording"):
             recordings(system)
-    with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
+    with screen.waiting("loading the compiled loop"):
         from frictionloop.loop.simulate import simulate
 
         simulate(system, 1 / system.controller.rate_hz, seed)

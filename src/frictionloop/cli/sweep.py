@@ -104,7 +104,7 @@ def command(
     axes = axes_of(over or (), seeds)
     ask_of_axes(axes)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
-    with screen.waiting("loading the compiled loop; after an installation it is compiled first"):
+    with screen.waiting("loading the compiled loop"):
         from frictionloop.cli import contact_turns, outcome, recorded_units
         from frictionloop.cli.population import metrics_of, population_of
 

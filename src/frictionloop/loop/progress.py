@@ -7,6 +7,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from frictionloop.quantities.compiling import on_compiling
+
 FIRST_S, LONGEST_S, LOOK_S = 2.5, 10.0, 0.25
 """Until the first plain line, between two at most (each wait is twice the one before), and how often to look."""
 
@@ -72,8 +74,6 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
         TimeRemainingColumn,
     )
 
-    from frictionloop.quantities.compiled import on_compiling
-
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -133,8 +133,6 @@ def doing(now: Callable[[], str]) -> Iterator[None]:
 @contextmanager
 def _plain_bar(title: str, total: int) -> Iterator[Bar]:
     """Yield a bar that can tell in a line what is under way, and how much of it is done."""
-    from frictionloop.quantities.compiled import on_compiling
-
     done, text = 0, title
 
     def advance() -> None:

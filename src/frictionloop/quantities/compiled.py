@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from io import BytesIO
@@ -15,11 +15,9 @@ from numba.core import config
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 
+from frictionloop.quantities.compiling import tell_compiling
 from frictionloop.quantities.digest import code_digest
 from frictionloop.quantities.seal import is_usable, seal_of, why_untrusted
-
-on_compiling: list[Callable[[bool], None]] = []
-"""Called with True before something is compiled that the disk does not have, and with False when it is done."""
 
 
 class SealedFiles(IndexDataCacheFile):
@@ -68,7 +66,7 @@ class DigestCache(FunctionCache):
         except ImportError:
             found = None
         if found is None:
-            _tell(True)
+            tell_compiling(True)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -77,7 +75,7 @@ class DigestCache(FunctionCache):
             super().save_overload(sig, data)
         except OSError as error:
             _warn_of_no_cache(f"{self._cache_path}: the cache of compiled code cannot be written ({error.strerror})")
-        _tell(False)
+        tell_compiling(False)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         return (sig, codegen.magic_tuple())
@@ -91,11 +89,6 @@ def _warn_of_another_place(asked: str, place: str) -> None:
 
 def _warn_of_no_cache(why: str) -> None:
     warnings.warn(f"{why}; what is compiled is lost at the end: set NUMBA_CACHE_DIR to a folder", stacklevel=2)
-
-
-def _tell(compiling: bool) -> None:
-    for listener in on_compiling:
-        listener(compiling)
 
 
 def keep_compiled(function: Any, name: str) -> None:
