@@ -42,6 +42,7 @@ def test_no_file_names_a_host():
     assert not [path.name for path in FOLDER.iterdir() if "://" in path.read_text(encoding="utf-8")]
 
 
+@pytest.mark.slow
 def test_a_step_of_make_says_what_it_does_and_is_not_silent():
     step = ["sh", str(FOLDER / "step.sh"), "Waiting, usually 3 s"]
     done = subprocess.run([*step, "sleep", "3"], capture_output=True, text=True, check=False)

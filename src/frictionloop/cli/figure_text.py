@@ -96,16 +96,16 @@ def _answer(figure: Shown, name: str) -> list[str]:
     ]
     if HOLDS in figure.numbers:
         row, before = figure.numbers[HOLDS], figure.unchanged.get(HOLDS)
-        own = f"; unchanged {_gains(before)}, {_shown('error_n', before['error_n'])} mN" if before else ""
+        own = f" (unchanged {_integral(before)})" if before else ""
         said.append(
-            f"where contact and speed are not known use {HOLDS}, {_gains(row)}: "
-            f"{_shown('error_n', row['error_n'])} mN of error{own}"
+            f"where contact and speed are not known use {HOLDS}, an integral alone with the largest ki that holds at "
+            f"all of them: {_integral(row)}{own}"
         )
     return [each for line in said for each in _indented(line)]
 
 
-def _gains(row: Row) -> str:
-    return f"kp {row['kp']:.4g} and ki {row['ki']:.4g} 1/s"
+def _integral(row: Row) -> str:
+    return f"{row['ki']:.4g} 1/s leaves {_shown('error_n', row['error_n'])} mN"
 
 
 def _moist(figure: Shown) -> str:
@@ -199,11 +199,9 @@ def _instead(figure: Shown) -> list[str]:
     ki = f"{gains['controller.ki']:.4g}"
     if HOLDS not in figure.numbers:
         return _indented(f"an integral alone, kp 0 and ki {ki} 1/s, would hold at all of them")
-    same = ", as on the bench unchanged" if HOLDS in figure.unchanged else ""
-    said = f"{HOLDS}: an integral alone, kp 0, with the largest ki that holds at all of them, {ki} 1/s{same}"
     more = "a controller with kp may leave less; a design asks for more, a finger as moist as slower strokes leave it:"
     return [
-        *(each for line in (said, more) for each in _indented(line)),
+        *_indented(more),
         f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
     ]
 

@@ -27,6 +27,7 @@ NOTHING = Check({}, [], {})
 SAID = [
     "The bench and the finger of the figure beside this file, asked for all of its forces by one sine:",
     "margins are those of the figure, errors of its runs are not. Its gains are those given, or hold everywhere.",
+    "For one level of the figure give both --setpoint.offset_n and --setpoint.amplitude_n.",
 ]
 """Begins the file of a changed bench."""
 
