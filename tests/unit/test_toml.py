@@ -162,6 +162,7 @@ BAD_FILES = {
     "a newer version's": (WHOLE.replace("schema = 1", "schema = 2"), "schema = 2 is newer"),
     "no schema number": (WHOLE.replace("schema = 1", 'schema = "one"'), "schema = 'one'"),
     "not TOML": ("kp = = 3", "is not TOML"),
+    "a block twice": (WHOLE + "\n[plate]\n", "each [block] stands once: put its lines there"),
     "an unfinished line": (WHOLE[: WHOLE.index('"log') + 3], "is not TOML"),
     "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
     "a law that was removed": (

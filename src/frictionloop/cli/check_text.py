@@ -63,9 +63,9 @@ def verdict(
     beyond = beyond_reach(places_of(corners), states)
     if found.holds:
         rows = [("HOLDS", but([*beyond, *fingers], moist) + rows[0][1])]
-    elif wanted.speeds_mm_s and found.holds_as_asked:
+    elif found.holds_as_asked:
         worse = [(name, "") for name, how in NOT_HELD if any(place.how == how for place in found.places)]
-        rows = [("HOLDS", f"{but([*beyond, *worse, *fingers], moist)}at every contact and speed asked for{load}")]
+        rows = [("HOLDS", f"{but([*beyond, *worse, *fingers], moist)}{_asked(system, wanted)}{load}")]
     for name, how in WORST_FIRST:
         groups = alike(place for place in found.places if place.how == how)
         first = "" if found.holds else name
@@ -85,6 +85,14 @@ def verdict(
     if designed:
         return [*rows, ("by the file", f"`{designed}` looks at what it was designed or checked for")]
     return [*rows, *_other_loads(system, wanted)]
+
+
+def _asked(system: System, wanted: Wanted) -> str:
+    """Return which contacts and speeds were asked for: those of the flags, else the speed of the file."""
+    motion = system.motion
+    if wanted.speeds_mm_s or not isinstance(motion, Strokes):
+        return "at every contact and speed asked for"
+    return f"at {motion.speed_mm_s:g} mm/s, the speed given, on every contact looked at"
 
 
 def pressed(system: System, wanted: Wanted) -> str:

@@ -15,7 +15,7 @@ from frictionloop.quantities.units import FrictionloopError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOADS = "the least and the largest in N, such as 0.4,1.2"
+LOADS = "the least and the largest in N, such as 0.4,1.2, or one"
 RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
 
 OTHERS = (".csv", ".tsv", ".txt", ".mat", ".xlsx", ".parquet", ".json", ".npz")
@@ -91,11 +91,12 @@ def speeds_of(text: str) -> list[float]:
 
 
 def two_values(name: str, text: str | None, what: str) -> tuple[float, float] | tuple[()]:
-    """Return the ends of a range, nothing if none is asked for; ``what`` says what they are."""
+    """Return the ends of a range, one value twice, nothing if none is asked for; ``what`` says what they are."""
     if text is None:
         return ()
     try:
-        low, high = (float(each) for each in text.split(","))
+        low, *ends = (float(each) for each in text.split(","))
+        (high,) = ends or [low]
     except ValueError:
         low, high = math.nan, math.nan
     if not 0.0 < low <= high < math.inf:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from frictionloop.analysis.reach import Missed, missed
 from frictionloop.design.corners import load_of
 from frictionloop.design.elsewhere import in_words
+from frictionloop.design.over import CONTACTS
 from frictionloop.parameters import FingerFriction, Skin, Strokes
 
 if TYPE_CHECKING:
@@ -31,7 +32,12 @@ def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
                              if isinstance(each.loop.system.finger, Skin))  # fmt: skip
     limits = {"sensitivity_peak": wanted.sensitivity_peak, "resonance_error": wanted.resonance_error}
     usual, shares = type(wanted)(), {name: f"{share:g}" for name, share in wanted.lean.shares.items() if share}
-    flags = {"contacts": ",".join(contacts), "speeds": _ends(wanted.speeds_mm_s), "loads": _ends(wanted.loads_n)}
+    named = ",".join(contacts)
+    flags = {
+        "contacts": "" if named == ",".join(CONTACTS) else named,
+        "speeds": _ends(wanted.speeds_mm_s),
+        "loads": _ends(wanted.loads_n),
+    }
     flags |= {name: f"{value:g}" for name, value in limits.items() if value != getattr(usual, name)} | shares
     flags |= {"corners": "CERTIFICATE"} if wanted.lean.ends else {}
     return "".join(f" --{name.replace('_', '-')} {value}" for name, value in flags.items() if value)

@@ -57,7 +57,8 @@ class MustHold:
     speeds: Annotated[
         str | None,
         _asked(
-            "Slowest and fastest stroke in mm/s, between which all that holds: 20,60; the speed of FILE if not given."
+            "Slowest and fastest stroke in mm/s, between which all that holds: 20,60, or one; that of FILE if not "
+            "given."
         ),
     ] = None
 
@@ -83,7 +84,7 @@ class MustHold:
         from frictionloop.design.leaning import Lean
         from frictionloop.design.wanted import Wanted
 
-        between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60")
+        between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60, or one")
         loads = checks.two_values("loads", self.loads, checks.LOADS)
         named = None if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
         shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}

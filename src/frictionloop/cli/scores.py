@@ -145,6 +145,8 @@ def _steps(count: int) -> str:
 
 def newtons(value: float) -> str:
     """Return a force in millinewtons, or a dash where there is none."""
+    if abs(value) < 1e-9:  # of rounding alone, as of an open loop that knows all of its finger
+        return "0 mN"
     return "-" if math.isnan(value) else f"{value * 1e3:.4g} mN"
 
 

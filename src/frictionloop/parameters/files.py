@@ -131,7 +131,8 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
         said = f"is no text in UTF-8 (byte {error.start}); accepted: a text file, saved as UTF-8"
         raise FrictionloopError(f"{where}{said}") from None
     except tomllib.TOMLDecodeError as error:
-        raise FrictionloopError(f"{where}is not TOML: {with_line(path, str(error))}") from None
+        twice = "; each [block] stands once: put its lines there" * ("twice" in str(error))
+        raise FrictionloopError(f"{where}is not TOML: {with_line(path, str(error))}{twice}") from None
     except RecursionError:
         raise FrictionloopError(f"{where}is nested too deeply; accepted: blocks with keys") from None
     check_schema(tree.pop("schema", SCHEMA), where)

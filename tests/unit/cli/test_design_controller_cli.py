@@ -238,7 +238,7 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
         (("--law", "lqg", "--controller.delay_s", "0.05"), "it takes up to 120, controller.delay_s up to 0.0218 s"),
         (("no.toml",), "no.toml: cannot be read"),
         (("--contacts", "dahl,slide"), "contacts: 'slide' is unknown; did you mean slider"),
-        (("--loads", "0.4"), "loads = '0.4': must be the least and the largest in N, such as 0.4,1.2"),
+        (("--loads", "0.4,1,2"), "loads = '0.4,1,2': must be the least and the largest in N, such as 0.4,1.2, or one"),
         (("--preset", "feasible", "--loads", "0.4,1.2"), "loads_n: motion.kind = "),
         (("my.toml", "--preset", "bench"), "my.toml and --preset bench both name a system; give one"),
         (("--setpoint.kind", "nothing"), "setpoint.kind"),
@@ -305,7 +305,7 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     assert "firmware controller.rate_hz = 4000 Hz: the project's firmware" in " ".join(saved.out.split())
     assert "for its board design with --controller.rate_hz 5000" in note
     (again,) = re.findall("^# Look again: frictionloop design check FILE (.*)", Path("c.toml").read_text(), re.M)
-    assert again == "--contacts dahl,slider --loads 0.4,0.8"
+    assert again == "--loads 0.4,0.8"  # both contacts are looked at without a flag
     assert frictionloop("design", "check", "c.toml", *again.split()).out.split()[0] == "HOLDS"
     said = " ".join(frictionloop("design", "check", "c.toml").out.split())
     assert f"by the file `{again}` looks at what it was designed or checked for" in said
@@ -394,7 +394,7 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     assert "of other fingers 1 in 7 is to be expected beyond the limits" in head and "sweep FILE" not in head
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
     assert said.startswith("HOLDS contacts dahl and slider, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
-    assert "design check FILE --contacts dahl,slider --fingers 100 --fingers-seed 1` looks at others" in said
+    assert "design check FILE --fingers 100 --fingers-seed 1` looks at others" in said
     assert f"Those hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said
     refused = frictionloop(*given, "--fingers-seed", "3")
     assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err
