@@ -199,10 +199,13 @@ def _instead(figure: Shown) -> list[str]:
     ki = f"{gains['controller.ki']:.4g}"
     if HOLDS not in figure.numbers:
         return _indented(f"an integral alone, kp 0 and ki {ki} 1/s, would hold at all of them")
-    more = "a controller with kp may leave less; a design asks for more, a finger as moist as slower strokes leave it:"
+    more = (
+        "a design may leave less, with a notch where the sensor rings; it asks for more, a finger as moist as slower "
+    )
+    more += "strokes leave it, and the error that it tells is of one sine:"
     return [
         *_indented(more),
-        f"    frictionloop design controller {shlex.quote(str(figure.bench))} --law pi --speeds {_speeds(figure)}",
+        f"    frictionloop design controller {shlex.quote(str(figure.bench))} --speeds {_speeds(figure)}",
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -169,6 +170,13 @@ def given(
     for line in differing(system, named_by([*_flat(changes)], overrides), designed):
         screen.note(line)
     return system, changed(origin, overrides)
+
+
+def as_given(file: Path | None, preset_name: str | None, flags: Iterable[str] | None, instead: str = "paper") -> str:
+    """Return the file or preset, and the flags of what a loop depends on, for another command line."""
+    source = [str(file)] if file else ["--preset", preset_name or instead]
+    kept = {path: value for path, value in overrides_of(flags).items() if not path.startswith("disturbance.")}
+    return shlex.join([*source, *(word for path, value in kept.items() for word in (f"--{path}", str(value)))])
 
 
 def stated(file: Path | None, flags: Iterable[str] | None) -> set[str]:

@@ -135,15 +135,24 @@ def command(
     else:
         whose = "" if population is None else f" of {population}"
         said = f"{origin}, {fingers} fingers{whose} of seed {fingers_seed or 0}" if fingers else origin
-        from frictionloop.cli import sweep_points
-
-        points_said = [] if fingers else sweep_points.listed(found, system)
-        summary = found.summary(duration_s)
-        screen.show(screen.columns([("system", said)]), "", *points_said, *summary, *screen.saved(saved))
+        again = "" if fingers else flags.as_given(file, preset, overrides)
+        screen.show(
+            screen.columns([("system", said)]), "", *_told(found, system, again, duration_s), *screen.saved(saved)
+        )
     if not found.complete:
         raise screen.interrupted(f"{found.done} of {found.total} runs done", out)
     if not found.opened:
         raise screen.interrupted("all runs done, but not those in open loop", out)
+
+
+def _told(found: Outcome, system: System, again: str, duration_s: float) -> list[Any]:
+    """Return what a person is shown; ``again`` names the system on another command line, empty of fingers."""
+    if not again:
+        return found.summary(duration_s)
+    from frictionloop.cli import sweep_points
+
+    listed, margins = sweep_points.listed(found, system), sweep_points.margins(found, system, again)
+    return [*listed, *found.summary(duration_s), *margins]
 
 
 def _swept(system: System, points: Any, duration_s: float, seeds: int, names: Any, **options: Any) -> Outcome:

@@ -32,6 +32,25 @@ def listed(found: Outcome, system: System) -> list[Any]:
     return [screen.table(rows), ""]
 
 
+def margins(found: Outcome, system: System, given: str) -> list[str]:
+    """Return whether the loop rings at the best point of the first metric, and what says more, where gains vary.
+
+    ``given`` names the system on the command line.
+    """
+    best = next(filter(None, map(found.best, map(str, found.result.data_vars))), None)
+    if best is None or not any(path.startswith("controller.") for path in found.axes):
+        return []
+    point = " ".join(f"--{path} {describe.short(value)}" for path, value in best.point.items())
+    how = rings(system, best.point) or "does not ring as described"
+    said = f"The loop with the best {best.metric} {how}."
+    return [
+        "",
+        said,
+        "Its margins, on other contacts and at other speeds too:",
+        f"  frictionloop design check {given} {point}",
+    ]
+
+
 def rings(system: System, point: dict[str, Any]) -> str:
     """Return "RINGS" or "nearly rings" with its Ms, of a system at a point; empty if it does neither or is not known.
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import math
+import re
 import shlex
 import signal
 import time
@@ -14,6 +16,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.cli import main
 from frictionloop.cli.outcome import Outcome
+from frictionloop.cli.ringing import points_of
 from frictionloop.cli.sweep import axes_of
 
 SHORT = ("sweep", "--preset", "feasible", "--duration-s", "0.1")
@@ -52,7 +55,8 @@ def test_summary_names_the_best_points(frictionloop):
     assert (answer.code, answer.err) == (0, "")
     for words in ("rms_error", " mN", "controller.kp=", "3 x 2 points x 2 seeds of 0.1 s, 12 of 12 runs done"):
         assert words in answer.out
-    assert max(map(len, answer.out.splitlines())) <= 80
+    *lines, command = answer.out.splitlines()  # which is to be copied, and is not broken
+    assert max(map(len, lines)) <= 80 and command.startswith("  frictionloop design check ")
 
 
 def test_words_can_be_swept(frictionloop):
@@ -217,3 +221,19 @@ def test_few_points_of_two_axes_are_listed_too(frictionloop):
     assert any(line.startswith("motion.speed_mm_s,") for line in lines)
     for point in ("60, dahl", "60, slider", "200, dahl", "200, slider"):
         assert sum(line.startswith(point) for line in lines) == 1
+
+
+def test_where_gains_vary_the_loop_of_the_best_point_is_told_apart_from_its_error(frictionloop):
+    """A loop that rings may have the least error of some runs."""
+    swept = ("sweep", "--preset", "feasible", "--disturbance.kind", "constant", "--duration-s", "0.1")
+    for kp in ("4,5", "200,201"):
+        out = frictionloop(*swept, "--over", f"controller.kp={kp}", "--metrics", "rms_error").out
+        (best,) = re.findall(r"^rms_error .* controller\.kp=(\d+)$", out, re.M)
+        peak = max(loop.sensitivity_peak() for loop in points_of(fl.feasible().evolve({"controller.kp": float(best)})))
+        how = "RINGS" if peak == math.inf else "does not ring as described"
+        assert f"\nThe loop with the best rms_error {how}.\n" in out
+        command = f"  frictionloop design check --preset feasible --controller.kp {best}\n"
+        assert out.endswith(command)
+        verdict = frictionloop(*command.split()[1:]).out.split()[0]
+        assert (verdict == "HOLDS") == (kp == "4,5")
+    assert "design check" not in frictionloop(*swept, "--over", "plate.cutoff_hz=90,100").out
