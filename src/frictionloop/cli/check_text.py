@@ -48,7 +48,7 @@ def verdict(
 ) -> list[Row]:  # fmt: skip
     """Return rows of the verdict: holds or not, where and by how much, what would hold, and what else to look at.
 
-    ``designed`` are the flags of what the file says that it was designed for, ``fingers`` the rows of other fingers.
+    ``designed`` says what of that for which the file was designed is left out, ``fingers`` are the rows of others.
     """
     count, held = len(found.places), sum(place.how == "within" for place in found.places)
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
@@ -83,7 +83,7 @@ def verdict(
     does = "counts the fingers on which the limits hold, and names gains for more of them"
     rows += [] if fingers else other_people(system, f"`--fingers {fingers_proposed(wanted)}` {does}")
     if designed:
-        return [*rows, ("by the file", f"`{designed}` looks at what it was designed or checked for")]
+        return [*rows, ("by the file", designed)]
     return [*rows, *_other_loads(system, wanted)]
 
 

@@ -16,6 +16,8 @@ from frictionloop.parameters.motion import one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from frictionloop.analysis.linear import LinearLoop
     from frictionloop.design.wanted import Wanted
     from frictionloop.parameters import System
@@ -33,6 +35,9 @@ MATTER = {
     "motion.lifted_s": "s", "setpoint.offset_n": "N", "setpoint.amplitude_n": "N",
 }  # fmt: skip
 """Values that move the gains of a design and that a bench is often described without, with their units."""
+
+ASSUMED = "as in bench(), assumed unless it is yours"
+"""Begins the line that lists those of them which nobody gave."""
 
 
 def fully_moist(system: System, wanted: Wanted) -> str:
@@ -224,7 +229,22 @@ def assumed(system: System, stated: Collection[str]) -> str:
         own.pop("motion.lifted_s", None)
     same = [f"{path} = {own[path]:g} {unit}".rstrip() for path, unit in MATTER.items()
             if path in own and own[path] == usual.get(path) and path not in stated]  # fmt: skip
-    return f"as in bench(), assumed unless it is yours: {', '.join(same)}" if same else ""
+    return f"{ASSUMED}: {', '.join(same)}" if same else ""
+
+
+def given_in(file: Path | None) -> set[str]:
+    """Return those of the values that matter which somebody gave, by the head of a file that a design or check wrote.
+
+    The file itself is written whole. Empty of any other file.
+    """
+    said = [] if file is None else [each for each in head_of(file) if each.startswith(ASSUMED)]
+    return {path for path in MATTER if said and f" {path} = " not in said[0]}
+
+
+def head_of(file: Path) -> list[str]:
+    """Return the comment lines of a file."""
+    lines = file.read_text(encoding="utf-8-sig").splitlines()
+    return [line.removeprefix("# ") for line in lines if line.startswith("# ")]
 
 
 def _values(system: System) -> dict[str, Any]:

@@ -77,15 +77,17 @@ def command(
     many = others.look(system, people, wanted)
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
-    designed = saved_controller.designed_for(file) if must == AS_USUAL else ""
+    designed = saved_controller.by_file(file, must)
     given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
     given = " ".join([given, *_bench_flags(overrides)])
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
     crowd = others.rows(many, system, wanted, asked)
     verdict = check_text.verdict(found, system, wanted, given, moist, designed, crowd)
+    stated = flags.stated(file, overrides) | controller_also.given_in(file)
+    as_usual = controller_also.assumed(system, stated | must.stated)
     if out is not None:
         lines = saved_controller.checked(verdict, asked, wanted, others.again())
-        write_toml(given_system, out, said=lines, given=flags.stated(file, overrides))
+        write_toml(given_system, out, said=[*lines, *filter(None, [as_usual])], given=stated)
     if json:
         told = check_text.as_json(found, system, wanted) | {"saved": {"controller": out}}
         screen.show_json(told | others.as_json(many))
@@ -94,7 +96,6 @@ def command(
     about = controller_also.moist_row(system, wanted, moist)
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system), *controller_also.never_moist(system)]
-    as_usual = controller_also.assumed(system, flags.stated(file, overrides) | must.stated)
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]
     screen.show(
         screen.columns([*verdict, *about]),

@@ -89,7 +89,9 @@ def command(
     name = law or default_law(system)
     people = others.people(system, overrides)
     designed, wanted = _designed(levels, name, wanted, others.takes(name, levels, wanted, designs=True))
-    made = _Made(system, levels, name, designed, wanted, flags.stated(file, overrides), out)
+    made = _Made(
+        system, levels, name, designed, wanted, flags.stated(file, overrides) | controller_also.given_in(file), out
+    )
     made, many, lowered, crowd = _for_people(made, others, people)
     designed, found, new = made.designed, made.designed.corners, made.new
     made.save("", crowd)
@@ -218,14 +220,16 @@ class _Made(NamedTuple):
 
     def save(self, moist: str = "", crowd: Sequence[tuple[str, ...]] = ()) -> None:
         """Write the system with it, headed by what it holds for; nothing without a file."""
-        from frictionloop.cli import controller_verdict, saved_controller
+        from frictionloop.cli import controller_also, controller_verdict, saved_controller
         from frictionloop.parameters import write_toml
 
         if self.out is None:
             return
         lines = controller_verdict.speeds_said(self.after, self.wanted, shlex.quote(str(self.out)))
         holds = saved_controller.holds(self.law, self.designed, self.after, self.wanted, moist, crowd)
-        write_toml(self.new, self.out, said=[*holds, *lines], given=self.given)
+        ranged = {"motion.load_n"} if self.wanted.loads_n else set[str]()
+        assumed = controller_also.assumed(self.system, self.given | ranged)
+        write_toml(self.new, self.out, said=[*holds, *lines, *filter(None, [assumed])], given=self.given)
 
 
 def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Designed, Wanted]:

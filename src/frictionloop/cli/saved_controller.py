@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.controller_also import range_said
+from frictionloop.cli.controller_also import head_of, range_said
 from frictionloop.cli.controller_holds import (
     also_said,
     ends_said,
@@ -26,6 +26,7 @@ from frictionloop.design.corners import CONTACT_S
 from frictionloop.design.elsewhere import in_words
 
 if TYPE_CHECKING:
+    from frictionloop.cli.must_hold import MustHold
     from frictionloop.design.corners import Corner
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
@@ -97,12 +98,20 @@ def checked(verdict: Sequence[tuple[str, ...]], found: Sequence[Corner], wanted:
     return [*told, f"{AGAIN}{wanted_flags(found, wanted)}{more}"]
 
 
-def designed_for(file: Path | None) -> str:
-    """Return the flags that look at what a saved controller says it was designed for; empty of any other file."""
-    if file is None:
-        return ""
-    lines = (line.removeprefix("# ") for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("# "))
-    return next((line.removeprefix(AGAIN).strip() for line in lines if line.startswith(AGAIN)), "")
+def by_file(file: Path | None, must: MustHold) -> str:
+    """Return a line with those flags of what a saved controller says it was designed for that are not given.
+
+    Empty where all are, and of any other file.
+    """
+    said = "" if file is None else next((each for each in head_of(file) if each.startswith(AGAIN)), "")
+    words = said.removeprefix(AGAIN).split()
+    if must == type(must)():
+        return f"`{' '.join(words)}` looks at what it was designed or checked for" if words else ""
+    flags = zip(words[::2], words[1::2], strict=True)
+    usual, own = vars(type(must)()), vars(must)
+    left = [f"{flag} {value}" for flag, value in flags
+            if (name := flag[2:].replace("-", "_")) in own and own[name] == usual[name]]  # fmt: skip
+    return f"`{' '.join(left)}`, with which it was designed or checked, is left out here" if left else ""
 
 
 def beyond_said(designed: Designed) -> list[str]:

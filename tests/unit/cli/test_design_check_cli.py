@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -223,7 +224,7 @@ def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
     head = " ".join(" ".join(line.removeprefix("# ").split()) for line in lines)
     assert "NOT ON ALL FINGERS: the limits hold on " in head
     assert "would hold" not in head
-    assert head.endswith("Look again: frictionloop design check FILE --contacts dahl --fingers 8")
+    assert "Look again: frictionloop design check FILE --contacts dahl --fingers 8 as in bench()," in head
     again = " ".join(frictionloop("design", "check", "g.toml").out.split())
     assert "by the file `--contacts dahl --fingers 8` looks at what it was designed or checked for" in again
     assert "exists and is not replaced" in frictionloop("design", "check", "g.toml", "--out", "g.toml").err
@@ -249,3 +250,21 @@ def test_a_check_that_is_stopped_tells_what_it_has_found(frictionloop, monkeypat
     said = " ".join(answer.out.split())
     assert said.startswith("HOLDS but elsewhere") and "of 3 fingers of the first 3 of seed 0; contact dahl" in said
     assert "of 3 fingers of the first 3 of seed 0" in " ".join(Path("c.toml").read_text().replace("#", " ").split())
+
+
+@pytest.mark.slow
+def test_a_check_of_a_designed_file_tells_what_it_was_designed_with_and_what_nobody_gave(frictionloop, tmp_path):
+    Path("lab.toml").write_text('preset = "bench"\n[motion]\nload_n = 0.5\n[controller]\ndelay_s = 200e-6\n')
+    said = frictionloop(
+        "design", "controller", "lab.toml", "--law", "pi", "--sensor-error", "0.5", "--out", "c.toml"
+    ).out
+    (line,) = re.findall("^# (as in bench.*)", Path("c.toml").read_text(), re.M)
+    assert " ".join(said.split()).endswith(f"{line} saved controller as c.toml")
+    assert "motion.load_n = " not in line and "controller.delay_s = " not in line and "sensor.q = 20" in line
+    plain = " ".join(frictionloop("design", "check", "c.toml").out.split())
+    assert plain.endswith(line)
+    assert "by the file `--sensor-error 0.5` looks at what it was designed or checked for" in plain
+    partly = " ".join(frictionloop("design", "check", "c.toml", "--speeds", "20").out.split())
+    assert "by the file `--sensor-error 0.5`, with which it was designed or checked, is left out here" in partly
+    whole = frictionloop("design", "check", "c.toml", "--speeds", "20", "--sensor-error", "0.4").out
+    assert "by the file" not in whole
