@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import textwrap
 from pathlib import Path
@@ -47,17 +48,43 @@ def lines(
 
 
 def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:
-    """Return at which forces the linear loop is unstable, of a run that does not show it; nothing where it is not."""
+    """Return at which forces the linear loop is unstable, of a run that does not show it; nothing where it is not.
+
+    Looked at is a finger just landed, then one as moist as at the end of the run.
+    """
     from frictionloop.analysis import operating_band
     from frictionloop.analysis.levels import at_levels
+    from frictionloop.analysis.operating import asked
     from frictionloop.loop.record import system_of
     from frictionloop.quantities import FrictionloopError
 
-    try:
-        points = operating_band(at_levels(system_of(run), run, mask))
-        forces = [f"{loop.elements.force_n:.3g}" for loop in points if not loop.is_stable()]
-    except FrictionloopError:  # nothing in reach, or a law that has no linear analysis there
-        return ""
-    if not forces:
-        return ""
-    return f", where the linear loop is unstable at {', '.join(forces)} N: it rings, too little to stand out here"
+    moist = _occluded(system_of(run), run.sizes["time"] / system_of(run).controller.rate_hz)
+    for occluded, when in ((0.0, ""), (moist, f", with a finger {moist:.0%} occluded as at its end")):
+        try:
+            levels = at_levels(system_of(run), run, mask)
+            points = operating_band(levels, occluded=(occluded,))
+            # One that is out of reach is at the limit of the amplitude, where no loop is closed.
+            reached = [
+                loop for loop in points if any(math.isclose(loop.elements.force_n, each) for each in asked(levels))
+            ]
+            forces = [f"{loop.elements.force_n:.3g}" for loop in reached if not loop.is_stable()]
+        except FrictionloopError:  # nothing in reach, or a law that has no linear analysis there
+            continue
+        if forces:
+            where = f"{', '.join(forces)} N{when}"
+            return f", where the linear loop is unstable at {where}: it rings, too little to stand out here"
+    return ""
+
+
+def _occluded(system: System, duration_s: float) -> float:
+    """Return how moist a finger is at the end of a run, 0 to 1."""
+    from frictionloop.parameters import FingerFriction, Strokes
+    from frictionloop.physics.occlusion import occlusion_after
+
+    friction, motion = system.friction, system.motion
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return 0.0
+    if not motion.contact_s:
+        return occlusion_after(friction, duration_s, 0.0)
+    contacts = math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
+    return occlusion_after(friction, motion.contact_s, motion.lifted_s, contacts)

@@ -27,14 +27,14 @@ DOES = {
 """What poles do that go up, down, or one each way."""
 
 
-def moved(changes: Mapping[str, Any], base: System, sines: Sines) -> list[str]:
-    """Return which poles move, and the loop gain at the sensor's resonance; nothing where neither does.
+def moved(changes: Mapping[str, Any], base: System, sines: Sines, tuned: bool) -> list[str]:
+    """Return which poles move, and if ``tuned`` the loop gain of the re-tuned gains at the sensor's resonance.
 
     The pole of the plate is at f0/(2 Q), that of a Dahl or LuGre contact at s0 v/(2 pi F), a slider has none.
     """
     force_n = sum(sines.levels_n) / len(sines.levels_n)
     before, there = base, base.evolve(changes)
-    return [*_poles(before, there, force_n), *_resonance(before, there, force_n)]
+    return [*_poles(before, there, force_n), *(_resonance(before, there, force_n) if tuned else [])]
 
 
 def _poles(before: System, there: System, force_n: float) -> list[str]:

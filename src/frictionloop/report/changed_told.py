@@ -51,7 +51,7 @@ def told(
     return [
         *_own(changes, base, rows),
         *speed(changes, base, rows),
-        *moved(changes, base, sines),
+        *moved(changes, base, sines, RETUNED_GAINS in rows),
         *_amplitude(changes, base),
         *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),

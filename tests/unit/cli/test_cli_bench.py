@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import get_args
@@ -263,6 +264,19 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
     for other in (("--controller.kind", "lookup"), ("--preset", "feasible")):
         args = other if "--preset" in other else ("--preset", "bench", *other)
         assert "design check" not in frictionloop("simulate", *args, "--duration-s", "1").out
+
+
+def test_a_loop_that_rings_once_its_finger_is_moist_is_told(frictionloop):
+    gains = {"controller.kp": 0.02, "controller.ki": 60.0, "sensor.q": 40.0, "finger.contact": "slider"}
+    gains |= {"setpoint.offset_n": 0.6, "setpoint.amplitude_n": 0.3}
+    flags = [word for path, value in gains.items() for word in (f"--{path}", f"{value}")]
+    occluded = 1.0 - math.exp(-30.0 / fl.bench().friction.occlusion_s)
+    loops = [fl.linearise(fl.bench().evolve(gains), force_n=0.6, occluded=each) for each in (0.0, occluded)]
+    assert [loop.is_stable() for loop in loops] == [True, False]
+    said = " ".join(frictionloop("simulate", "--preset", "bench", "--duration-s", "30", *flags).out.split())
+    assert f"with a finger {occluded:.0%} occluded as at its end: it rings, too little to stand out here" in said
+    short = frictionloop("simulate", "--preset", "bench", "--duration-s", "0.5", *flags).out
+    assert "linear loop is unstable" not in short
 
 
 def test_a_delay_beyond_the_linear_analysis_is_told_where_commands_are_clamped(frictionloop):
