@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 
 from frictionloop.cli import checks, flags, screen
@@ -78,8 +77,7 @@ def command(
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = saved_controller.by_file(file, must)
-    given = shlex.join([str(file)] if file else ["--preset", preset or "bench"])
-    given = " ".join([given, *_bench_flags(overrides)])
+    given = flags.again(file, preset, overrides, _of_the_law, "bench")
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
     crowd = others.rows(many, system, wanted, asked)
     verdict = check_text.verdict(found, system, wanted, given, moist, designed, crowd)
@@ -109,10 +107,7 @@ def command(
     others.stop(many)
 
 
-def _bench_flags(overrides: list[str] | None) -> list[str]:
-    """Return the flags that change the bench, which a design for the same bench takes too; not those of the law."""
-    given = flags.overrides_of(overrides)
-    bench = ("controller.delay_s", "controller.rate_hz")
-    kept = {path: value for path, value in given.items()
-            if not path.startswith("controller.") or path in bench or path.startswith("controller.model.")}  # fmt: skip
-    return [f"--{path} {shlex.quote(str(value))}" for path, value in kept.items()]
+def _of_the_law(path: str, _: str) -> bool:
+    """Tell whether a flag is of the controller alone, which a design for the same bench finds anew."""
+    bench = path in ("controller.delay_s", "controller.rate_hz") or path.startswith("controller.model.")
+    return path.startswith("controller.") and not bench

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
@@ -172,11 +172,18 @@ def given(
     return system, changed(origin, overrides)
 
 
-def as_given(file: Path | None, preset_name: str | None, flags: Iterable[str] | None, instead: str = "paper") -> str:
-    """Return the file or preset, and the flags of what a loop depends on, for another command line."""
+def again(
+    file: Path | None,
+    preset_name: str | None,
+    flags: Iterable[str] | None,
+    left_out: Callable[[str, str], bool],
+    instead: str = "paper",
+) -> str:
+    """Return what names the system on another command line: the file or preset, and flags but those left out."""
     source = [str(file)] if file else ["--preset", preset_name or instead]
-    kept = {path: value for path, value in overrides_of(flags).items() if not path.startswith("disturbance.")}
-    return shlex.join([*source, *(word for path, value in kept.items() for word in (f"--{path}", str(value)))])
+    pairs = [(path, value) for path, _, value in (flag.partition("=") for flag in flags or ())]
+    kept = [pair for pair in pairs if not left_out(*pair)]
+    return shlex.join([*source, *(word for path, value in kept for word in (f"--{path}", value))])
 
 
 def stated(file: Path | None, flags: Iterable[str] | None) -> set[str]:

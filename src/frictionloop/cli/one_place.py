@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import shlex
 import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionloop.cli.flags import scalar
+from frictionloop.cli.flags import again, scalar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
 WITHOUT_CHECK = {"lookup", "oracle"}
 """Laws that close no loop, or that no linear analysis looks at."""
 WIDTH = 100
-NOT_ASKED = ("disturbance.", "finger.contact=")
-"""Beginnings of the flags of a run that a check takes no notice of: it looks at both contacts."""
 
 
 def lines(
@@ -31,20 +28,24 @@ def lines(
     None of a system without a finger that strokes, or of a law that is not checked.
     """
     from frictionloop.parameters import Skin, Strokes
-    from frictionloop.parameters.still import STILL
 
     finger, motion, law = system.finger, system.motion, system.controller.kind
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
-    begins = [str(file)] if file else ["--preset", preset] if preset else []
-    named = [flag.partition("=") for flag in given or () if not flag.startswith(NOT_ASKED)]
-    # Nor of a finger that is still so that a recording is alone: one that does not get moist would flatter the gains.
-    kept = [(path, value) for path, _, value in named if path not in STILL or scalar(value) != STILL[path]]
-    flags = [part for path, value in kept for part in (f"--{path}", value)]
-    command = shlex.join(["frictionloop", "design", "check", *begins, *flags])
+    command = f"frictionloop design check {again(file, preset, given, _unasked)}"
     where = f"This run is at {motion.speed_mm_s:g} mm/s on contact {finger.contact}"
     other = f"{where}{_unstable(run, mask)}; `{command}` looks at others, and a resonance that is off."
     return textwrap.wrap(other, WIDTH, break_on_hyphens=False)
+
+
+def _unasked(path: str, value: str) -> bool:
+    """Tell whether a check takes no notice of a flag of a run: it looks at both contacts.
+
+    Nor of a finger that is still so that a recording is alone: one that does not get moist would flatter the gains.
+    """
+    from frictionloop.parameters.still import STILL
+
+    return path.startswith("disturbance.") or path == "finger.contact" or STILL.get(path) == scalar(value)
 
 
 def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:

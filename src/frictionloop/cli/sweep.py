@@ -135,7 +135,7 @@ def command(
     else:
         whose = "" if population is None else f" of {population}"
         said = f"{origin}, {fingers} fingers{whose} of seed {fingers_seed or 0}" if fingers else origin
-        again = "" if fingers else flags.as_given(file, preset, overrides)
+        again = "" if fingers else flags.again(file, preset, overrides, _unasked)
         screen.show(
             screen.columns([("system", said)]), "", *_told(found, system, again, duration_s), *screen.saved(saved)
         )
@@ -143,6 +143,11 @@ def command(
         raise screen.interrupted(f"{found.done} of {found.total} runs done", out)
     if not found.opened:
         raise screen.interrupted("all runs done, but not those in open loop", out)
+
+
+def _unasked(path: str, _: str) -> bool:
+    """Tell whether a check takes no notice of a flag of a sweep."""
+    return path.startswith("disturbance.")
 
 
 def _told(found: Outcome, system: System, again: str, duration_s: float) -> list[Any]:
