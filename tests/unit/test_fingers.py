@@ -15,7 +15,7 @@ from frictionloop.parameters.finger import FingerFriction, Skin
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.capable import capable, reach
 from frictionloop.physics.fingers import DRAWN_AT, SLOTS, Fingers, fingers
-from frictionloop.physics.occlusion import occlusion_after
+from frictionloop.physics.occlusion import occlusion_after, occlusion_at
 from frictionloop.quantities import FrictionloopError
 
 MANY = fingers(4000, 1)
@@ -212,3 +212,18 @@ def test_one_force_may_be_asked_for():
     one, both = capable(MANY, 0.5, 0.5), capable(MANY, 0.45, 0.55)
     np.testing.assert_array_equal(one.capable, (one.lowest_n <= 0.5) & (one.highest_n >= 0.5))
     assert int(both.capable.sum()) < int(one.capable.sum()) < len(MANY)
+
+
+@pytest.mark.parametrize(("contact_s", "lifted_s"), [(0.0, 1.0), (2.0, 0.5), (30.0, 2.0)])
+def test_a_run_of_contacts_leaves_the_moisture_of_the_last_one(contact_s, lifted_s):
+    """Against steps of the two rates: dw/dt = (1 - w)/occlusion_s on the plate, -w/drying_s in the air."""
+    friction, step_s, w, touched = FingerFriction(), 1e-3, 0.0, 0.0
+    for k in range(8_000):
+        cycle = (k * step_s) % (contact_s + lifted_s)
+        if not contact_s or cycle < contact_s - 0.5 * step_s:
+            w = touched = w + step_s * (1.0 - w) / friction.occlusion_s
+        else:
+            w -= step_s * w / friction.drying_s
+        if k in (300, 1999, 2200, 7_999):
+            there = occlusion_at(friction, contact_s, lifted_s, (k + 1) * step_s)
+            assert there == pytest.approx(touched, rel=2e-3)

@@ -97,8 +97,13 @@ def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_w
     light, weak = PEOPLE[1] | {"motion.load_n": 0.001}, PEOPLE[2] | {"friction.nominal_n": 0.1}
     found = check_fingers(PI, [PEOPLE[5], light, weak, weak], FEW)
     said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "contact dahl", ""))
-    assert "the limits hold on 0 of 4 fingers" in said and "3 cannot be looked at: 2 as no force asked for" in said
+    assert said.startswith("NOT ON ALL FINGERS the limits hold on 0 of 1 that can be looked at, of 4 fingers of seed 0")
+    assert "3 cannot be looked at: 2 as no force asked for" in said
     assert "1 as motion.load_n = 0.001 N" in said and "on all 1 the limits hold with" in said
+    calm = PI.evolve({"controller.kp": 0.0, "controller.ki": 2.0})
+    found = check_fingers(calm, [PEOPLE[5], light, weak, weak], FEW)
+    said = " ".join(" ".join(row) for row in rows(found, calm, "seed 0", "contact dahl", ""))
+    assert said.startswith("on fingers the limits hold on all 1 that can be looked at, of 4 fingers of seed 0")
 
 
 def test_a_force_that_is_not_asked_for_needs_no_linear_analysis():

@@ -115,9 +115,9 @@ def test_the_step_of_long_work_is_told_beside_it(monkeypatch):
         progress.step("notch 2 of 9")
         assert now() == "designing: notch 2 of 9"
         compiling.tell_compiling(True)
-        assert now() == "designing; compiling for it, once after an installation"
+        assert now() == "designing: notch 2 of 9; compiling for it, once after an installation"
         compiling.tell_compiling(False)
-        assert now() == "designing"
+        assert now() == "designing: notch 2 of 9"
     assert progress.on_step == []
     with screen.waiting("designing", "; this takes 5 minutes"):
         progress.step("notch 2 of 9")

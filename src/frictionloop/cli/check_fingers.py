@@ -42,10 +42,11 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
     held, rings = int(seen["holds"].sum()), int((~seen["stable"]).sum())
     beyond, unseen = seen.sizes["finger"] - held, count - seen.sizes["finger"]
-    said = f"the limits hold on {held} of {count} fingers of {drawn}; {where}"
+    of = f"{count}" if not unseen else f"{seen.sizes['finger']} that can be looked at, of {count}"
+    said = f"the limits hold on {'all ' if not beyond and unseen else f'{held} of '}{of} fingers of {drawn}; {where}"
     said += f"; on {beyond - rings} the loop is stable, beyond a limit; on {rings} it is unstable" if beyond else ""
     said += f"; {unseen} cannot be looked at: {_reasons(found)}" if unseen else ""
-    name = "on fingers" if held == count else "NOT ON ALL FINGERS"
+    name = "NOT ON ALL FINGERS" if beyond or not held else "on fingers"
     told: list[Row] = [(name, said)]
     if beyond:
         told += [("", _worst(seen)), *_less(seen, system, again)]

@@ -146,7 +146,7 @@ def _would_hold(found: Checked, system: System, wanted: Wanted, given: str, load
     else:
         return [("would hold", f"nothing was found by less gain alone; {searched}")]
     left = abs(at_mean(system.evolve(dict(found.instead))).responses(LOWEST_HZ)["S"][0])
-    too = ", the slower and faster places too" if wanted.speeds_mm_s else ""
+    too = ", the slower and faster places too" if found.holds_as_asked else ""
     said += f": everywhere in the table{too}{load}; it leaves {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz"
     return [("would hold", said), ("", searched)]
 

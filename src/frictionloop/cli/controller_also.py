@@ -222,14 +222,15 @@ def assumed(system: System, stated: Collection[str]) -> str:
 
     What is ``stated``, by dotted name, is somebody's own whatever its value.
     """
-    from frictionloop.parameters import bench
+    same = _as_usual(system, stated)
+    if not getattr(system.motion, "contact_s", 0.0):  # a finger that never lifts
+        same.pop("motion.lifted_s", None)
+    return f"{ASSUMED}: {', '.join(same.values())}" if same else ""
 
-    own, usual = _values(system), _values(bench())
-    if not own.get("motion.contact_s"):  # a finger that never lifts
-        own.pop("motion.lifted_s", None)
-    same = [f"{path} = {own[path]:g} {unit}".rstrip() for path, unit in MATTER.items()
-            if path in own and own[path] == usual.get(path) and path not in stated]  # fmt: skip
-    return f"{ASSUMED}: {', '.join(same)}" if same else ""
+
+def assumed_in_file(system: System, stated: Collection[str]) -> str:
+    """Return the same line for the head of a file that is written whole, from which `given_in` tells them again."""
+    return f"{ASSUMED}: {', '.join(_as_usual(system, stated).values()) or 'none'}"
 
 
 def given_in(file: Path | None) -> set[str]:
@@ -237,8 +238,17 @@ def given_in(file: Path | None) -> set[str]:
 
     The file itself is written whole. Empty of any other file.
     """
-    said = [] if file is None else [each for each in head_of(file) if each.startswith(ASSUMED)]
-    return {path for path in MATTER if said and f" {path} = " not in said[0]}
+    said = next((each for each in (head_of(file) if file else ()) if each.startswith(ASSUMED)), None)
+    return set() if said is None else {path for path in MATTER if f" {path} = " not in said}
+
+
+def _as_usual(system: System, stated: Collection[str]) -> dict[str, str]:
+    """Return what is as in `bench()` and not stated, in words by dotted name."""
+    from frictionloop.parameters import bench
+
+    own, usual = _values(system), _values(bench())
+    return {path: f"{path} = {own[path]:g} {unit}".rstrip() for path, unit in MATTER.items()
+            if path in own and own[path] == usual.get(path) and path not in stated}  # fmt: skip
 
 
 def head_of(file: Path) -> list[str]:

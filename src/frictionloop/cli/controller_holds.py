@@ -32,9 +32,9 @@ def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
                              if isinstance(each.loop.system.finger, Skin))  # fmt: skip
     limits = {"sensitivity_peak": wanted.sensitivity_peak, "resonance_error": wanted.resonance_error}
     usual, shares = type(wanted)(), {name: f"{share:g}" for name, share in wanted.lean.shares.items() if share}
-    named = ",".join(contacts)
+    named = tuple(contacts)
     flags = {
-        "contacts": "" if named == ",".join(CONTACTS) else named,
+        "contacts": "" if named and {*named} == {named[0], *CONTACTS} else ",".join(named),
         "speeds": _ends(wanted.speeds_mm_s),
         "loads": _ends(wanted.loads_n),
     }

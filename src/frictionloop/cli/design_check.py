@@ -76,7 +76,7 @@ def command(
     many = others.look(system, people, wanted)
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
-    designed = saved_controller.by_file(file, must)
+    designed = saved_controller.by_file(file, must, others)
     given = flags.again(file, preset, overrides, _of_the_law, "bench")
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
     crowd = others.rows(many, system, wanted, asked)
@@ -85,7 +85,8 @@ def command(
     as_usual = controller_also.assumed(system, stated | must.stated)
     if out is not None:
         lines = saved_controller.checked(verdict, asked, wanted, others.again())
-        write_toml(given_system, out, said=[*lines, *filter(None, [as_usual])], given=stated)
+        assumed = controller_also.assumed_in_file(given_system, stated)
+        write_toml(given_system, out, said=[*lines, assumed], given=stated)
     if json:
         told = check_text.as_json(found, system, wanted) | {"saved": {"controller": out}}
         screen.show_json(told | others.as_json(many))

@@ -97,7 +97,7 @@ def command(
     made.save("", crowd)
     with screen.waiting("looking for what is left to gain"):
         left = headroom(made.after, wanted.sensitivity_peak)
-    with screen.waiting("simulating how well the set-point is followed, for which the loop may be compiled first"):
+    with screen.waiting("simulating how well the set-point is followed"):
         follows = controller_followed.followed(system, new)
     if plots is not None:
         with screen.waiting("writing the figures"):
@@ -167,6 +167,7 @@ def _for_people(
     if own.out != made.out:
         file = shlex.quote(str(own.out))
         screen.note(f"{file} has gains for the finger of the file, until those for all {len(people or ())} are found")
+        screen.note(_loads_said(people or (), made.wanted))
         screen.tell_notes()
     many = others.look(made.after, people, made.wanted)
     if many is None:
@@ -179,6 +180,15 @@ def _for_people(
         own.out.unlink()
     crowd = others.rows(many, made.after, made.wanted, lowered.designed.corners, lowered)
     return made._replace(designed=lowered.designed), many, lowered, crowd
+
+
+def _loads_said(people: Sequence[Any], wanted: Wanted) -> str:
+    """Return with which loads the fingers are looked at, before that takes minutes."""
+    ends = wanted.loads_n or [end(each["motion.load_n"] for each in people) for end in (min, max)]
+    other = (
+        "" if wanted.loads_n else ", as people press by themselves; `--loads 0.4,0.6`, say, looks at them between these"
+    )
+    return f"the fingers press with {min(ends):.2g} to {max(ends):.2g} N{other}"
 
 
 def _tell_unchecked(made: _Made, many: xr.Dataset) -> None:
@@ -227,9 +237,8 @@ class _Made(NamedTuple):
             return
         lines = controller_verdict.speeds_said(self.after, self.wanted, shlex.quote(str(self.out)))
         holds = saved_controller.holds(self.law, self.designed, self.after, self.wanted, moist, crowd)
-        ranged = {"motion.load_n"} if self.wanted.loads_n else set[str]()
-        assumed = controller_also.assumed(self.system, self.given | ranged)
-        write_toml(self.new, self.out, said=[*holds, *lines, *filter(None, [assumed])], given=self.given)
+        assumed = controller_also.assumed_in_file(self.system, self.given)
+        write_toml(self.new, self.out, said=[*holds, *lines, assumed], given=self.given)
 
 
 def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Designed, Wanted]:
@@ -256,6 +265,6 @@ def _figures(before: System, after: System, left: Any, wanted: Wanted, found: Se
     """Return every figure."""
     from frictionloop.report.figures.controller import drawings
 
-    with screen.waiting("simulating a step, for which the loop may be compiled first, and drawing"):
+    with screen.waiting("simulating a step and drawing"):
         drawn = drawings(before, after, left, wanted.limits, max(found, key=lambda each: each.sensitivity_peak))
         return {name: draw() for name, draw in drawn.items()}

@@ -176,7 +176,16 @@ def _checked(figure: Shown) -> list[str]:
     name = found.best
     gains = [f"--controller.{each} {figure.numbers[name][each]:.4g}" for each in ("kp", "ki")]
     more = " ".join(["frictionloop design check", shlex.quote(str(figure.bench)), *gains])
-    return [*lines, *_instead(figure), f"  More of {name}: {more}"]
+    return [*lines, *_instead(figure), f"  More of {name}: {more}", *_people(figure)]
+
+
+def _people(figure: Shown) -> list[str]:
+    """Return the command that looks at gains which hold at all places on other people's fingers."""
+    if not figure.checked.instead:
+        return []
+    gains = " ".join(f"--{path} {value:.4g}" for path, value in figure.checked.instead.items())
+    said = "On how many other fingers these hold: "
+    return [f"  {said}frictionloop design check {shlex.quote(str(figure.bench))} {gains} --fingers 100"]
 
 
 def _speeds(figure: Shown) -> str:

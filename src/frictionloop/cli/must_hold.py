@@ -69,8 +69,8 @@ class MustHold:
     loads: Annotated[
         str | None,
         _asked(
-            "Least and largest mean load in N, between which all that holds: 0.4,1.2; the load of FILE if not given. A "
-            "force that a finger cannot be given at a load counts as the nearest that it can."
+            "Least and largest mean load in N, between which that holds: 0.4,1.2, or one; that of FILE if not given. "
+            "A force that a finger cannot be given at a load counts as the nearest that it can."
         ),
     ] = None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,16 +33,22 @@ def lines(
     finger, motion, law = system.finger, system.motion, system.controller.kind
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
-    command = f"frictionloop design check {again(file, preset, given, _unasked)}"
+    command = f"frictionloop design check {again(file, preset, given, unasked)}"
     where = f"This run is at {motion.speed_mm_s:g} mm/s on contact {finger.contact}"
-    other = f"{where}{_unstable(run, mask)}; `{command}` looks at others, and a resonance that is off."
+    other = f"{where}{_unstable(run, mask)}; `{command}` looks at others, and a resonance that is off{without(given)}."
     return textwrap.wrap(other, WIDTH, break_on_hyphens=False)
 
 
-def _unasked(path: str, value: str) -> bool:
-    """Tell whether a check takes no notice of a flag of a run: it looks at both contacts.
+def without(flags: Iterable[str] | None) -> str:
+    """Return that a check leaves out the disturbance that is given with flags, which moves the forces it looks at."""
+    return ", without this disturbance" * any(flag.startswith("disturbance.") for flag in flags or ())
 
-    Nor of a finger that is still so that a recording is alone: one that does not get moist would flatter the gains.
+
+def unasked(path: str, value: str) -> bool:
+    """Tell whether a flag of runs is left out of the check that they name, which looks at both contacts.
+
+    So is the disturbance, and a finger that is still so that a recording is alone: one that does not get moist would
+    flatter the gains.
     """
     from frictionloop.parameters.still import STILL
 
@@ -55,7 +62,7 @@ def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:
     """
     from frictionloop.analysis import operating_band
     from frictionloop.analysis.levels import at_levels
-    from frictionloop.analysis.operating import asked
+    from frictionloop.analysis.reach import missed
     from frictionloop.loop.record import system_of
     from frictionloop.quantities import FrictionloopError
 
@@ -63,12 +70,11 @@ def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:
     for occluded, when in ((0.0, ""), (moist, f", with a finger {moist:.0%} occluded as at its end")):
         try:
             levels = at_levels(system_of(run), run, mask)
+            # In the place of one that is out of reach stands the limit of the amplitude, where no loop is closed.
+            limits = {each.instead_n for each in missed(levels, [occluded])} if occluded else set[float]()
             points = operating_band(levels, occluded=(occluded,))
-            # One that is out of reach is at the limit of the amplitude, where no loop is closed.
-            reached = [
-                loop for loop in points if any(math.isclose(loop.elements.force_n, each) for each in asked(levels))
-            ]
-            forces = [f"{loop.elements.force_n:.3g}" for loop in reached if not loop.is_stable()]
+            inside = [loop for loop in points if not any(math.isclose(loop.elements.force_n, each) for each in limits)]
+            forces = [f"{loop.elements.force_n:.3g}" for loop in inside if not loop.is_stable()]
         except FrictionloopError:  # nothing in reach, or a law that has no linear analysis there
             continue
         if forces:
@@ -80,12 +86,9 @@ def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:
 def _occluded(system: System, duration_s: float) -> float:
     """Return how moist a finger is at the end of a run, 0 to 1."""
     from frictionloop.parameters import FingerFriction, Strokes
-    from frictionloop.physics.occlusion import occlusion_after
+    from frictionloop.physics.occlusion import occlusion_at
 
     friction, motion = system.friction, system.motion
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
         return 0.0
-    if not motion.contact_s:
-        return occlusion_after(friction, duration_s, 0.0)
-    contacts = math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
-    return occlusion_after(friction, motion.contact_s, motion.lifted_s, contacts)
+    return occlusion_at(friction, motion.contact_s, motion.lifted_s, duration_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,6 +28,7 @@ from frictionloop.design.elsewhere import in_words
 
 if TYPE_CHECKING:
     from frictionloop.cli.must_hold import MustHold
+    from frictionloop.cli.other_fingers import OtherFingers
     from frictionloop.design.corners import Corner
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
@@ -98,20 +100,21 @@ def checked(verdict: Sequence[tuple[str, ...]], found: Sequence[Corner], wanted:
     return [*told, f"{AGAIN}{wanted_flags(found, wanted)}{more}"]
 
 
-def by_file(file: Path | None, must: MustHold) -> str:
-    """Return a line with those flags of what a saved controller says it was designed for that are not given.
+def by_file(file: Path | None, must: MustHold, others: OtherFingers) -> str:
+    """Return a line with the flags of what a saved controller says it was designed for that are not given here.
 
-    Empty where all are, and of any other file.
+    Empty where all are, and of any other file. A value as usual counts as not given.
     """
     said = "" if file is None else next((each for each in head_of(file) if each.startswith(AGAIN)), "")
-    words = said.removeprefix(AGAIN).split()
-    if must == type(must)():
-        return f"`{' '.join(words)}` looks at what it was designed or checked for" if words else ""
-    flags = zip(words[::2], words[1::2], strict=True)
-    usual, own = vars(type(must)()), vars(must)
-    left = [f"{flag} {value}" for flag, value in flags
-            if (name := flag[2:].replace("-", "_")) in own and own[name] == usual[name]]  # fmt: skip
-    return f"`{' '.join(left)}`, with which it was designed or checked, is left out here" if left else ""
+    flags = [each.strip() for each in re.split(r"(?:^|\s)--", said.removeprefix(AGAIN))[1:]]
+    usual, own = vars(type(must)()) | vars(type(others)()), vars(must) | vars(others)
+    given = [name for name in own if own[name] != usual[name]]
+    left = [f"--{flag}" for flag in flags if flag.partition(" ")[0].replace("-", "_") not in given]
+    if not left:
+        return ""
+    if not given:
+        return f"`{' '.join(left)}` looks at what it was designed or checked for"
+    return f"`{' '.join(left)}`, with which it was designed or checked, is left out here"
 
 
 def beyond_said(designed: Designed) -> list[str]:

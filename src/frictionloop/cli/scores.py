@@ -22,6 +22,9 @@ WORSE = 1.05
 CLAMPED_MOST = 0.5
 """Share of clamped commands from which on what touch makes of a run is not the loop's."""
 
+NOTHING_N = 1e-12
+"""Force of rounding alone, as the error of an open loop that knows all of its finger (chosen)."""
+
 
 def scored_periods(run: xr.Dataset, score_from_s: float = 0.0) -> np.ndarray:
     """Return which control periods count: from ``score_from_s`` on, without reversals and what is in the air."""
@@ -145,7 +148,7 @@ def _steps(count: int) -> str:
 
 def newtons(value: float) -> str:
     """Return a force in millinewtons, or a dash where there is none."""
-    if abs(value) < 1e-9:  # of rounding alone, as of an open loop that knows all of its finger
+    if abs(value) < NOTHING_N:
         return "0 mN"
     return "-" if math.isnan(value) else f"{value * 1e3:.4g} mN"
 

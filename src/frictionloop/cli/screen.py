@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from frictionloop.loop.progress import doing, on_step
-from frictionloop.quantities.compiling import on_compiling
+from frictionloop.quantities.compiling import COMPILING, on_compiling
 
 QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
@@ -120,12 +120,15 @@ def waiting(text: str, forecast: str = "") -> Iterator[None]:
 @contextmanager
 def _steps(tell: Callable[[str], None]) -> Iterator[None]:
     """Have the steps of what is under way told, and that something is compiled."""
+    now = ""
 
     def step(said: str) -> None:
-        tell(f": {said}")
+        nonlocal now
+        now = f": {said}"
+        tell(now)
 
     def compiling(begins: bool) -> None:
-        tell("; compiling for it, once after an installation" * begins)
+        tell(now + COMPILING * begins)
 
     on_step.append(step)
     on_compiling.append(compiling)

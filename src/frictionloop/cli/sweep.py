@@ -19,6 +19,7 @@ from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.cli.outcome import Outcome
+    from frictionloop.cli.sweep_points import Given
     from frictionloop.parameters import System
 
 ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
@@ -71,7 +72,7 @@ def command(
         Draw the fingers from this measured population (.toml, from ``identify bench --population``) in place of the
         assumed one.
     loads
-        Least and largest mean load of the fingers in N, drawn evenly between them: 0.4,1.2; as people press by
+        Least and largest mean load of the fingers in N, drawn evenly between them: 0.4,1.2, or one; as people press by
         themselves if not given.
     seeds
         Runs per combination or finger, with noise seeds 0, 1, ...
@@ -135,28 +136,21 @@ def command(
     else:
         whose = "" if population is None else f" of {population}"
         said = f"{origin}, {fingers} fingers{whose} of seed {fingers_seed or 0}" if fingers else origin
-        again = "" if fingers else flags.again(file, preset, overrides, _unasked)
-        screen.show(
-            screen.columns([("system", said)]), "", *_told(found, system, again, duration_s), *screen.saved(saved)
-        )
+        of = None if fingers else (file, preset, overrides)
+        screen.show(screen.columns([("system", said)]), "", *_told(found, system, of, duration_s), *screen.saved(saved))
     if not found.complete:
         raise screen.interrupted(f"{found.done} of {found.total} runs done", out)
     if not found.opened:
         raise screen.interrupted("all runs done, but not those in open loop", out)
 
 
-def _unasked(path: str, _: str) -> bool:
-    """Tell whether a check takes no notice of a flag of a sweep."""
-    return path.startswith("disturbance.")
-
-
-def _told(found: Outcome, system: System, again: str, duration_s: float) -> list[Any]:
-    """Return what a person is shown; ``again`` names the system on another command line, empty of fingers."""
-    if not again:
+def _told(found: Outcome, system: System, of: Given | None, duration_s: float) -> list[Any]:
+    """Return what a person is shown; ``of`` is the command line of the system, None of fingers."""
+    if of is None:
         return found.summary(duration_s)
     from frictionloop.cli import sweep_points
 
-    listed, margins = sweep_points.listed(found, system), sweep_points.margins(found, system, again)
+    listed, margins = sweep_points.listed(found, system), sweep_points.margins(found, system, of)
     return [*listed, *found.summary(duration_s), *margins]
 
 

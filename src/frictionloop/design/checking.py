@@ -99,6 +99,11 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     return found if found.holds else found._replace(instead=_instead(judged, found))
 
 
+def rounded(gain: float) -> float:
+    """Return the largest gain that holds with four digits, rounded so that it holds."""
+    return float(f"{(1.0 - ROUNDING) * gain:.4g}")
+
+
 def _least_gain(place: Place) -> float:
     step(f"what gain would hold{stroke_of(place.corners[0].loop.system)}")
     return least_gain([each.loop for each in place.corners], [each.limit for each in place.corners])
@@ -143,8 +148,7 @@ def _instead(system: System, checked: Checked) -> Mapping[str, float]:
     controller: Any = system.controller
     found, gain = [corner for place in checked.places for corner in place.corners], min(checked.gains)
     if isinstance(controller, PiController | FeedForward):  # G is linear in kp and ki, both together
-        factor = (1.0 - ROUNDING) * gain
-        less = {f"controller.{name}": float(f"{factor * getattr(controller, name):.4g}") for name in ("kp", "ki")}
+        less = {f"controller.{name}": rounded(gain * getattr(controller, name)) for name in ("kp", "ki")}
         return less if any(less.values()) else {}
     if hasattr(controller, "bandwidth_hz") and _one_law([corner.loop.law for corner in found]):
         return _slower(system, found)

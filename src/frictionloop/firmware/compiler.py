@@ -15,7 +15,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from frictionloop.quantities import FrictionloopError, replacing, why_unwritable
-from frictionloop.quantities.compiling import tell_compiling
+from frictionloop.quantities.compiling import compiling
 from frictionloop.quantities.seal import append_seal, is_usable, why_untrusted
 
 FLAGS = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
@@ -96,13 +96,11 @@ def shared_library(
         raise FrictionloopError(f"{cache} cannot be made ({error.strerror or error})") from None
     if why := why_unwritable(library.parent):  # the linker would not say why
         raise FrictionloopError(f"{cache} cannot be written ({why})")
-    tell_compiling(True)
-    with replacing(library) as fresh:
+    with compiling(), replacing(library) as fresh:
         folders = [f"-I{folder}" for folder in include]
         built = [*command, *given, "-fPIC", "-shared", *folders, *map(str, sources), "-o", str(fresh)]
         run(built, f"{name}: does not compile with {' '.join(command)}")
         append_seal(fresh)
-    tell_compiling(False)
     return library
 
 

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from frictionloop.quantities.compiling import on_compiling
+from frictionloop.quantities.compiling import COMPILING, on_compiling
 
 FIRST_S, LONGEST_S, LOOK_S = 2.5, 10.0, 0.25
 """Until the first plain line, between two at most (each wait is twice the one before), and how often to look."""
@@ -46,7 +46,7 @@ class Bar:
 
     def compiling(self, begins: bool) -> None:
         """Say beside the part under way that something is compiled, or that it is done."""
-        self._name(self._what + "; compiling for it, once after an installation" * begins)
+        self._name(self._what + COMPILING * begins)
 
 
 def silent() -> Bar:

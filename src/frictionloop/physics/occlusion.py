@@ -26,3 +26,22 @@ def occlusion_after(friction: FingerFriction, contact_s: float, lifted_s: float,
     if contacts == 1.0 or both == 0.0:
         return -math.expm1(-on)
     return math.expm1(-on) / math.expm1(-both) * -math.expm1(-contacts * both)
+
+
+def occlusion_at(friction: FingerFriction, contact_s: float, lifted_s: float, time_s: float) -> float:
+    """Return how far occlusion has come in the present or last contact of a finger that landed dry at 0, 0 to 1.
+
+    Parameters
+    ----------
+    friction
+        Of the finger; its time constants count.
+    contact_s, lifted_s
+        Time on the plate, 0 of one that never lifts, and in the air before the next contact, s.
+    time_s
+        Since it landed first, s.
+    """
+    if contact_s == 0.0:
+        return occlusion_after(friction, time_s, 0.0)
+    contacts, since_s = divmod(time_s, contact_s + lifted_s)
+    before = occlusion_after(friction, contact_s, lifted_s, contacts) * math.exp(-lifted_s / friction.drying_s)
+    return 1.0 - (1.0 - before * (contacts > 0)) * math.exp(-min(since_s, contact_s) / friction.occlusion_s)

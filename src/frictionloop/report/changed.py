@@ -130,7 +130,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     usual = check_gains(own, bench_of(same), sines_of(same), bar)
     if HOLDS in numbers and runs_before:
         bar.doing(f"Fig. 5a on the bench unchanged, {HOLDS}")
-        alone_before = integral_alone(asked_for(same, sines_of(same)))
+        alone_before = usual.instead or integral_alone(asked_for(same, sines_of(same)))
         more, rows = runs_of({HOLDS: alone_before} if alone_before else {}, same)
         runs_before, before = runs_before | more, before | rows
     alone = each_alone(name, changes, bar)

@@ -64,6 +64,7 @@ def check(numbers: Table, changed: Mapping[str, Any], sines: protocol.Sines, bar
             found[each] = checked(there.evolve(gains))
         except FrictionloopError as error:  # no force is in reach
             return Check({}, [f"design check looks at no place: {error}"], {})
-    hold = not found or any(each.held == each.places for each in found.values())
+    if not found or any(each.held == each.places for each in found.values()):
+        return Check(found, [], {})
     bar.doing("an integral alone that holds everywhere")
-    return Check(found, [], {} if hold else integral_alone(there))
+    return Check(found, [], integral_alone(there))

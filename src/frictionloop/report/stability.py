@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.design.checking import ROUNDING, check_controller
+from frictionloop.design.checking import check_controller, rounded
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, Sine, System, bench
 from frictionloop.report import protocol
@@ -100,7 +100,7 @@ def integral_alone(system: System) -> Mapping[str, float]:
     Empty if there is none. One family of gains, so that what it leaves on two benches compares.
     """
     found = check_controller(system.evolve({"controller.kp": 0.0, "controller.ki": 1.0}))
-    ki = float(f"{(1.0 - ROUNDING) * min(found.gains):.4g}")  # in 1/s, as the factor is on 1
+    ki = rounded(min(found.gains))  # in 1/s, as the factor is on 1
     return {"controller.kp": 0.0, "controller.ki": ki} if ki > 0.0 else {}
 
 

@@ -141,7 +141,7 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     first, head, *rows = lines[:4]
     (unreached,) = (line for line in lines if "does not reach" in line)
     before, again = lines[lines.index("  the bench unchanged:") :][:2]
-    printed, dahl, slider, would, more, cite, where, beside = lines[-8:]
+    printed, dahl, slider, would, more, people, cite, where, beside = lines[-9:]
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
     assert head.split()[-2:] == ["spread", "error"] and again.split()[:5] == ["kp", "ki", "Ms", "moist", "R2"]
     assert re.fullmatch(
@@ -154,6 +154,9 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     file = "report/figures/fig-5a-printed-with-sensor.resonance_hz-200.toml"
     assert more == f"  More of printed gains: frictionloop design check {file} --controller.kp 10 --controller.ki 2"
     assert re.fullmatch(r"  an integral alone, kp 0 and ki \S+ 1/s, would hold at all of them", would)
+    (ki,) = re.findall(r"kp 0 and ki (\S+) 1/s", would)
+    check = f"frictionloop design check {file} --controller.kp 0 --controller.ki {ki} --fingers 100"
+    assert people == f"  On how many other fingers these hold: {check}"
     assert before == "  the bench unchanged:"
     assert [row.split("  ")[0] for row in rows] == ["printed gains", "ideal sensor, no delay"]
     command = "frictionloop reproduce --only fig-5a-printed --sensor.resonance_hz 200"

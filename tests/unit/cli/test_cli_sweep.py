@@ -19,6 +19,7 @@ from frictionloop.cli.outcome import Outcome
 from frictionloop.cli.ringing import points_of
 from frictionloop.cli.sweep import axes_of
 
+BENCH = ("sweep", "--preset", "bench", "--duration-s", "0.5", "--metrics", "rms_error")
 SHORT = ("sweep", "--preset", "feasible", "--duration-s", "0.1")
 GRID = (*SHORT, "--over", "controller.kp=1:16:3:log", "--over", "controller.ki=1,2", "--seeds", "2")
 
@@ -237,3 +238,22 @@ def test_where_gains_vary_the_loop_of_the_best_point_is_told_apart_from_its_erro
         verdict = frictionloop(*command.split()[1:]).out.split()[0]
         assert (verdict == "HOLDS") == (kp == "4,5")
     assert "design check" not in frictionloop(*swept, "--over", "plate.cutoff_hz=90,100").out
+    assert "design check" not in frictionloop(*BENCH, "--over", "controller.kind=oracle,lookup").out
+
+
+def test_a_loop_that_no_linear_analysis_looks_at_is_not_said_to_be_calm(frictionloop):
+    Path("d.csv").write_text("d\n" + "0.1\n0.12\n" * 300)
+    recorded = ("--disturbance.kind", "recording", "--disturbance.path", "d.csv", "--disturbance.rate_hz", "500")
+    still = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.contact", "slider")
+    out = frictionloop(*BENCH, *recorded, *still, "--over", "controller.kp=9,10", "--controller.ki", "0").out
+    assert "does not ring" not in out
+    assert out.endswith(
+        "Its margins, on other contacts and at other speeds too, without this disturbance:\n"
+        "  frictionloop design check --preset bench --controller.ki 0 --controller.kp 10\n"
+    )
+
+
+def test_the_check_of_a_best_point_is_of_that_point(frictionloop):
+    out = frictionloop(*BENCH, "--controller.kp", "0.01", "--over", "controller.kp=0.0123456789,0.0123456789012").out
+    (best,) = re.findall(r"--preset bench --controller\.kp (\S+)$", out, re.M)
+    assert best in ("0.0123456789", "0.0123456789012")

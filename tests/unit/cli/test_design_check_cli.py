@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli.controller_also import MATTER, assumed, assumed_in_file, given_in
+from frictionloop.cli.must_hold import MustHold
+from frictionloop.cli.other_fingers import OtherFingers
+from frictionloop.cli.saved_controller import by_file
 from frictionloop.design.corners import moistest
+from frictionloop.parameters import write_toml
 
 CHECK = ("design", "check")
 RIGID = ("--finger.kind", "rigid")
@@ -259,6 +264,7 @@ def test_a_check_of_a_designed_file_tells_what_it_was_designed_with_and_what_nob
         "design", "controller", "lab.toml", "--law", "pi", "--sensor-error", "0.5", "--out", "c.toml"
     ).out
     (line,) = re.findall("^# (as in bench.*)", Path("c.toml").read_text(), re.M)
+    line = line.replace("motion.lifted_s = 0.5 s, ", "")  # this finger never lifts
     assert " ".join(said.split()).endswith(f"{line} saved controller as c.toml")
     assert "motion.load_n = " not in line and "controller.delay_s = " not in line and "sensor.q = 20" in line
     plain = " ".join(frictionloop("design", "check", "c.toml").out.split())
@@ -268,3 +274,44 @@ def test_a_check_of_a_designed_file_tells_what_it_was_designed_with_and_what_nob
     assert "by the file `--sensor-error 0.5`, with which it was designed or checked, is left out here" in partly
     whole = frictionloop("design", "check", "c.toml", "--speeds", "20", "--sensor-error", "0.4").out
     assert "by the file" not in whole
+
+
+@pytest.mark.parametrize(
+    ("head", "must", "others", "said"),
+    [
+        ("--loads 0.4,0.6 --fingers 8 --population 'my people.toml'", {"loads": "0.4,0.6"}, {},
+         "`--fingers 8 --population 'my people.toml'`, with which it was designed or checked, is left out here"),
+        ("--loads 0.4,0.6 --fingers 8", {}, {"fingers": 2},
+         "`--loads 0.4,0.6`, with which it was designed or checked, is left out here"),
+        ("--loads 0.4,0.6 --fingers 8", {}, {},
+         "`--loads 0.4,0.6 --fingers 8` looks at what it was designed or checked for"),
+        ("--contacts", {"speeds": "20"}, {}, "`--contacts`, with which it was designed or checked, is left out here"),
+        ("--loads 1", {"loads": "0.4"}, {}, ""),
+        ("", {}, {}, ""),
+    ],
+)  # fmt: skip
+def test_what_a_file_was_designed_with_and_a_check_leaves_out(tmp_path, head, must, others, said):
+    file = tmp_path / "c.toml"
+    file.write_text(f"# Look again: frictionloop design check FILE {head}\nschema = 1\n", encoding="utf-8")
+    assert by_file(file, MustHold(**must), OtherFingers(**others)) == said
+    file.write_text("schema = 1\n", encoding="utf-8")
+    assert by_file(file, MustHold(**must), OtherFingers(**others)) == "" == by_file(None, MustHold(), OtherFingers())
+
+
+def test_what_somebody_gave_is_known_from_the_head_of_a_file_that_was_written_whole(tmp_path):
+    system = fl.bench()
+    some = {"motion.load_n", "sensor.q"}
+    for given in (some, set(MATTER)):
+        file = tmp_path / "c.toml"
+        write_toml(system, file, said=["A controller.", assumed_in_file(system, given)])
+        assert given_in(file) == given
+        assert ("sensor.q = 20" in assumed(system, given_in(file))) is False
+    write_toml(system, file)
+    assert given_in(file) == set() == given_in(None)
+    assert "motion.lifted_s" not in assumed(system, some) and "motion.lifted_s" in assumed_in_file(system, some)
+
+
+@pytest.mark.slow
+def test_a_file_of_another_contact_is_checked_on_it_without_a_flag(frictionloop):
+    frictionloop(*CHECK, *PI, "60", "--finger.contact", "slider", "--out", "s.toml")
+    assert re.search("^# Look again: frictionloop design check FILE$", Path("s.toml").read_text(), re.M)

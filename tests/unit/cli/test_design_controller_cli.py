@@ -377,7 +377,9 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     assert "other people not looked at: `--fingers 100` with this command lowers the gains until the limits" in alone
     answer = frictionloop(*given, "--fingers", "6", "--out", str(file), "--json")
     own = tmp_path / "gains.own-finger.toml"
-    kept, unchecked = answer.noted
+    kept, pressed, unchecked = answer.noted
+    loads = [each["motion.load_n"] for each in fl.fingers(6, 0)]
+    assert pressed.startswith(f"the fingers press with {min(loads):.2g} to {max(loads):.2g} N, as people press by")
     assert kept == f"{own} has gains for the finger of the file, until those for all 6 are found"
     assert not own.exists()
     law = fl.read_toml(file).controller
