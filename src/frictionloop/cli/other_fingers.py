@@ -118,7 +118,8 @@ class OtherFingers:
         again = controller_holds.wanted_flags(asked, wanted)
         if lowered and lowered.factor < 1.0:
             other = replace(self, fingers=check_fingers.MANY, fingers_seed=(self.fingers_seed or 0) + 1).again()
-            return check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + other)
+            rows = check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + other)
+            return [*rows, *_own_loads(system, wanted)]
         rows = check_fingers.rows(found, system, drawn, where, again + self.again())
         return [*rows, *check_fingers.not_lowered(lowered)]
 
@@ -139,3 +140,17 @@ class OtherFingers:
         # What was found is of the gains before they were lowered: the design's other values are of those after.
         after = {"gains_lowered_to": lowered.factor, "not_lowered": lowered.wanting, "ki_for_all": lowered.least_ki}
         return {"fingers": after | {"before_lowering": there}}
+
+
+def _own_loads(system: System, wanted: Wanted) -> list[Row]:
+    """Return a row on the loads of the fingers, which differ from that of the file, where no range is asked for."""
+    from frictionloop.cli.controller_verdict import HEAVIER, LIGHTER
+    from frictionloop.parameters import Strokes
+
+    if wanted.loads_n or not isinstance(system.motion, Strokes):
+        return []
+    low, high = (factor * system.motion.load_n for factor in (LIGHTER, HEAVIER))
+    said = (
+        f"each presses with its own load, the finger of the file with {system.motion.load_n:g} N; where people are to "
+    )
+    return [("", f"{said}press so, `--loads {low:.2g},{high:.2g}` in this command looks at them between these")]

@@ -397,6 +397,7 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
     assert said.startswith("HOLDS contacts dahl and slider, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
     assert "design check FILE --fingers 100 --fingers-seed 1` looks at others" in said
+    assert "the finger of the file with 0.5 N; where people are to press so, `--loads 0.35,0.7` in this command" in said
     assert f"Those hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said
     refused = frictionloop(*given, "--fingers-seed", "3")
     assert refused.code == 2 and "fingers_seed = 3: needs --fingers N" in refused.err
