@@ -58,6 +58,8 @@ def condition(claim: Claim, most: int = 2) -> str:
         words, names = "comes out only if read as", [name for name in readings if claim.holds[name]]
     else:
         words, names = "comes out only assuming", claim.under
-    told = [f"{name} ({with_unit(claim.all_values[name], claim.unit, claim.digits)})" for name in names[:most]]
+    # A reading that names its own unit, a variance in N², has its value in that.
+    units = {name: "" if "(" in name.partition(",")[0] else claim.unit for name in names}
+    told = [f"{name} ({with_unit(claim.all_values[name], units[name], claim.digits)})" for name in names[:most]]
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{words} {' or '.join(told)}{more}"
