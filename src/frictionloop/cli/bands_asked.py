@@ -68,7 +68,10 @@ def rows(
     if found and not inside.all():
         found.append(("", "", "these shares are rough: across turns and lifts a straight line was drawn"))
     if not all(math.isnan(each["disturbance_left"]) for each in bands):
-        found.append(("", "", "the ends of the scored part count less here, so bands and whole do not add up"))
+        said = (
+            "the mean that is left is in no band, and the ends of the scored part count less: bands and whole do not "
+        )
+        found.append(("", "", f"{said}add up"))
     return found
 
 
