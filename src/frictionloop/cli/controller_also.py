@@ -45,24 +45,24 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     friction, motion = system.friction, system.motion
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
         return ""
-    said = f"at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s) "
+    said = f"the file's finger at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s)"
     there = wanted.over(3, 3).systems(system)
     try:
         found = corners(system, wanted.limits, wanted.over(3, 3), states=(1.0,))
     except FrictionloopError as error:
         beyond = [each for place in there for each in missed(place, [1.0])]
         if not beyond:
-            return f"{said}it cannot be looked at: {error}"
+            return f"{said} cannot be looked at: {error}"
         forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for each in beyond))
         nearest = min(beyond, key=lambda each: abs(each.instead_n - each.force_n)).in_words[1]
         lift = "" if any(missed(place, [0.0]) for place in there) else ", or lift the finger before"
         return (
-            f"{said}{forces} are out of reach, {nearest} N is the nearest: the command stays at its limit, and no "
+            f"{said}: {forces} are out of reach, {nearest} N is the nearest: the command stays at its limit, and no "
             f"loop is closed; ask for another force{lift}"
         )
     unstable = [each.off for each in found if math.isinf(each.sensitivity_peak)]
     if unstable:
-        how = f"{said}UNSTABLE{off_said(min(unstable, key=abs))}"
+        how = f"{said}: UNSTABLE{off_said(min(unstable, key=abs))}"
         dry = [each for each in there if _rings(each, wanted)]
         if dry:
             return f"{how}, as on a finger just landed{_contact(dry, there)}"
@@ -70,7 +70,7 @@ def fully_moist(system: System, wanted: Wanted) -> str:
     worst = max(found, key=lambda each: each.excess)
     how = "CLOSE TO UNSTABLE" if worst.sensitivity_peak > NEAR else "stable"
     return (
-        f"{said}{how}: Ms is {worst.sensitivity_peak:.3g}{off_said(worst.off)}; {worst.limit:.3g} is the limit of a "
+        f"{said}: {how}, Ms is {worst.sensitivity_peak:.3g}{off_said(worst.off)}; {worst.limit:.3g} is the limit of a "
         "finger that lifts in time"
     )
 
@@ -80,11 +80,17 @@ def _rings(system: System, wanted: Wanted) -> bool:
     return any(math.isinf(each.sensitivity_peak) for each in corners(system, wanted.limits, states=(0.0,)))
 
 
-def moist_row(system: System, wanted: Wanted, said: str) -> list[Row]:
-    """Return the row of a verdict with that line, or with what a moist finger is that lands again and again."""
+def moist_row(system: System, wanted: Wanted, said: str, people: bool) -> list[Row]:
+    """Return the row of a verdict with that line, or with what a moist finger is that lands again and again.
+
+    ``people``: other people's fingers were looked at, which are not fully moist.
+    """
     friction, motion = system.friction, system.motion
-    if said or not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
-        return [("fully moist", said)] if said else []
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return []
+    if said:
+        stays = f"`--motion.contact_s {SETTLED * friction.occlusion_s:.3g}` looks at the other fingers so"
+        return [("fully moist", said), *([("", f"{stays}, which are less moist above")] if people else [])]
     one, many = -math.expm1(-motion.contact_s / friction.occlusion_s), moistest(friction, motion)
     return [
         (

@@ -87,7 +87,7 @@ def verdict(
     rows += [] if people else others
     rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]
-    rows += moist_row(after, wanted, moist)
+    rows += moist_row(after, wanted, moist, bool(people))
     rows += [("noisy", said)] if (said := noisy(after)) else []
     rows += [("range", said)] if (said := range_said(after, wanted)) else []
     return [*rows, *_others(after, wanted), *_next(after, wanted, out)]

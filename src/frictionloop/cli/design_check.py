@@ -77,9 +77,10 @@ def command(
     with screen.waiting("checking a fully moist finger"):
         moist = controller_also.fully_moist(learnt(system), wanted)
     designed = saved_controller.by_file(file, must, others)
+    shown = flags.again(file, preset, overrides, lambda path, _: path in ("controller.kp", "controller.ki"), "bench")
     given = flags.again(file, preset, overrides, _of_the_law, "bench")
     asked = [corner for place in found.places[: found.asked] for corner in place.corners]
-    crowd = others.rows(many, system, wanted, asked)
+    crowd = others.rows(many, system, wanted, asked, given=shown)
     verdict = check_text.verdict(found, system, wanted, given, moist, designed, crowd)
     stated = flags.stated(file, overrides) | controller_also.given_in(file)
     as_usual = controller_also.assumed(system, stated | must.stated)
@@ -92,7 +93,7 @@ def command(
         screen.show_json(told | others.as_json(many))
         others.stop(many)
         return
-    about = controller_also.moist_row(system, wanted, moist)
+    about = controller_also.moist_row(system, wanted, moist, bool(crowd))
     about += [("range", said)] if (said := controller_also.range_said(system, wanted)) else []
     notes = [*found.unseen, *recorded.at_design(given_system), *controller_also.never_moist(system)]
     notes += [said for said in (controller_also.unbelieved(system), as_usual) if said]

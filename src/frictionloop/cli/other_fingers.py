@@ -102,8 +102,11 @@ class OtherFingers:
         wanted: Wanted,
         asked: Sequence[Corner],
         lowered: ForFingers | None = None,
+        given: str = "FILE",
     ) -> list[Row]:
         """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for.
+
+        ``given`` names the system on another command line.
 
         ``system`` has the gains that they were looked at with, ``lowered`` says what a design made of these.
         """
@@ -120,7 +123,7 @@ class OtherFingers:
             other = replace(self, fingers=check_fingers.MANY, fingers_seed=(self.fingers_seed or 0) + 1).again()
             rows = check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + other)
             return [*rows, *_own_loads(system, wanted)]
-        rows = check_fingers.rows(found, system, drawn, where, again + self.again())
+        rows = check_fingers.rows(found, system, drawn, where, given + again + self.again())
         return [*rows, *check_fingers.not_lowered(lowered)]
 
     def again(self) -> str:

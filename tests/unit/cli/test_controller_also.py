@@ -21,7 +21,10 @@ WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "contro
 
 def test_a_finger_that_never_lifts_is_judged_fully_moist():
     said = also.fully_moist(WEAK, Wanted())
-    assert said.startswith("at 100 % occlusion (not lifted for about 60 s) stable: Ms is ")
+    assert said.startswith("the file's finger at 100 % occlusion (not lifted for about 60 s): stable, Ms is ")
+    assert also.moist_row(WEAK, Wanted(), said, False) == [("fully moist", said)]
+    *_, (_, others) = also.moist_row(WEAK, Wanted(), said, True)
+    assert others == "`--motion.contact_s 60` looks at the other fingers so, which are less moist above"
     for ki, dry, told in ((120.0, False, "lift the finger before"), (3000.0, True, "as on a finger just landed")):
         strong = WEAK.evolve({"controller.ki": ki})
         assert any(math.isinf(loop.sensitivity_peak()) for loop in fl.operating_band(strong, occluded=(0.0,))) == dry
@@ -113,11 +116,11 @@ def test_a_finger_that_does_not_get_moist_is_told():
 
 def test_a_range_of_speeds_tells_how_long_the_slowest_stroke_of_one_length_lasts():
     lifts = fl.bench().evolve({"motion.contact_s": 1.0, "motion.speed_mm_s": 50.0})
-    ((_, said),) = also.moist_row(lifts, Wanted(speeds_mm_s=(30.0, 80.0)), "")
+    ((_, said),) = also.moist_row(lifts, Wanted(speeds_mm_s=(30.0, 80.0)), "", False)
     assert "if each is a stroke of 50 mm, the slowest lasts 1.67 s" in said
     assert said.endswith("`--motion.contact_s 1.667` looks at it")
-    ((_, alone),) = also.moist_row(lifts, Wanted(), "")
-    ((_, faster),) = also.moist_row(lifts, Wanted(speeds_mm_s=(50.0, 80.0)), "")
+    ((_, alone),) = also.moist_row(lifts, Wanted(), "", False)
+    ((_, faster),) = also.moist_row(lifts, Wanted(speeds_mm_s=(50.0, 80.0)), "", False)
     assert alone == faster and "slowest" not in alone
 
 
@@ -131,5 +134,5 @@ def test_strokes_that_are_contacts_last_longer_where_they_are_slower():
     for other in (lifts, fl.bench(), fl.feasible()):
         assert with_longest_contact(other, (15.0, 45.0)) is other
     assert with_longest_contact(strokes, (30.0, 45.0)) is with_longest_contact(strokes, ()) is strokes
-    ((_, said),) = also.moist_row(longest, Wanted(speeds_mm_s=(15.0, 45.0)), "")
+    ((_, said),) = also.moist_row(longest, Wanted(speeds_mm_s=(15.0, 45.0)), "", False)
     assert said.startswith("contacts of 4 s, as long as a stroke at 15 mm/s, 1 s apart") and "looks at it" not in said
