@@ -125,7 +125,6 @@ DEVICE = {
         [
             "pi-reduces-variability",
             "closed-loop-r2",
-            "faster-than-open",
         ],
         OUT,
     ),
@@ -137,6 +136,7 @@ DEVICE = {
             "low-forces-err-most",
             "steady-20-mn",
             "rise-time",
+            "faster-than-open",
             "stronger-plate-faster",
             "clean-of-artefacts",
             "higher-order-cancels",

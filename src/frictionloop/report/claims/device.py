@@ -58,7 +58,8 @@ def open_loop_r2(results: Results) -> Numbers:
     """Return the squared correlation of force and set-point without control."""
     fits = {name: fit(runs) for name, runs in _tables(results).items()}
     first = LOOKUPS[0]
-    within = _within(results.tracked[OPEN])
+    opened = results.tracked[OPEN]
+    within, over = _within(opened), opened["f_a"].mean(("stroke", "time")) / opened["f_r"].mean(("stroke", "time"))
     found = {f"{name}, pooled": each.regression for name, each in fits.items()}
     found |= {f"{first}, mean of the levels": within, f"{first}, to f_a = f_r": fits[first].identity}
     return numbers(
@@ -69,6 +70,9 @@ def open_loop_r2(results: Results) -> Numbers:
         closed=fit(results.tracked[RETUNED_GAINS]).regression,
         closed_within=_within(results.tracked[RETUNED_GAINS]),
         identity=fits[first].identity,
+        least_over=float(over.min()),
+        most_over=float(over.max()),
+        over_at_moments=float((opened["f_a"] / opened["f_r"]).quantile(0.99)),
     )
 
 

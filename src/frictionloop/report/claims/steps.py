@@ -11,6 +11,7 @@ from frictionloop.report.results import Results
 from frictionloop.report.step_response import (
     DIRECTIONS,
     PRINTED_MS,
+    Times,
     mean_peak_n,
     overshoot,
     this_skin_limit_ms,
@@ -46,24 +47,19 @@ def _times(results: Results, direction: str, **told: Any) -> Numbers:
 
 
 def faster_than_open(results: Results) -> Numbers:
-    """Return the time from 10 to 90 % in open over closed loop."""
-    taken = {
-        (name, direction): times_ms(results.stepped[name], name, direction).from_10_to_90
-        for name in (OPEN, RETUNED_GAINS, IDEAL)
-        for direction in reversed(DIRECTIONS)
-    }
-    found = {f"{name}, {way}": _ratio(taken[OPEN, way], each) for (name, way), each in taken.items() if name != OPEN}
-    return numbers(
-        found,
-        printed_down=OPEN_MS / PRINTED_MS["falling"][0],
-        printed_up=OPEN_MS / PRINTED_MS["rising"][0],
-        open_up=taken[OPEN, "rising"],
-        retuned_up=taken[RETUNED_GAINS, "rising"],
-        ideal_up=taken[IDEAL, "rising"],
-        open_down=taken[OPEN, "falling"],
-        retuned_down=taken[RETUNED_GAINS, "falling"],
-        ideal_down=taken[IDEAL, "falling"],
-    )
+    """Return both times in open over closed loop."""
+    found, told = dict[str, Value](), dict[str, Any]()
+    for way in reversed(DIRECTIONS):
+        up = "up" if way == "rising" else "down"
+        opened = times_ms(results.stepped[OPEN], OPEN, way)
+        closed = {name: times_ms(results.stepped[name], name, way) for name in (RETUNED_GAINS, IDEAL)}
+        for name, each in closed.items():
+            found |= _ratios(f"{name}, {way}", opened, each)
+        told |= {f"open_{up}": opened.from_10_to_90, f"open_{up}_63": opened.to_63}
+        told |= {f"retuned_{up}": closed[RETUNED_GAINS].from_10_to_90, f"retuned_{up}_63": closed[RETUNED_GAINS].to_63}
+        told[f"ideal_{up}"] = closed[IDEAL].from_10_to_90
+        told[f"printed_{up}"] = OPEN_MS / PRINTED_MS[way][0]
+    return numbers(found, **told)
 
 
 def closed_loop_time(_: Results) -> Numbers:
@@ -73,15 +69,21 @@ def closed_loop_time(_: Results) -> Numbers:
 
 
 def stronger_plate_faster(results: Results) -> Numbers:
-    """Return the time from 10 to 90 % with a plate of twice the amplitude over that with the plate as built."""
-    found = {}
+    """Return both times with a plate of twice the amplitude over those with the plate as built."""
+    found = dict[str, Value]()
     for name in (RETUNED_GAINS, IDEAL):
         for direction in reversed(DIRECTIONS):
-            with_more, with_less = (
-                times_ms(runs[name], name, direction).from_10_to_90 for runs in (results.stronger, results.stepped)
-            )
-            found[f"{name}, {direction}"] = _ratio(with_more, with_less)
+            times = (times_ms(runs[name], name, direction) for runs in (results.stronger, results.stepped))
+            found |= _ratios(f"{name}, {direction}", *times)
     return numbers(found)
+
+
+def _ratios(name: str, over: Times, under: Times) -> dict[str, Value]:
+    """Return one over the other for each way to tell the time of a step, of which the paper names none."""
+    return {
+        f"{name}, 10 to 90 %": _ratio(over.from_10_to_90, under.from_10_to_90),
+        f"{name}, to 63 %": _ratio(over.to_63, under.to_63),
+    }
 
 
 def _ratio(over: float | None, under: float | None) -> Value:
