@@ -56,13 +56,15 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
     """
     motion: Any = system.motion
     contact_s, contacts = duration_s, 1
-    if lifts := 0.0 < motion.contact_s < duration_s:
-        contact_s, contacts = motion.contact_s, math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
+    if lifts := motion.contact_s > 0.0:
+        contact_s = min(motion.contact_s, duration_s)
+        contacts = math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
     own = finger_values(system)
     touching, plate_um = [own | each for each in people], system.plate.max_amplitude_um
 
     def band(many: float, load_moves: bool) -> xr.Dataset:
-        return capable(touching, max_amplitude_um=plate_um, contact_s=contact_s, contacts=many, load_moves=load_moves)
+        on_s = contact_s if many < math.inf else motion.contact_s  # the run may end before the first contact does
+        return capable(touching, max_amplitude_um=plate_um, contact_s=on_s, contacts=many, load_moves=load_moves)
 
     here = band(contacts, False)
     try:
