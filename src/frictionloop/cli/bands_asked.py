@@ -68,10 +68,8 @@ def rows(
     if found and not inside.all():
         found.append(("", "", "these shares are rough: across turns and lifts a straight line was drawn"))
     if not all(math.isnan(each["disturbance_left"]) for each in bands):
-        said = (
-            "the mean that is left is in no band, and the ends of the scored part count less: bands and whole do not "
-        )
-        found.append(("", "", f"{said}add up"))
+        apart = "the mean that is left is in no band, and the ends of the scored part count less"
+        found.append(("", "", f"{apart}: bands and whole do not add up"))
     return found
 
 

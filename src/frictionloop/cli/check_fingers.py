@@ -43,7 +43,8 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     held, rings = int(seen["holds"].sum()), int((~seen["stable"]).sum())
     beyond, unseen = seen.sizes["finger"] - held, count - seen.sizes["finger"]
     of = f"{count}" if not unseen else f"{seen.sizes['finger']} that can be looked at, of {count}"
-    said = f"the limits hold on {'all ' if not beyond and unseen else f'{held} of '}{of} fingers of {drawn}; {where}"
+    who = f"all {of}" if held and unseen and not beyond else f"{held} of {of}"
+    said = f"the limits hold on {who} fingers of {drawn}; {where}"
     said += f"; on {beyond - rings} the loop is stable, beyond a limit; on {rings} it is unstable" if beyond else ""
     said += f"; {unseen} cannot be looked at: {_reasons(found)}" if unseen else ""
     name = "NOT ON ALL FINGERS" if beyond or not held else "on fingers"

@@ -184,11 +184,11 @@ def _for_people(
 
 def _loads_said(people: Sequence[Any], wanted: Wanted) -> str:
     """Return with which loads the fingers are looked at, before that takes minutes."""
-    ends = wanted.loads_n or [end(each["motion.load_n"] for each in people) for end in (min, max)]
-    other = (
-        "" if wanted.loads_n else ", as people press by themselves; `--loads 0.4,0.6`, say, looks at them between these"
-    )
-    return f"the fingers press with {min(ends):.2g} to {max(ends):.2g} N{other}"
+    if wanted.loads_n:
+        return f"the fingers press with {min(wanted.loads_n):.2g} to {max(wanted.loads_n):.2g} N"
+    loads = [each["motion.load_n"] for each in people]
+    other = "as people press by themselves; `--loads 0.4,0.6`, say, looks at them between these"
+    return f"the fingers press with {min(loads):.2g} to {max(loads):.2g} N, {other}"
 
 
 def _tell_unchecked(made: _Made, many: xr.Dataset) -> None:

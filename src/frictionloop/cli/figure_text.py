@@ -208,12 +208,9 @@ def _instead(figure: Shown) -> list[str]:
     ki = f"{gains['controller.ki']:.4g}"
     if HOLDS not in figure.numbers:
         return _indented(f"an integral alone, kp 0 and ki {ki} 1/s, would hold at all of them")
-    more = (
-        "a design may leave less, with a notch where the sensor rings; it asks for more, a finger as moist as slower "
-    )
-    more += "strokes leave it, and the error that it tells is of one sine:"
+    more = "it asks for more, a finger as moist as slower strokes leave it, and the error that it tells is of one sine:"
     return [
-        *_indented(more),
+        *_indented(f"a design may leave less, with a notch where the sensor rings; {more}"),
         f"    frictionloop design controller {shlex.quote(str(figure.bench))} --speeds {_speeds(figure)}",
     ]
 

@@ -71,7 +71,7 @@ def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:
         try:
             levels = at_levels(system_of(run), run, mask)
             # In the place of one that is out of reach stands the limit of the amplitude, where no loop is closed.
-            limits = {each.instead_n for each in missed(levels, [occluded])} if occluded else set[float]()
+            limits = {each.instead_n for each in missed(levels, [occluded])}
             points = operating_band(levels, occluded=(occluded,))
             inside = [loop for loop in points if not any(math.isclose(loop.elements.force_n, each) for each in limits)]
             forces = [f"{loop.elements.force_n:.3g}" for loop in inside if not loop.is_stable()]

@@ -106,9 +106,8 @@ class OtherFingers:
     ) -> list[Row]:
         """Return rows of a verdict on them, who were looked at as ``asked``; none if none were asked for.
 
-        ``given`` names the system on another command line.
-
-        ``system`` has the gains that they were looked at with, ``lowered`` says what a design made of these.
+        ``system`` has the gains that they were looked at with, ``lowered`` says what a design made of these, ``given``
+        names the system on another command line.
         """
         from frictionloop.cli import check_fingers, controller_holds
 
@@ -153,7 +152,6 @@ def _own_loads(system: System, wanted: Wanted) -> list[Row]:
     if wanted.loads_n or not isinstance(system.motion, Strokes):
         return []
     low, high = (factor * system.motion.load_n for factor in (LIGHTER, HEAVIER))
-    said = (
-        f"each presses with its own load, the finger of the file with {system.motion.load_n:g} N; where people are to "
-    )
-    return [("", f"{said}press so, `--loads {low:.2g},{high:.2g}` in this command looks at them between these")]
+    own = f"each presses with its own load, the finger of the file with {system.motion.load_n:g} N"
+    range_n = f"`--loads {low:.2g},{high:.2g}` in this command looks at them between these"
+    return [("", f"{own}; where people are to press so, {range_n}")]
