@@ -23,6 +23,8 @@ NOISE = "sensor.noise_rms_n"
 LEVELS_N = np.geomspace(1e-6, 1.0, 49)
 """Standard deviation of the noise, N, one draw per control period; eight to the decade."""
 SEEDS = 8
+NO_STEP = 1e-6
+"""Share of a step that is as good as none (chosen), as a power has no zero."""
 DURATION_S = 10.0
 RATE_HZ = 5000.0
 """Rate of the draws (paper, Sec. 4.1)."""
@@ -60,7 +62,7 @@ def noise_sweep(system: System) -> xr.Dataset:
 def knee_n(metric: xr.DataArray, step: float = R2_STEP) -> float | None:
     """Return the noise (N rms) at which the median of a metric has moved by ``step`` from its value without noise.
 
-    Interpolated over log sigma; None if it never moves that far.
+    It moves as a power of sigma, and is interpolated as one; None if it never moves that far.
     """
     median = metric.median("seed")
     moved = np.abs(median.values - median.values[0])
@@ -69,7 +71,8 @@ def knee_n(metric: xr.DataArray, step: float = R2_STEP) -> float | None:
         return None
     k = int(beyond[0])
     x = np.log(median["sigma"].values)
-    return math.exp(float(np.interp(step, moved[k - 1 : k + 1], x[k - 1 : k + 1])))
+    y = np.log(np.maximum(moved[k - 1 : k + 1], step * NO_STEP))
+    return math.exp(float(np.interp(math.log(step), y, x[k - 1 : k + 1])))
 
 
 SIMULATED_KPS = (1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 14.0, 18.0, 20.0, 40.0)
