@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from frictionloop.analysis.linear import linearise
@@ -9,7 +10,7 @@ from frictionloop.cli import screen
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import PiController, Recording, System
+from frictionloop.parameters import PiController, Recording, Strokes, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
@@ -30,16 +31,28 @@ class Followed(NamedTuple):
     """The same with the controller that the system had."""
     open_loop_rms_error_n: float
     """The same with the lookup table alone, in open loop."""
+    setpoint_rms_n: float
+    """Of the set-point itself about its mean: what a force leaves that stays there."""
+    rms_error_n_at_mm_s: dict[float, float]
+    """As the first at the slowest and the fastest speed that were asked for, but for that of the system."""
 
 
-def followed(before: System, after: System) -> Followed | None:
-    """Return how well the set-point is followed, by simulation; None of a recording that is too short."""
+def followed(before: System, after: System, speeds_mm_s: Collection[float] = ()) -> Followed | None:
+    """Return how well the set-point is followed, by simulation; None of a recording that is too short.
+
+    Also at the ends of ``speeds_mm_s``, of a system with strokes.
+    """
     seconds = min(SECONDS, *(_seconds(each, after.controller.rate_hz) for each in (after.setpoint, after.disturbance)))
     if seconds < LEAST_S:
         return None
     alone = after.evolve(OPENED)
-    runs = (simulate(each, seconds, seed=0) for each in (after, before, alone))
-    return Followed(seconds, *(float(rms_error(run)) for run in runs))
+    ends = {min(speeds_mm_s), max(speeds_mm_s)} if speeds_mm_s and isinstance(after.motion, Strokes) else set[float]()
+    others = sorted(ends - {getattr(after.motion, "speed_mm_s", None)})
+    faster = [after.evolve({"motion.speed_mm_s": each}) for each in others]
+    run, *rest = (simulate(each, seconds, seed=0) for each in (after, before, alone, *faster))
+    error_n, before_n, alone_n, *faster_n = (float(rms_error(each)) for each in (run, *rest))
+    asked_n = float((run["f_r"] - run["f_r"][0]).std())  # exactly 0 of a constant
+    return Followed(seconds, error_n, before_n, alone_n, asked_n, dict(zip(others, faster_n, strict=True)))
 
 
 def _seconds(signal: Any, rate_hz: float) -> float:
@@ -73,8 +86,9 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
     gains = f" (kp {law.kp:.4g}, ki {law.ki:.4g} 1/s)" if isinstance(law, PiController) else ""
     printed = isinstance(law, PiController) and (law.kp, law.ki) == (PRINTED.kp, PRINTED.ki)
     whose = "the gains that the paper prints" if printed else "the controller that was there"
+    ends = [f"{1e3 * error_n:.3g} mN at {each:g} mm/s" for each, error_n in found.rms_error_n_at_mm_s.items()]
     rows = [
-        ("error", f"{1e3 * found.rms_error_n:.3g} mN", "rms of f_a - f_r with this law"),
+        ("error", f"{1e3 * found.rms_error_n:.3g} mN", "; ".join(["rms of f_a - f_r with this law", *ends])),
         (
             "open loop",
             f"{1e3 * found.open_loop_rms_error_n:.3g} mN",
@@ -86,4 +100,7 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
             f"with {whose}, {law.kind}{gains}{_rings(before)}",
         ),
     ]
+    if found.setpoint_rms_n > 0.0:
+        asked = f"{1e3 * found.setpoint_rms_n:.3g} mN"
+        rows.append(("set-point", asked, "its own rms about its mean, which a force that stays there leaves"))
     return [screen.wrapped(head), screen.columns(rows)]

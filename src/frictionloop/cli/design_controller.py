@@ -98,7 +98,7 @@ def command(
     with screen.waiting("looking for what is left to gain"):
         left = headroom(made.after, wanted.sensitivity_peak)
     with screen.waiting("simulating how well the set-point is followed"):
-        follows = controller_followed.followed(system, new)
+        follows = controller_followed.followed(system, new, wanted.speeds_mm_s)
     if plots is not None:
         with screen.waiting("writing the figures"):
             checks.write_figures("plots", plots, _figures(levels, made.after, left, wanted, found))

@@ -17,6 +17,7 @@ import frictionloop as fl
 from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.operating import law_at
 from frictionloop.cli import main, screen
+from frictionloop.cli.controller_followed import followed, followed_text
 from frictionloop.cli.controller_holds import wanted_flags
 from frictionloop.design import synthesis
 from frictionloop.design.leaning import Lean
@@ -112,9 +113,32 @@ def test_the_error_on_the_files_own_set_point_is_told_beside_the_one_before(desi
     found, system, _ = designed
     runs = {"rms_error_n": system, "before_rms_error_n": fl.bench()}
     runs["open_loop_rms_error_n"] = fl.bench().evolve({"controller.kind": "lookup"})
-    assert found["followed"] == {"seconds": 10.0} | {
-        name: fl.rms_error(fl.simulate(each)) for name, each in runs.items()
+    assert found["followed"] == {
+        "seconds": 10.0,
+        "setpoint_rms_n": pytest.approx(0.1 / math.sqrt(2)),  # of its sine
+        "rms_error_n_at_mm_s": {},
+    } | {name: fl.rms_error(fl.simulate(each)) for name, each in runs.items()}
+
+
+def test_the_error_at_the_ends_of_the_speeds_is_told_beside_the_set_points_own(capsys):
+    before = fl.bench().evolve({"setpoint.kind": "sine", "setpoint.amplitude_n": 0.05})
+    after = before.evolve(fl.RETUNED)
+    found = followed(before, after, (10.0, 20.0, 40.0))
+    assert found.setpoint_rms_n == pytest.approx(0.05 / math.sqrt(2))
+    # Not again at 20 mm/s, the speed of the system.
+    assert found.rms_error_n_at_mm_s == {
+        each: fl.rms_error(fl.simulate(after.evolve({"motion.speed_mm_s": each}))) for each in (10.0, 40.0)
     }
+    screen.show(*followed_text(before, found))
+    said = " ".join(capsys.readouterr().out.split())
+    slow, fast = (1e3 * each for each in found.rms_error_n_at_mm_s.values())
+    assert f"; {slow:.3g} mN at 10 mm/s; {fast:.3g} mN at 40 mm/s" in said
+    assert "set-point 35.4 mN its own rms about its mean" in said
+    held = before.evolve({"setpoint.kind": "constant", "setpoint.offset_n": 0.6})
+    quiet = followed(held, held, (20.0,))
+    assert (quiet.setpoint_rms_n, quiet.rms_error_n_at_mm_s) == (0.0, {})
+    screen.show(*followed_text(held, quiet))
+    assert "about its mean" not in capsys.readouterr().out
 
 
 @pytest.mark.slow
