@@ -121,6 +121,10 @@ def _row(found: Beyond, law: str, contact: str) -> dict[str, str]:
 
     cell, cycles = found.cells[law, contact], found.tick_cycles[law]
     levels = [found.value(law, contact, f"r2_identity_{level:g}_n") for level in LEVELS_N]
+    fall, rise = (
+        "–" if law in (OPEN, PRINTED) else _ms(found.value(law, contact, score))  # whose force goes elsewhere
+        for score in ("fall_10_90_s", "rise_10_90_s")
+    )
     return {
         "law": law,
         "contact": contact,
@@ -128,8 +132,8 @@ def _row(found: Beyond, law: str, contact: str) -> dict[str, str]:
         "hold": both("hold_rms_n"),
         "r2": _r2(found.value(law, contact, "r2_identity")),
         "levels": " ".join(_r2(level) for level in levels),
-        "fall": _ms(found.value(law, contact, "fall_10_90_s")),
-        "rise": _ms(found.value(law, contact, "rise_10_90_s")),
+        "fall": fall,
+        "rise": rise,
         "felt": _plain(found.value(law, contact, "relative_index"), 2),
         "peak": _plain(float(cell["sensitivity_peak"]), 2),
         "peak_10": _plain(float(cell["sensitivity_peak_10"]), 2),

@@ -46,12 +46,18 @@ def pi_reduces_variability(results: Results) -> Numbers:
     )
 
 
-def printed_gains_stable(_: Results) -> Numbers:
+def printed_gains_stable(results: Results) -> Numbers:
     """Return the largest stable Kp."""
     systems = in_both_units({name: bench().evolve(changes) for name, changes in BENCHES.items()})
     limits = {name: None if math.isnan(limit := kp_limit(system)) else limit for name, system in systems.items()}
     slider = bench().evolve({**BENCHES["without either"], "finger.contact": "slider"})
-    return numbers(limits, assumed=list(BENCHES)[1:], rigid=kp_limit(paper()), slider=kp_limit(slider))
+    return numbers(
+        limits,
+        assumed=list(BENCHES)[1:],
+        rigid=kp_limit(paper()),
+        slider=kp_limit(slider),
+        stable_from=results.checked.ideal_from_n,
+    )
 
 
 def open_loop_r2(results: Results) -> Numbers:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator
 
-from frictionloop.report.gains import Optimum, optimum, useful_range
+from frictionloop.report.gains import Optimum, Range, optimum, useful_range
 from frictionloop.report.numbers import number
 from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 from frictionloop.report.tolerances import R2_STEP
@@ -36,7 +36,7 @@ def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
     r2 = fidelity["r2_identity"]
     best = optimum(r2)
     _colours(figure, axes, r2, best.r2)
-    axes.plot([], [], color=BLACK, lw=1.3, path_effects=CASED, label=f"$R^2$ within {R2_STEP:g} of the best")
+    axes.plot([], [], color=BLACK, lw=1.3, path_effects=CASED, label=f"best: $R^2$ within {R2_STEP:g} of the largest")
     axes.plot(
         best.kp,
         best.ki,
@@ -120,8 +120,16 @@ def _cut(axes: Axes, cut: xr.Dataset, name: str) -> None:
     low = max(float(r2.min()), bound - BELOW_BEST[0])
     room = (bound - low) * 0.1
     axes.set(xscale="log", xlim=(0.6, 110), ylim=(low - room, bound + room))
-    axes.set_title(f"{name}:\nlargest at $K_p$ = {number(best.kp)}", fontsize=8.5)
+    axes.set_title(f"{name}:\nbest {_where(useful)}", fontsize=8.5)
     _plain_ticks(axes, vertical=False)
+
+
+def _where(useful: Range) -> str:
+    """Return the range in words: no gain is the best of a curve that is flat to its end."""
+    low, high = (None if end is None else number(end) for end in useful)
+    if low is None or high is None:
+        return f"from $K_p$ = {low} on" if low else f"up to $K_p$ = {high}" if high else "at any $K_p$"
+    return f"from $K_p$ = {low} to {high}"
 
 
 def _key(axes: Axes) -> None:
@@ -129,6 +137,6 @@ def _key(axes: Axes) -> None:
     axes.plot([], [], color=BLUE, label="fidelity at $K_i$ = 2")
     axes.plot([], [], color=GREY, ls=":", label="best that any controller could reach")
     axes.plot([], [], "*", color=VERMILLION, ms=10, ls="none", label="largest $R^2$ of this curve")
-    axes.plot([], [], "|-", color=BLACK, lw=1, label=f"$R^2$ within {R2_STEP:g} of the best")
+    axes.plot([], [], "|-", color=BLACK, lw=1, label=f"best: $R^2$ within {R2_STEP:g} of the largest")
     axes.fill_between([], [], color="#e2e2e2", label="useful range printed, 5 to 20")
     axes.legend(loc="center", fontsize=8.5)
