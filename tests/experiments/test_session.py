@@ -47,6 +47,7 @@ def test_a_session_left_at_any_row_goes_on_with_the_same_trials_and_posterior(wh
         assert (path / "trials.tsv").read_text() == expected
 
 
+@pytest.mark.slow
 def test_what_was_asked_is_what_was_delivered_and_the_traces_are_kept(whole):
     trials = read_trials(whole)
     closed = trials[(trials["condition"] == "closed") & (trials["valid"] == 1)]

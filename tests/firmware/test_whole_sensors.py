@@ -33,6 +33,7 @@ def false_alarms(fingers: range, population: int = FIRST, duration_s: float = EA
     return found
 
 
+@pytest.mark.slow
 def test_some_fingers_raise_no_fault():
     assert false_alarms(range(0, FINGERS, 100)) == []
 

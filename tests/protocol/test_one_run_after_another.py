@@ -61,6 +61,7 @@ def a_fault_nobody_heard(device: fl.Device) -> None:
     device.clear()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", [straight_on, a_pause, the_loop_left_closed, a_look, a_fault, a_fault_nobody_heard])
 def test_a_run_records_itself_alone(device: fl.Device, between: Callable[[fl.Device], None]) -> None:
     device.run(0.5, 0.2)

@@ -152,6 +152,7 @@ def test_limit_near_the_one_of_the_half_period_rule(delay_s: float) -> None:
 gains = {"kp": st.floats(0.1, 30), "ki": st.floats(0.1, 2000), "delay_s": st.floats(0, 1e-3)}
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(**gains)
 def test_stability_changes_at_the_limit(kp: float, ki: float, delay_s: float) -> None:

@@ -84,6 +84,7 @@ def where_it_runs(changes: dict[str, Any]) -> LinearLoop:
     return linearise(system, force_n=MEAN_N - (0.0 if system.controller.kind == "lookup" else MEAN_D_N))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_responses(name: str, tmp_path: Path) -> None:
     """From set-point and disturbance to both forces and the command; asked for: 5 %."""

@@ -26,6 +26,7 @@ print("loaded:", *sorted(heavy & set(sys.modules)))
 """
 
 
+@pytest.mark.slow
 def test_what_opens_the_page_loads_no_filters_and_no_datasets():
     ran = subprocess.run([sys.executable, "-c", OPENS], capture_output=True, text=True, check=True)
     assert ran.stdout.splitlines() == ["loaded:", "loaded: h5py pandas scipy.ndimage scipy.signal scipy.stats xarray"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -68,6 +69,7 @@ def most_friction(system, limit):
     return so_far if law == "dahl" else so_far + 4 * (limit + so_far)
 
 
+@pytest.mark.slow
 @settings(max_examples=250)
 @given(benches(), st.integers(0, 2**64 - 1))
 def test_every_run_stays_where_physics_and_the_controller_allow(system, seed):

@@ -58,6 +58,7 @@ def test_a_damaged_function_is_compiled_anew(folder, ending):
         assert compiled(folder, times=2) == [f"said: {path}: is damaged; it is made anew", "0 6.0", "1 6.0"]
 
 
+@pytest.mark.slow
 @posix
 def test_functions_that_others_could_have_put_there_are_not_run(folder):
     compiled(folder)
@@ -68,6 +69,7 @@ def test_functions_that_others_could_have_put_there_are_not_run(folder):
     assert result == "0 6.0"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="root alone makes another's file")
 def test_a_file_of_another_user_is_not_run(folder, monkeypatch):
     compiled(folder)

@@ -38,6 +38,7 @@ def test_the_factor_of_a_gain_that_is_real_and_of_one_that_turns():
     assert math.isinf(gain_factor(lambda f: 1 / (1 + 1j * np.asarray(f) / 100.0), GRID, NYQUIST_HZ, 1.5))
 
 
+@pytest.mark.slow
 def test_python_control_has_the_margins_of_a_corner(checked):
     """A dry slider is P S with the gain 1 of a model that is right, the resonance 10 % lower."""
     control = pytest.importorskip("control")

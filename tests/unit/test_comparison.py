@@ -132,6 +132,7 @@ def test_the_cells_are_those_of_a_sweep(whole):
     np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
 
 
+@pytest.mark.slow
 def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
     path, calls, really = tmp_path / "r.h5", [], run._Trial.run
 
@@ -261,6 +262,7 @@ def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
     xr.testing.assert_identical(after.sel(law=before["law"]), before)
 
 
+@pytest.mark.slow
 def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
     path = tmp_path / "r.h5"
     short(path, laws=["lookup"])

@@ -67,6 +67,7 @@ def test_fits_are_those_of_the_traces_put_together(ran, scored, finger):
     assert 0 < keep.sum() < 1.0 * (DURATION_S - START_S) * 5000  # in the air nothing counts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finger", range(3))
 def test_step_times_are_means_of_the_steps(ran, scored, finger):
     whole, _ = traces(ran, "steps", finger)

@@ -40,6 +40,7 @@ def test_lowered_gains_hold_on_each_finger_and_on_the_worst_just_so(designed, fo
     }
 
 
+@pytest.mark.slow
 def test_gains_that_hold_everywhere_stay(designed, found):
     easy = found.assign(gain_factor=found["gain_factor"] + 1.0)
     assert for_fingers(BENCH, designed, easy, ON_DAHL).designed is designed

@@ -56,6 +56,7 @@ def test_a_load_at_which_no_force_can_be_had_is_refused():
         check_controller(faint, Wanted(loads_n=(0.4, 4.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [Wanted(), Wanted(contacts=("slider",)), Wanted(loads_n=(0.4, 0.8))])
 def test_the_loops_that_a_check_announces_are_at_least_those_it_looks_at(wanted):
     there = BENCH.evolve({**WEAK, "setpoint": fl.Constant(offset_n=0.6)})

@@ -55,6 +55,7 @@ def test_a_notch_for_bristles_is_told_not_to_hold_on_a_slider():
     assert told > 2.6 and told >= 0.99 * linearise(slider, force_n=0.5).margins().sensitivity_peak
 
 
+@pytest.mark.slow
 def test_little_gain_holds_everywhere():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
     found = elsewhere(fl.bench().evolve(weak), LIMITS)

@@ -144,6 +144,7 @@ def test_it_never_leaves_its_clamp_nor_winds_up(told, count, feedforward, overdr
         assert np.ptp(np.append(states[:, first : first + 5], 0.8)) <= span * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(st.floats(-5, 5), st.booleans())
 def test_a_filter_that_rested_does_not_kick(before, feedforward):

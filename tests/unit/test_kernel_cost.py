@@ -77,6 +77,7 @@ def test_a_sweeps_memory_does_not_grow_with_its_duration(disturbance, short_s):
     assert long < short + 100_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "setpoint",
     [fl.Sine(offset_n=0.6, amplitude_n=0.1), fl.Steps(times_s=(0.0, 0.5, 1.0), levels_n=(0.4, 0.7, 0.5))],

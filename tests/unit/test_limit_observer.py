@@ -82,6 +82,7 @@ def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, contact):
     assert np.sqrt(np.mean(np.diff(command[5000:]) ** 2)) < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["dahl", "slider"])
 @pytest.mark.parametrize("tau", [0.3, 0.6])
 def test_a_moving_set_point_teaches_the_susceptibility(tau, contact):

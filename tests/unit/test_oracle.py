@@ -55,6 +55,7 @@ def test_a_clairvoyant_needs_no_delay():
         np.testing.assert_array_equal(runs[0][name].values, runs[1][name].values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["slider", "rigid"])
 def test_no_single_command_does_better_where_the_force_follows_its_limit(contact):
     rng = np.random.default_rng(5)
@@ -77,6 +78,7 @@ def test_no_single_command_does_better_where_the_force_follows_its_limit(contact
     assert within >= 3  # some were within reach
 
 
+@pytest.mark.slow
 def test_force_and_limit_land_together_on_a_bristle():
     # The two commands that put both force and amplitude onto the set-point two periods later, found on the plant.
     rng, tau = np.random.default_rng(6), STEADY.friction.susceptibility_per_um2

@@ -35,6 +35,7 @@ def found(lab):
     return measured
 
 
+@pytest.mark.slow
 def test_values_are_in_their_intervals(found):
     for name, true in simulated.TRUTH.items():
         low, high = found.measured[name].interval(0.999)

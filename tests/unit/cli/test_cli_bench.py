@@ -266,6 +266,7 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
         assert "design check" not in frictionloop("simulate", *args, "--duration-s", "1").out
 
 
+@pytest.mark.slow
 def test_a_loop_that_rings_once_its_finger_is_moist_is_told(frictionloop):
     gains = {"controller.kp": 0.02, "controller.ki": 60.0, "sensor.q": 40.0, "finger.contact": "slider"}
     gains |= {"setpoint.offset_n": 0.6, "setpoint.amplitude_n": 0.3}

@@ -58,6 +58,7 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     assert {row["score"] for row in table} >= {"sensitivity_peak", "delay_margin_s", "relative_index"}
 
 
+@pytest.mark.slow
 def test_a_recorded_set_point_gives_way_to_the_protocols_and_that_is_said(frictionloop, tmp_path, ran):
     time_s = np.arange(200) / 100
     np.savetxt(

@@ -218,6 +218,7 @@ def test_what_is_not_set_is_one_line(frictionloop, arguments, says):
 HOLD = ("controller.kp=0.04", "controller.ki=100")
 
 
+@pytest.mark.slow
 def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(frictionloop, kept):
     fl.write_toml(fl.bench(), "mine.toml")
     assert rows(frictionloop("device", "set", "sim:", *HOLD).out) == {

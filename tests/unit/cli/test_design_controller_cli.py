@@ -227,6 +227,7 @@ def test_a_saved_controller_begins_with_where_it_holds(designed):
     assert (folder / "c.toml").read_text().startswith(said[0])
 
 
+@pytest.mark.slow
 def test_a_sensor_without_a_resonance_gets_pi(frictionloop):
     found = frictionloop(*CONTROLLER, "--sensor.kind", "lowpass", "--json").json()
     assert found["law"] == "pi"
