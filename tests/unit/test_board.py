@@ -56,6 +56,15 @@ def test_the_limit_of_the_force_follows_the_scale_whatever_its_sign():
     assert words(scaled, "safety.force_limit_n") == pytest.approx([0.96 * 6e-5 * 2**15])
 
 
+def test_a_limit_of_the_force_that_no_reading_passes_is_refused():
+    scaled = fl.bench().evolve({"board.force_n_per_count": -6e-5})  # ends at 1.966 N
+    assert words(scaled.evolve({"board.force_limit_n": 1.96}), "safety.force_limit_n") == pytest.approx(
+        [1.96], rel=1e-3
+    )
+    with pytest.raises(fl.FrictionloopError, match=r"board\.force_limit_n = 2 N: the converter ends at 1\.966 N"):
+        firmware_words(scaled.evolve({"board.force_limit_n": 2.0}))
+
+
 def test_it_survives_a_file(tmp_path):
     system = fl.bench().evolve(WIRED)
     fl.write_toml(system, tmp_path / "bench.toml")

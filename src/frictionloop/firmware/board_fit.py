@@ -63,7 +63,8 @@ def carrier_said(system: System) -> str:
         return ""
     ticks, at_hz = period_ticks(system), carrier_hz(system)
     left = amplitude_left(plate, at_hz)
-    return f"{at_hz:.0f} Hz, {BUS_HZ / 1e6:g} MHz / {ticks}, where the plate gives {100 * left:.3g} % of its amplitude"
+    gives = f"where the plate gives {100 * left:.3g} % of its amplitude at resonance"
+    return f"{at_hz:.0f} Hz, {BUS_HZ / 1e6:g} MHz / {ticks}, {gives}"
 
 
 def misfits(system: System) -> list[str]:

@@ -130,6 +130,11 @@ def _safety(system: System) -> dict[str, Any]:
     rate_hz, position, load = system.controller.rate_hz, system.touch.position, system.touch.load
     range_n = abs(n_per_count(system)) * 2 ** (ADC_BITS - 1)
     limit_n = system.board.force_limit_n or LIMIT_SHARE * range_n
+    if limit_n >= range_n:
+        raise FrictionloopError(
+            f"board.force_limit_n = {limit_n:g} N: the converter ends at {range_n:.4g} N, so that no reading is beyond "
+            f"the limit; must be below that, or left out for {LIMIT_SHARE:g} of it"
+        )
     return {
         "safety.force_limit_n": limit_n,
         "safety.force_ticks": round(FORCE_S * rate_hz),

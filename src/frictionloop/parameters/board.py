@@ -47,9 +47,9 @@ class Board(Block):
     ceiling_um: Positive | None = None
     """Largest amplitude ever commanded; left out: the plate's largest."""
     ramp_s: Annotated[Positive, Field(le=0.1)] = 0.01
-    """Time in which the largest amplitude is ramped down (assumed: six time constants of the plate), at most 0.1 s."""
+    """Time to ramp down the largest amplitude (assumed: six time constants of the plate in bench()), at most 0.1 s."""
     force_limit_n: Positive | None = None
-    """Largest plausible force; left out: 0.96 of what the converter can read (assumed: short of its end)."""
+    """Largest plausible force, below the end of the converter; left out: 0.96 of that (assumed: short of it)."""
     hum_share: Annotated[Positive, Field(le=1.0)] = 0.12
     """Mains pick-up that is tolerated, peak to peak over the sensor's range (assumed: 0.3 N of 2.5 N); more is a fault.
 
