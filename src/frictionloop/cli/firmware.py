@@ -27,6 +27,9 @@ BUILD_EXAMPLES = r"""Examples
   frictionloop firmware build my-controller.toml --out my-image --board mps2
 """
 ELSEWHERE = "a reference image with two force axes, not on this one,"
+RINGS = (
+    "these gains are unstable on this bench: not for a finger; `frictionloop design controller` finds some that hold"
+)
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
 
@@ -153,9 +156,10 @@ def _table(file: Path | None, preset: str | None, overrides: list[str] | None, o
 def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str, str]], json: bool) -> None:
     from frictionloop.firmware.board_fit import misfits
 
-    found, unfit = table.summary(), misfits(table.system)
+    found, unfit, stable = table.summary(), misfits(table.system), _stable(table.system)
     if json:
-        screen.show_json({"system": origin, **found, **made, "table": rows[-1][1], "misfits": unfit})
+        told = {"system": origin, **found, **made, "table": rows[-1][1], "misfits": unfit, "stable": stable}
+        screen.show_json(told)
         return
     low_n, high_n = found["clamp_n"]
     traced, worst, where = (
@@ -174,7 +178,19 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("words", f"{found['words']}, layout {found['layout']}, values {found['values']}"),
     ]
     wrong = [("DOES NOT FIT" if k == 0 else "", line) for k, line in enumerate(unfit)]
+    wrong += [] if stable is not False else [("RINGS", RINGS)]
     screen.show(screen.columns([("system", origin), *wrong, *about, *rows]))
+
+
+def _stable(system: System) -> bool | None:
+    """Tell whether the linear loop is stable at the forces asked for, dry and moist; None where that is not known."""
+    from frictionloop.cli.ringing import points_of
+    from frictionloop.quantities import FrictionloopError
+
+    try:
+        return all(each.is_stable() for each in points_of(system))
+    except FrictionloopError:
+        return None
 
 
 def _ceiling(system: System) -> str:

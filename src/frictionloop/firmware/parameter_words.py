@@ -87,6 +87,14 @@ def n_per_count(system: System) -> float:
     return 2.0 * range_n / 2**ADC_BITS
 
 
+def _largest_reading_n(system: System) -> float:
+    """Return the largest magnitude of the force that the converter can read, with its zeros."""
+    board, half = system.board, 2 ** (ADC_BITS - 1)
+    scales = (n_per_count(system), board.across_n_per_count)[: board.force_axes]
+    zeros = board.force_zero_counts[: board.force_axes]
+    return math.hypot(*(abs(n) * max(half + zero, half - 1 - zero) for n, zero in zip(scales, zeros, strict=True)))
+
+
 def _drive(system: System) -> dict[str, Any]:
     """Return the values ``drive.*``."""
     largest_um, board = system.plate.max_amplitude_um, system.board
@@ -130,10 +138,11 @@ def _safety(system: System) -> dict[str, Any]:
     rate_hz, position, load = system.controller.rate_hz, system.touch.position, system.touch.load
     range_n = abs(n_per_count(system)) * 2 ** (ADC_BITS - 1)
     limit_n = system.board.force_limit_n or LIMIT_SHARE * range_n
-    if limit_n >= range_n:
+    if limit_n >= (largest_n := _largest_reading_n(system)):
         raise FrictionloopError(
-            f"board.force_limit_n = {limit_n:g} N: the converter ends at {range_n:.4g} N, so that no reading is beyond "
-            f"the limit; must be below that, or left out for {LIMIT_SHARE:g} of it"
+            f"board.force_limit_n = {limit_n:g} N: the largest reading of the force is {largest_n:.4g} N, by the end "
+            f"of the converter, so that none is beyond the limit; must be below that, or left out for "
+            f"{LIMIT_SHARE * range_n:.4g} N"
         )
     return {
         "safety.force_limit_n": limit_n,

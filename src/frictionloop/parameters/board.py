@@ -49,7 +49,7 @@ class Board(Block):
     ramp_s: Annotated[Positive, Field(le=0.1)] = 0.01
     """Time to ramp down the largest amplitude (assumed: six time constants of the plate in bench()), at most 0.1 s."""
     force_limit_n: Positive | None = None
-    """Largest plausible force, below the end of the converter; left out: 0.96 of that (assumed: short of it)."""
+    """Largest plausible force, below what the converter reads; left out: 0.96 of its range (assumed: short of it)."""
     hum_share: Annotated[Positive, Field(le=1.0)] = 0.12
     """Mains pick-up that is tolerated, peak to peak over the sensor's range (assumed: 0.3 N of 2.5 N); more is a fault.
 

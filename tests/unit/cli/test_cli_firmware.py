@@ -36,6 +36,7 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     assert "table_hash" not in said
     shown = frictionloop("firmware", "export", *PI, "--out", str(folder)).out
     assert f"{word_count()}, layout {said['layout']}, values {said['values']}" in shown
+    assert said["stable"] and "RINGS" not in shown
     assert said["clamp_n"] == [fl.bench().controller.model.floor_n, fl.bench().controller.model.nominal_n]
     with (folder / "parameters.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -49,6 +50,16 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     assert value["drive.largest_um"] == value["drive.ceiling_um"] == 2.5
     assert {row["name"].split("[")[0] for row in rows} == set(parameter_words())
     assert fl.read_toml(folder / "system.toml").controller.ki == 134
+
+
+def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(frictionloop, tmp_path):
+    printed = ("firmware", "export", "--preset", "bench", "--controller.kp", "10", "--out", str(tmp_path / "table"))
+    assert not json.loads(frictionloop(*printed, "--json").out)["stable"]
+    said = " ".join(frictionloop(*printed).out.split())
+    assert "RINGS these gains are unstable on this bench: not for a finger" in said
+    # In open loop nothing rings.
+    opened = json.loads(frictionloop(*printed[:4], "--controller.kind", "lookup", *printed[-2:], "--json").out)
+    assert opened["stable"]
 
 
 @pytest.mark.parametrize(
