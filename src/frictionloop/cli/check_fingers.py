@@ -107,7 +107,7 @@ def _missed(seen: xr.Dataset) -> list[Row]:
     if not missed:
         return []
     said = f"{missed} cannot be given every force asked for at every load looked at, dry and moist; they were "
-    return [("", said + "looked at where they can; other forces, setpoint.offset_n, may serve more"), ("", SERVED)]
+    return [("", said + "looked at where they can; other forces asked for may serve more"), ("", SERVED)]
 
 
 def _reasons(found: xr.Dataset) -> str:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from frictionloop.analysis.linear import linearise
 from frictionloop.cli import screen
-from frictionloop.loop.metrics import rms_error
+from frictionloop.cli.served import LATER
+from frictionloop.design.over import at_place
+from frictionloop.loop.metrics import kept, rms_error
 from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import PiController, Recording, Strokes, System
+from frictionloop.parameters.motion import one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
@@ -34,7 +40,7 @@ class Followed(NamedTuple):
     setpoint_rms_n: float
     """Of the set-point itself about its mean: what a force leaves that stays there."""
     rms_error_n_at_mm_s: dict[float, float]
-    """As the first at the slowest and the fastest speed that were asked for, but for that of the system."""
+    """As the first at the slowest and the fastest speed asked for, but for that of the system; NaN: not known."""
 
 
 def followed(before: System, after: System, speeds_mm_s: Collection[float] = ()) -> Followed | None:
@@ -46,13 +52,38 @@ def followed(before: System, after: System, speeds_mm_s: Collection[float] = ())
     if seconds < LEAST_S:
         return None
     alone = after.evolve(OPENED)
-    ends = {min(speeds_mm_s), max(speeds_mm_s)} if speeds_mm_s and isinstance(after.motion, Strokes) else set[float]()
-    others = sorted(ends - {getattr(after.motion, "speed_mm_s", None)})
-    faster = [after.evolve({"motion.speed_mm_s": each}) for each in others]
-    run, *rest = (simulate(each, seconds, seed=0) for each in (after, before, alone, *faster))
-    error_n, before_n, alone_n, *faster_n = (float(rms_error(each)) for each in (run, *rest))
-    asked_n = float((run["f_r"] - run["f_r"][0]).std())  # exactly 0 of a constant
-    return Followed(seconds, error_n, before_n, alone_n, asked_n, dict(zip(others, faster_n, strict=True)))
+    runs = [simulate(each, seconds, seed=0) for each in (after, before, alone)]
+    asked = runs[0]["f_r"].values[kept(runs[0], None)]
+    asked_n = float(np.std(asked - asked[0]))  # exactly 0 of a constant
+    error_n, before_n, alone_n = (float(rms_error(run)) for run in runs)
+    return Followed(seconds, error_n, before_n, alone_n, asked_n, _at_speeds(after, speeds_mm_s, seconds))
+
+
+def _at_speeds(system: System, speeds_mm_s: Collection[float], seconds: float) -> dict[float, float]:
+    """Return the error at the slowest and the fastest, where a finger in contacts of one stroke lifts in time with it.
+
+    NaN where a motion cannot be simulated so.
+    """
+    motion = system.motion
+    if not isinstance(motion, Strokes):
+        return {}
+    found = {}
+    for each in sorted({*speeds_mm_s} - {motion.speed_mm_s}):
+        if each not in (min(speeds_mm_s), max(speeds_mm_s)):
+            continue
+        try:
+            found[each] = float(rms_error(simulate(_stroking(system, motion, each), seconds, seed=0)))
+        except FrictionloopError:  # of a stroke without a plateau, say
+            found[each] = math.nan
+    return found
+
+
+def _stroking(system: System, motion: Strokes, speed_mm_s: float) -> System:
+    if not one_stroke_a_contact(motion):
+        return at_place(system, {"motion.speed_mm_s": speed_mm_s})
+    contact_s = motion.contact_s * motion.speed_mm_s / speed_mm_s
+    there = motion.model_copy(update={"speed_mm_s": speed_mm_s, "contact_s": contact_s})
+    return system.evolve({"motion.speed_mm_s": speed_mm_s, "motion.contact_s": contact_s, **there.in_contacts()})
 
 
 def _seconds(signal: Any, rate_hz: float) -> float:
@@ -81,12 +112,15 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
     at += f", {motion.speed_mm_s:g} mm/s" if hasattr(motion, "speed_mm_s") else ""
     head = f"how the set-point ({before.setpoint.kind}) is followed, {found.seconds:.3g} s of this finger simulated{at}"
     if getattr(motion, "contact_s", 0.0):
-        head += "; it is dry at first. Contact upon contact: simulate it with --duration-s 60 --score-from-s 40"
+        head += f"; it is dry at first. Contact upon contact: simulate it with {LATER}"
     law: Any = before.controller
     gains = f" (kp {law.kp:.4g}, ki {law.ki:.4g} 1/s)" if isinstance(law, PiController) else ""
     printed = isinstance(law, PiController) and (law.kp, law.ki) == (PRINTED.kp, PRINTED.ki)
     whose = "the gains that the paper prints" if printed else "the controller that was there"
-    ends = [f"{1e3 * error_n:.3g} mN at {each:g} mm/s" for each, error_n in found.rms_error_n_at_mm_s.items()]
+    ends = [
+        f"not known at {each:g} mm/s" if math.isnan(error_n) else f"{1e3 * error_n:.3g} mN at {each:g} mm/s"
+        for each, error_n in found.rms_error_n_at_mm_s.items()
+    ]
     rows = [
         ("error", f"{1e3 * found.rms_error_n:.3g} mN", "; ".join(["rms of f_a - f_r with this law", *ends])),
         (

@@ -26,6 +26,8 @@ class Reach(NamedTuple):
     """Time on the plate until which both must be held."""
     contacts: int
     """How many contacts the run has."""
+    whole_s: float
+    """Time on the plate of a contact that the run does not cut short."""
     low: np.ndarray
     high: np.ndarray
     moving: np.ndarray
@@ -55,7 +57,7 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
     of a function from outside, or one that the system cannot have.
     """
     motion: Any = system.motion
-    contact_s, contacts = duration_s, 1
+    contact_s, contacts, whole_s = duration_s, 1, motion.contact_s or duration_s
     if lifts := motion.contact_s > 0.0:
         contact_s = min(motion.contact_s, duration_s)
         contacts = math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
@@ -63,7 +65,7 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
     touching, plate_um = [own | each for each in people], system.plate.max_amplitude_um
 
     def band(many: float, load_moves: bool) -> xr.Dataset:
-        on_s = contact_s if many < math.inf else motion.contact_s  # the run may end before the first contact does
+        on_s = contact_s if many < math.inf else whole_s  # the run may end before the first contact does
         return capable(touching, max_amplitude_um=plate_um, contact_s=on_s, contacts=many, load_moves=load_moves)
 
     here = band(contacts, False)
@@ -78,4 +80,4 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
     low, high = reached(here)
     moving = np.logical_and(*reached(band(contacts, True)))
     last, last_moving = (np.logical_and(*reached(band(math.inf, moves))) if lifts else None for moves in (False, True))
-    return here, Reach(wanted.low_n, wanted.high_n, contact_s, contacts, low, high, moving, last, last_moving)
+    return here, Reach(wanted.low_n, wanted.high_n, contact_s, contacts, whole_s, low, high, moving, last, last_moving)

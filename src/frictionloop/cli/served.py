@@ -10,6 +10,11 @@ from frictionloop.cli import screen
 from frictionloop.cli.population_reach import Reach
 from frictionloop.cli.scores import between
 
+LATER = "--duration-s 60 --score-from-s 40"
+"""Flags of a run that is scored once contact upon contact has made a finger moist, as the assumed one is by then."""
+LONG_S = 40.0
+"""On the plate in a run from when on nobody is pointed to these flags (chosen)."""
+
 
 def lines(reach: Reach, total: int) -> list[Any]:
     """Return the answer for ordinary use, and a table of who is able under a steady load and as it moves.
@@ -24,9 +29,12 @@ def lines(reach: Reach, total: int) -> list[Any]:
     ]
     lifts, moist = "", ""
     if reach.in_the_end is not None and reach.moving_in_the_end is not None:
-        rows.append(("after many more contacts", _count(reach.in_the_end), _count(reach.moving_in_the_end), ""))
+        whole = f" of {reach.whole_s:g} s" * (reach.whole_s > reach.contact_s)
+        rows.append((f"after many more contacts{whole}", _count(reach.in_the_end), _count(reach.moving_in_the_end), ""))
         lifts = ", contact upon contact"
         moist = "; fingers get moister contact upon contact, a longer --motion.lifted_s dries them"
+        if reach.contacts * reach.contact_s < LONG_S:
+            moist += f". The errors above are those of this run, of fingers dry at first; later ones: {LATER}"
     low, high = _count(~reach.low), _count(~reach.high)
     return [
         screen.wrapped(

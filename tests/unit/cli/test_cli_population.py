@@ -208,6 +208,7 @@ def test_contact_upon_contact_is_told_of_in_the_end(frictionloop):
     assert f"after many more contacts {count} {moving.capable.sum():d} under a steady load" in said
     assert said.count(f"{moving.capable.sum():d} of 20 fingers can be given the set-point") == 1
     assert "for 95 % of the time, contact upon contact" in said
+    assert "those of this run, of fingers dry at first; later ones: --duration-s 60 --score-from-s 40" in said
 
 
 def test_the_error_in_open_loop_is_that_of_the_lookup_table_alone(frictionloop):

@@ -115,7 +115,7 @@ def test_the_error_on_the_files_own_set_point_is_told_beside_the_one_before(desi
     runs["open_loop_rms_error_n"] = fl.bench().evolve({"controller.kind": "lookup"})
     assert found["followed"] == {
         "seconds": 10.0,
-        "setpoint_rms_n": pytest.approx(0.1 / math.sqrt(2)),  # of its sine
+        "setpoint_rms_n": pytest.approx(0.1 / math.sqrt(2), rel=0.03),  # of its sine, but at reversals
         "rms_error_n_at_mm_s": {},
     } | {name: fl.rms_error(fl.simulate(each)) for name, each in runs.items()}
 
@@ -124,7 +124,7 @@ def test_the_error_at_the_ends_of_the_speeds_is_told_beside_the_set_points_own(c
     before = fl.bench().evolve({"setpoint.kind": "sine", "setpoint.amplitude_n": 0.05})
     after = before.evolve(fl.RETUNED)
     found = followed(before, after, (10.0, 20.0, 40.0))
-    assert found.setpoint_rms_n == pytest.approx(0.05 / math.sqrt(2))
+    assert found.setpoint_rms_n == pytest.approx(0.05 / math.sqrt(2), rel=0.03)
     # Not again at 20 mm/s, the speed of the system.
     assert found.rms_error_n_at_mm_s == {
         each: fl.rms_error(fl.simulate(after.evolve({"motion.speed_mm_s": each}))) for each in (10.0, 40.0)
@@ -133,7 +133,15 @@ def test_the_error_at_the_ends_of_the_speeds_is_told_beside_the_set_points_own(c
     said = " ".join(capsys.readouterr().out.split())
     slow, fast = (1e3 * each for each in found.rms_error_n_at_mm_s.values())
     assert f"; {slow:.3g} mN at 10 mm/s; {fast:.3g} mN at 40 mm/s" in said
-    assert "set-point 35.4 mN its own rms about its mean" in said
+    assert f"set-point {1e3 * found.setpoint_rms_n:.3g} mN its own rms about its mean" in said
+    # A finger that lifts after each stroke lifts after each at another speed; one that cannot be is left out.
+    each = fl.bench().evolve({"motion.contact_s": 2.0}).evolve(fl.RETUNED)
+    each = each.evolve(each.motion.in_contacts())
+    there = each.evolve({"motion.speed_mm_s": 10.0, "motion.contact_s": 4.0})
+    there = there.evolve(there.motion.in_contacts())
+    at = followed(each, each, (0.01, 10.0)).rms_error_n_at_mm_s | followed(each, each, (10.0,)).rms_error_n_at_mm_s
+    assert at[10.0] == fl.rms_error(fl.simulate(there))
+    assert math.isnan(at[0.01])
     held = before.evolve({"setpoint.kind": "constant", "setpoint.offset_n": 0.6})
     quiet = followed(held, held, (20.0,))
     assert (quiet.setpoint_rms_n, quiet.rms_error_n_at_mm_s) == (0.0, {})
