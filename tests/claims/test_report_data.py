@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import frictionloop as fl
 from frictionloop.report.gains import KIS, KPS, Range, at, middle, optimum, spread, useful_range
-from frictionloop.report.noise import NOISE_READINGS, knee_n
+from frictionloop.report.noise import LEVELS_N, NOISE_READINGS, knee_n
 from frictionloop.report.results import parts
 from frictionloop.report.systems import FEASIBLE, WORKING, compared, held, noise_above_n, reachable_share, readings
 
@@ -58,6 +60,9 @@ def test_the_knee_of_a_known_curve():
     metric = xr.DataArray(1 - sigma[:, None] * [1.0, 1.0, 1.0], {"sigma": sigma}, ("sigma", "seed"))
     assert knee_n(metric, 0.01) == pytest.approx(0.01, rel=1e-2)
     assert knee_n(metric * 0 + 1) is None
+    # R2 falls by the power of the noise: on the report's own points, a third apart, its knee is exact.
+    square = xr.DataArray(1 - LEVELS_N[:, None] ** 2 * [1.0, 1.0], {"sigma": LEVELS_N}, ("sigma", "seed"))
+    assert knee_n(square, 0.013) == pytest.approx(math.sqrt(0.013), rel=1e-6)
 
 
 def test_noise_above_a_frequency_is_the_rms_of_a_tone():

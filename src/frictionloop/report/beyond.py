@@ -122,7 +122,7 @@ def _row(found: Beyond, law: str, contact: str) -> dict[str, str]:
     cell, cycles = found.cells[law, contact], found.tick_cycles[law]
     levels = [found.value(law, contact, f"r2_identity_{level:g}_n") for level in LEVELS_N]
     fall, rise = (
-        "–" if law in (OPEN, PRINTED) else _ms(found.value(law, contact, score))  # whose force goes elsewhere
+        "–" if law == OPEN else _ms(found.value(law, contact, score))  # whose force goes elsewhere
         for score in ("fall_10_90_s", "rise_10_90_s")
     )
     return {

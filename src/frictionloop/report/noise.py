@@ -62,7 +62,7 @@ def noise_sweep(system: System) -> xr.Dataset:
 def knee_n(metric: xr.DataArray, step: float = R2_STEP) -> float | None:
     """Return the noise (N rms) at which the median of a metric has moved by ``step`` from its value without noise.
 
-    It moves as a power of sigma, and is interpolated as one; None if it never moves that far.
+    It is taken to move as a power of sigma between two points; None if it never moves that far.
     """
     median = metric.median("seed")
     moved = np.abs(median.values - median.values[0])
