@@ -86,8 +86,8 @@ def _of_others(count: int, again: str) -> list[Row]:
     most = 1.0 - 0.05 ** (1.0 / count)
     said = f"of other fingers 1 in {count + 1} is to be expected beyond the limits, and up to {most:.0%} may be, with "
     return [
-        ("", f"{said}95 % confidence"),
-        ("", f"`frictionloop design check FILE{again}` looks at others"),
+        ("", f"{said}95 % confidence: one draw in twenty is worse, and a seed draws the same fingers each time"),
+        ("", f"`frictionloop design check FILE{again}` looks at others: before a device has these gains, run it"),
     ]
 
 
