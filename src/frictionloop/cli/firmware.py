@@ -178,7 +178,8 @@ def _show(table: Table, origin: str, made: dict[str, Any], rows: list[tuple[str,
         ("words", f"{found['words']}, layout {found['layout']}, values {found['values']}"),
     ]
     wrong = [("DOES NOT FIT" if k == 0 else "", line) for k, line in enumerate(unfit)]
-    wrong += [] if stable is not False else [("RINGS", RINGS)]
+    if stable is False:
+        wrong.append(("RINGS", RINGS))
     screen.show(screen.columns([("system", origin), *wrong, *about, *rows]))
 
 
