@@ -63,7 +63,6 @@ FLIPS = [
 """What is damaged, and in how many bits, one at a time."""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("what", "flips"), FLIPS)
 def test_a_flipped_bit_is_told_and_nothing_is_driven(what, flips, images, tmp_path):
     """None of them drives. One in the table is always told; one in what serves the board may end or mute it."""

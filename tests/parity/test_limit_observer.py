@@ -51,7 +51,6 @@ def check(controller, difference, states):
     assert np.all(np.quantile(np.abs(states), 0.99, axis=0) <= 300 * PLACES)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_force_and_states_agree(parity, name):
     controller = CONTROLLERS[name]

@@ -87,7 +87,6 @@ def test_a_growing_file_is_read_by_others(spool: Spool) -> None:
 SIGNALS = [signal.SIGTERM, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGHUP, signal.SIGINT))]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("how", SIGNALS, ids=lambda how: how.name)
 def test_told_to_stop(recording: Any, tmp_path: Path, how: int) -> None:
     recording.send_signal(how)

@@ -132,7 +132,6 @@ def test_the_cells_are_those_of_a_sweep(whole):
     np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
 
 
-@pytest.mark.slow
 def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
     path, calls, really = tmp_path / "r.h5", [], run._Trial.run
 

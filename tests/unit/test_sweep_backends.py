@@ -64,6 +64,5 @@ def test_in_processes_of_this_machine(monkeypatch, in_threads):
         xr.testing.assert_identical(elsewhere(monkeypatch), in_threads)
 
 
-@pytest.mark.slow
 def test_one_thread(in_threads):
     xr.testing.assert_identical(fl.sweep(fl.paper(), POINTS, n_jobs=1, **OPTIONS), in_threads)
