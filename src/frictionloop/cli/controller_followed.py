@@ -11,12 +11,11 @@ import numpy as np
 from frictionloop.analysis.linear import linearise
 from frictionloop.cli import screen
 from frictionloop.cli.served import LATER
-from frictionloop.design.over import at_place
+from frictionloop.design.over import at_speed
 from frictionloop.loop.metrics import kept, rms_error
 from frictionloop.loop.open_loop import OPENED
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import PiController, Recording, Strokes, System
-from frictionloop.parameters.motion import one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
@@ -67,23 +66,13 @@ def _at_speeds(system: System, speeds_mm_s: Collection[float], seconds: float) -
     motion = system.motion
     if not isinstance(motion, Strokes):
         return {}
-    found = {}
-    for each in sorted({*speeds_mm_s} - {motion.speed_mm_s}):
-        if each not in (min(speeds_mm_s), max(speeds_mm_s)):
-            continue
+    found, own = {}, motion.speed_mm_s
+    for each in sorted({end(speeds_mm_s, default=own) for end in (min, max)} - {own}):
         try:
-            found[each] = float(rms_error(simulate(_stroking(system, motion, each), seconds, seed=0)))
+            found[each] = float(rms_error(simulate(at_speed(system, each), seconds, seed=0)))
         except FrictionloopError:  # of a stroke without a plateau, say
             found[each] = math.nan
     return found
-
-
-def _stroking(system: System, motion: Strokes, speed_mm_s: float) -> System:
-    if not one_stroke_a_contact(motion):
-        return at_place(system, {"motion.speed_mm_s": speed_mm_s})
-    contact_s = motion.contact_s * motion.speed_mm_s / speed_mm_s
-    there = motion.model_copy(update={"speed_mm_s": speed_mm_s, "contact_s": contact_s})
-    return system.evolve({"motion.speed_mm_s": speed_mm_s, "motion.contact_s": contact_s, **there.in_contacts()})
 
 
 def _seconds(signal: Any, rate_hz: float) -> float:

@@ -60,6 +60,20 @@ def at_place(system: System, place: Mapping[str, Any]) -> System:
     return system.evolve({**place, "motion.reversal_s": min(motion.reversal_s, longest_s)})
 
 
+def at_speed(system: System, speed_mm_s: float) -> System:
+    """Return the system with strokes at a speed; where each contact is one stroke, it is as long as that takes."""
+    motion = system.motion
+    if not isinstance(motion, Strokes) or not one_stroke_a_contact(motion):
+        return at_place(system, {"motion.speed_mm_s": speed_mm_s})
+    there = motion.model_copy(update={"speed_mm_s": speed_mm_s, "contact_s": _contact_s(motion, speed_mm_s)})
+    return system.evolve({"motion.speed_mm_s": speed_mm_s, "motion.contact_s": there.contact_s, **there.in_contacts()})
+
+
+def _contact_s(motion: Strokes, speed_mm_s: float) -> float:
+    """Return how long a stroke as long as these takes at a speed."""
+    return motion.contact_s * motion.speed_mm_s / speed_mm_s
+
+
 def with_longest_contact(system: System, speeds_mm_s: Sequence[float]) -> System:
     """Return the system with contacts as long as those of the slowest speed, where each contact is one stroke.
 
@@ -69,7 +83,7 @@ def with_longest_contact(system: System, speeds_mm_s: Sequence[float]) -> System
     slowest = min(speeds_mm_s, default=math.inf)
     if not isinstance(motion, Strokes) or not one_stroke_a_contact(motion) or slowest >= motion.speed_mm_s:
         return system
-    longer = motion.model_copy(update={"contact_s": motion.contact_s * motion.speed_mm_s / slowest})
+    longer = motion.model_copy(update={"contact_s": _contact_s(motion, slowest)})
     return system.evolve({"motion.contact_s": longer.contact_s, **longer.in_contacts()})
 
 

@@ -36,7 +36,7 @@ def figure_fidelity_map(fidelity: xr.Dataset, title: str) -> Figure:
     r2 = fidelity["r2_identity"]
     best = optimum(r2)
     _colours(figure, axes, r2, best.r2)
-    axes.plot([], [], color=BLACK, lw=1.3, path_effects=CASED, label=f"best: $R^2$ within {R2_STEP:g} of the largest")
+    axes.plot([], [], color=BLACK, lw=1.3, path_effects=CASED, label=f"$R^2$ within {R2_STEP:g} of the best")
     axes.plot(
         best.kp,
         best.ki,
@@ -126,10 +126,10 @@ def _cut(axes: Axes, cut: xr.Dataset, name: str) -> None:
 
 def _where(useful: Range) -> str:
     """Return the range in words: no gain is the best of a curve that is flat to its end."""
-    low, high = (None if end is None else number(end) for end in useful)
-    if low is None or high is None:
-        return f"from $K_p$ = {low} on" if low else f"up to $K_p$ = {high}" if high else "at any $K_p$"
-    return f"from $K_p$ = {low} to {high}"
+    low = "" if useful.low is None else f"from $K_p$ = {number(useful.low)}"
+    if useful.high is None:
+        return f"{low} on" if low else "at any $K_p$"
+    return f"{low} to {number(useful.high)}" if low else f"up to $K_p$ = {number(useful.high)}"
 
 
 def _key(axes: Axes) -> None:
