@@ -241,6 +241,16 @@ def _kinked_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
 
 
 @step
+def _graded_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
+    """A kink that goes by the width of the clamp: without one it would not be seen."""
+    (integral,) = state
+    low, high = gains
+    error = setpoint_n - measurement.force
+    integral += 0.02 * error
+    return OneState(integral), ForceCommand(min(max(integral + 0.1 / (high - low) * abs(error), low), high), 0.0)
+
+
+@step
 def _running_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
     (time,) = state
     low, high = gains
@@ -259,6 +269,7 @@ def _stopped_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no
     [
         (_twisting_step, "not smooth"),
         (_kinked_step, "not smooth"),
+        (_graded_step, "not smooth"),
         (_running_step, "does not come to rest"),
         (_stopped_step, "is saturated at rest"),
     ],
@@ -267,6 +278,20 @@ def test_what_has_no_linear_analysis_is_refused(monkeypatch: pytest.MonkeyPatch,
     loop = with_law(monkeypatch, Law("lookup", law_step, OneState, Clamp))
     with pytest.raises(fl.FrictionloopError, match=rf'^controller\.kind = "lookup": [^\n]*{says}[^\n]*$'):
         loop.is_stable()
+
+
+@pytest.mark.parametrize("force_n", ["floor", "above f0"])
+def test_at_the_edge_of_its_clamp_a_law_has_the_feedback_of_its_inside(force_n: str) -> None:
+    """Where the least force is asked for, or more than f0, overdrive of the expected reading is clipped to one side."""
+    system = steady(dict(DESIGNED_NOTCH), disturbance=fl.Constant(offset_n=0.0))
+    if force_n == "above f0":
+        at = system.evolve({"friction.nominal_n": 1.5 * system.controller.model.nominal_n})
+        edge = linearise(at, force_n=1.1 * system.controller.model.nominal_n)
+    else:
+        edge = linearise(system, force_n=system.controller.model.floor_n)
+    frequency = np.array([2.0, 40.0, 145.0, 900.0])
+    found, inside = (loop.law.response(frequency)[:, 0, 1] for loop in (edge, linearise(system, force_n=MEAN_N)))
+    np.testing.assert_allclose(found, inside, rtol=1e-6)
 
 
 def test_overdrive_is_the_inverse_of_the_plate() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -104,25 +102,6 @@ def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_w
     found = check_fingers(calm, [PEOPLE[5], light, weak, weak], FEW)
     said = " ".join(" ".join(row) for row in rows(found, calm, "seed 0", "contact dahl", ""))
     assert said.startswith("on fingers the limits hold on all 1 that can be looked at, of 4 fingers of seed 0")
-
-
-def test_a_force_that_is_not_asked_for_needs_no_linear_analysis():
-    """The nearest force that a strong finger can be given: its command is at the limit, where a law bends."""
-    person = fl.fingers(19, 0)[18]
-    laws = {"controller.kind": "notch_pi", "controller.feedforward": True, "controller.overdrive": True}
-    wanted = replace(FEW, speeds_mm_s=(20.0, 120.0))
-    system = PI.evolve(laws | person)
-    loops = band_of(system, wanted.over(3, 2))
-    assert any(bent(loop) for loop in loops) and not all(bent(loop) for loop in loops)
-    found = check_fingers(PI.evolve(laws), [person], wanted)
-    assert found.unseen.values[0] == "" and np.isfinite(found.gain_factor.values[0])
-
-
-def bent(loop):
-    try:
-        return loop.law is None
-    except fl.FrictionloopError as error:
-        return "not smooth at rest" in str(error)
 
 
 def test_ctrl_c_keeps_the_fingers_that_were_looked_at():

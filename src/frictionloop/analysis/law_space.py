@@ -39,7 +39,7 @@ def law_space(system: System, loop: Elements, plant: SampledPlant) -> StateSpace
     Raises
     ------
     FrictionloopError
-        The law has no rest there, is saturated there, or is not smooth.
+        The law has no rest there, is saturated there, or is not smooth but for the edge of its clamp.
     """
     controller = system.controller
     if is_pi(controller):
@@ -64,11 +64,30 @@ def pi_space(kp: float, ki: float, period_s: float) -> StateSpace:
 
 def jacobian_space(rest: Rest) -> StateSpace:
     """Return the law around its rest, without states that are idle there."""
-    matrix = jacobian(rest.step, rest.point, f'controller.kind = "{rest.kind}"')
+    what = f'controller.kind = "{rest.kind}"'
+    try:
+        matrix = jacobian(rest.step, rest.point, what)
+    except FrictionloopError:
+        matrix = jacobian(rest.step.opened(), rest.point, what)
+        if not _on_one_side(matrix, rest):
+            raise
     A, B, C, D = matrix[:-1, :-2], matrix[:-1, -2:], matrix[-1:, :-2], matrix[-1:, -2:]
     kept = _at_work(A, B, C)
     A, B, C = A[np.ix_(kept, kept)], B[kept], C[:, kept]
     return StateSpace(A, B, np.vstack([C, C]), np.vstack([D, D]), rest.step.period_s, INPUTS, OUTPUTS)
+
+
+def _on_one_side(matrix: Array, rest: Rest) -> bool:
+    """Tell whether a law at the edge of its clamp has these slopes to one side at least, as to the inside."""
+    step, point = rest.step, rest.point
+    centre, shifts, out = step(point), SIDE * sizes(point), np.append(sizes(point[:-2]), sizes(point[-1:]))
+    for slopes, shift, way in zip(matrix.T, shifts, np.eye(point.size), strict=True):
+        sides = [(step(point + sign * shift * way) - centre) / (sign * shift) for sign in (1.0, -1.0)]
+        size = shift / SIDE / out
+        largest = max(1.0, float(np.max(np.abs(slopes) * size)))
+        if not any(np.max(np.abs(side - slopes) * size) <= KINK * largest for side in sides):
+            return False
+    return True
 
 
 def overdriven(space: StateSpace, controller: Controller) -> StateSpace:
@@ -109,6 +128,8 @@ FINEST, COARSEST, SHARES = 1e-8, 1e-3, 11
 """Steps of the differences over the size of what is varied: rounding limits small ones, curvature large ones."""
 ALIKE, KINK = 1e-5, 1e-3
 """How far two neighbouring steps may differ, and the slopes on both sides, relative to the largest slope."""
+SIDE = 1e-6
+"""Step, over the size of what is varied, by which a law is looked at to either side of the edge of its clamp."""
 STRAIGHT = 1e-11
 """How far slopes over the two coarsest steps, and to both sides, may differ of a law that is a straight line there."""
 NOTHING = 1e-11

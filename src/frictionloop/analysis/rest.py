@@ -23,7 +23,7 @@ from frictionloop.quantities import FrictionloopError, trees
 from frictionloop.sensing.measurement import Measurement
 
 OPEN_N = 1e3
-"""Clamp, +- N, of the first search: a law at its clamp does not show where it would go."""
+"""A clamp, +- N, that does not act: a law at its own does not show where it would go."""
 INSIDE = 1e-3
 """Share of the clamp by which an operating point at its edge is looked at from inside."""
 SETTLE_S, GAINS = 4.0, (1.0, 0.1)
@@ -63,6 +63,10 @@ class LawStep:
         measured = Measurement(float(point[-1]), 0.0, self.speed_m_s, self.load_n, 1.0)
         after, u, saturated = self.tick(state.tolist(), measured, float(point[-2]))
         return np.append(np.array(after)[self.free], u), saturated
+
+    def opened(self) -> LawStep:
+        """Return the step with its clamp taken away."""
+        return replace(self, gains=self.gains._replace(low=-OPEN_N, high=OPEN_N))
 
     def tick(self, state: Sequence[float], measured: Measurement, setpoint_n: float) -> tuple[list[float], float, bool]:
         """Return all states a tick later, u, and whether the law says that it is saturated."""
@@ -126,8 +130,7 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant) -> Rest:
 
 def _beginnings(step: LawStep, first: Array, wanted: float, plant: SampledPlant) -> Any:
     """Yield points near which the rest may be: without a clamp from the start, then after a run of the loop."""
-    wide = step.gains._replace(low=-OPEN_N, high=OPEN_N)
-    opened = _settled(replace(step, gains=wide), first, wanted)
+    opened = _settled(step.opened(), first, wanted)
     if opened is not None:
         yield opened
     yield first

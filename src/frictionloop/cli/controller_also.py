@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise, output_noise_rms_n
-from frictionloop.analysis.operating import law_at, reach_n
+from frictionloop.analysis.operating import asked, law_at, reach_n
 from frictionloop.analysis.reach import missed
 from frictionloop.design.corners import corners, moistest
 from frictionloop.design.elsewhere import NEAR
@@ -47,12 +47,8 @@ def fully_moist(system: System, wanted: Wanted) -> str:
         return ""
     said = f"the file's finger at 100 % occlusion (not lifted for about {SETTLED * friction.occlusion_s:.3g} s)"
     there = wanted.over(3, 3).systems(system)
-    try:
-        found = corners(system, wanted.limits, wanted.over(3, 3), states=(1.0,))
-    except FrictionloopError as error:
-        beyond = [each for place in there for each in missed(place, [1.0])]
-        if not beyond:
-            return f"{said} cannot be looked at: {error}"
+    beyond = [each for place in there for each in missed(place, [1.0])]
+    if len(beyond) == sum(len(set(asked(place))) for place in there):
         forces = ", ".join(dict.fromkeys(f"{each.in_words[0]} N" for each in beyond))
         nearest = min(beyond, key=lambda each: abs(each.instead_n - each.force_n)).in_words[1]
         lift = "" if any(missed(place, [0.0]) for place in there) else ", or lift the finger before"
@@ -60,6 +56,10 @@ def fully_moist(system: System, wanted: Wanted) -> str:
             f"{said}: {forces} are out of reach, {nearest} N is the nearest: the command stays at its limit, and no "
             f"loop is closed; ask for another force{lift}"
         )
+    try:
+        found = corners(system, wanted.limits, wanted.over(3, 3), states=(1.0,))
+    except FrictionloopError as error:
+        return f"{said} cannot be looked at: {error}"
     unstable = [each.off for each in found if math.isinf(each.sensitivity_peak)]
     if unstable:
         how = f"{said}: UNSTABLE{off_said(min(unstable, key=abs))}"

@@ -131,7 +131,7 @@ def _dataset(found: Sequence[_Found]) -> xr.Dataset:
 def _of(there: System, wanted: Wanted) -> _Found:
     """Return one finger's worst corner."""
     over = wanted.over(SEARCHED, ENDS)
-    # With its command at a limit a law has no linear analysis, as its step is not smooth there.
+    # With its command at a limit the loop is open: what a law would do there says nothing of its gains.
     cases = cases_of(there, wanted.limits, over, wanted.lean, _asked_for)
     if not cases:
         raise FrictionloopError("no force asked for is in reach of this finger, so the command stays at its limit")

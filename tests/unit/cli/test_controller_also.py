@@ -76,11 +76,11 @@ def test_other_places_are_grouped_by_contact():
     assert also_said(Designed({})) == []
 
 
-def test_a_fully_moist_finger_out_of_reach_is_said_so_in_place_of_the_analysis_that_fails():
+def test_a_fully_moist_finger_out_of_reach_is_said_so_in_place_of_margins():
     law = {"controller.kind": "notch_pi", "controller.feedforward": True, "controller.overdrive": True}
     moist = fl.bench().evolve(law | {"friction.nominal_n": 1.1, "plate.max_amplitude_um": 1.6})
     said = also.fully_moist(moist.evolve({"controller.model.max_amplitude_um": 1.6}), Wanted())
-    assert "are out of reach" in said and "no loop is closed" in said and "smooth" not in said
+    assert "are out of reach" in said and "no loop is closed" in said
 
 
 @pytest.mark.parametrize(("density", "said"), [(1e-6, False), (1e-2, True)])
