@@ -67,13 +67,13 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
 def test_a_verdict_names_the_fingers_a_force_is_out_of_reach_of_and_what_to_change():
     system = bench(0.2)
     states = occlusions(system)
-    (name, said), (_, many) = beyond_reach([system], states)
+    (name, said), (_, ask), (_, many) = beyond_reach([system], states)
     assert name == "OUT OF REACH"
     assert said.startswith("0.3 N of a moist finger (occluded 39%): 0.401 N is looked at, near the least")
-    assert "Ask for more" in said and "max_amplitude_um" in said and "sweep FILE --fingers" in many
+    assert "Ask for more" in ask and "max_amplitude_um" in ask and "sweep FILE --fingers" in many
     assert beyond_reach([system.evolve({"setpoint.offset_n": 0.65, "setpoint.amplitude_n": 0.1})], states) == []
     too_much = beyond_reach([system.evolve({"setpoint.offset_n": 0.95, "setpoint.amplitude_n": 0.3})], [0.0])
-    assert "Ask for less" in too_much[0][1] and "max_amplitude_um" not in too_much[0][1]
+    assert "Ask for less" in too_much[1][1] and "max_amplitude_um" not in too_much[1][1]
 
 
 def test_over_speeds_the_least_force_is_that_of_the_speed_with_most_friction():

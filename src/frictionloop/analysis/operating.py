@@ -98,24 +98,27 @@ def check_reach(system: System) -> None:
         raise FrictionloopError(
             f"system: saturation is the limit: set-point less disturbance is {' to '.join(ends)} "
             f"N, and vibration can leave only {low:.3g} to {high:.3g} N{_under(system)}"
-            + (_would_reach(system, wanted.high_n, low) if wanted.high_n <= low else "; ask for less")
+            + (_would_reach(system, wanted, low) if wanted.high_n <= low else "; ask for less")
         )
 
 
-def _would_reach(system: System, force_n: float, low_n: float) -> str:
-    """Return which amplitude, or which finger, has a force that is below the reach; "" where neither is known."""
+def _would_reach(system: System, wanted: Asked, low_n: float) -> str:
+    """Return which amplitude, or which finger, has forces that are below the reach; "" where neither is known."""
     friction = system.friction
-    if force_n <= 0.0 or not (isinstance(friction, FingerFriction) and isinstance(system.motion, Strokes)):
+    if wanted.high_n <= 0.0 or not (isinstance(friction, FingerFriction) and isinstance(system.motion, Strokes)):
         return ""
-    amplitude_um = float(amplitude_for(force_n, law_at(system)))
-    said = (
-        [f"more than {amplitude_um:.3g} um (max_amplitude_um of plate and controller.model)"]
-        if amplitude_um > 0.0
-        else []
-    )
-    said.append(f"a finger of friction.nominal_n below {friction.nominal_n * force_n / low_n:.3g} N")
-    many = "`frictionloop sweep FILE --fingers 100` says how many people bring one"
-    return f"; it takes {', or '.join(said)}, told to controller.model.nominal_n too: {many}"
+
+    def takes(force_n: float, largest: str = "") -> str:
+        amplitude_um = float(amplitude_for(force_n, law_at(system)))
+        plate = [f"more than {amplitude_um:.3g} um{largest}"] if amplitude_um > 0.0 else []
+        own = f"a finger of friction.nominal_n below {friction.nominal_n * force_n / low_n:.3g} N"
+        return ", or ".join([*plate, own])
+
+    said = takes(wanted.high_n, " (max_amplitude_um of plate and controller.model)")
+    said = f"it takes {said}, told to controller.model.nominal_n too"
+    if 0.0 < wanted.low_n < wanted.high_n:
+        said = f"for the highest of these {said}; for all of them {takes(wanted.low_n)}"
+    return f"; {said}: `frictionloop sweep FILE --fingers 100` says how many people bring one"
 
 
 def operating_amplitude_um(

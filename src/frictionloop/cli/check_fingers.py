@@ -106,7 +106,8 @@ def _missed(seen: xr.Dataset) -> list[Row]:
     missed = int((~seen["in_reach"]).sum())
     if not missed:
         return []
-    said = f"{missed} cannot be given every force asked for at every load looked at, dry and moist; they were "
+    who = "none of them can" if missed == seen.sizes["finger"] > 1 else f"{missed} cannot"
+    said = f"{who} be given every force asked for at every load looked at, dry and moist; they were "
     return [("", said + "looked at where they can; other forces asked for may serve more"), ("", SERVED)]
 
 

@@ -96,7 +96,7 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
 
     The systems are one at several loads and speeds.
     """
-    rows = []
+    rows, ask = [], {}
     larger = LARGER + (DRIER if all(map(has_people, systems)) else ".")
     for state in states:
         beyond = out_of_reach(systems, state)
@@ -108,13 +108,10 @@ def beyond_reach(systems: Sequence[System], states: Sequence[float]) -> list[tup
                     dict.fromkeys(each.in_words[1] + f" N{place_said(systems, there)}" for there, each in here)
                 )
                 rows.append(f"{forces} of {finger(state)}: {', '.join(instead)} {'are' if len(instead) > 1 else 'is'} "
-                            f"looked at, near the {end} it can be given; a run does not follow there. Ask for {other} "
-                            f"(setpoint.offset_n, amplitude_n){larger if low else '.'}")  # fmt: skip
-    return (
-        [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate(filter(None, [*rows, many_said(systems)]))]
-        if rows
-        else []
-    )
+                            f"looked at, near the {end} it can be given; a run does not follow there.")  # fmt: skip
+                ask[other] = f"Ask for {other} (setpoint.offset_n, amplitude_n){larger if low else '.'}"
+    told = [*rows, *ask.values(), *filter(None, [many_said(systems)])] if rows else []
+    return [("OUT OF REACH" if k == 0 else "", row) for k, row in enumerate(told)]
 
 
 def many_said(systems: Sequence[System]) -> str:

@@ -167,7 +167,7 @@ def given(
     for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides, origin)):
         screen.note(line)
     ask(system)
-    for line in differing(system, named_by([*_flat(changes)], overrides), designed):
+    for line in differing(system, named_by(_flat(changes), overrides), designed):
         screen.note(line)
     return system, changed(origin, overrides)
 
@@ -194,10 +194,12 @@ def stated(file: Path | None, flags: Iterable[str] | None) -> set[str]:
     return {*(_flat(changes) if start else ()), *overrides_of(flags)}
 
 
-def _flat(changes: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the dotted names of values, also of those in a block within a block."""
+def _flat(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted names, also those in a block within a block."""
+    flat: dict[str, Any] = {}
     for name, value in changes.items():
-        yield from (f"{name}.{each}" for each in value) if isinstance(value, Mapping) else (name,)
+        flat |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
+    return flat
 
 
 def changed(origin: str, overrides: Mapping[str, Any]) -> str:

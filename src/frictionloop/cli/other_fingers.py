@@ -81,6 +81,7 @@ class OtherFingers:
 
     def look(self, system: System, people: Sequence[Any] | None, wanted: Wanted) -> xr.Dataset | None:
         """Return what is found on them, after Ctrl-C on those that were looked at; None if none are asked for."""
+        from frictionloop.cli import screen
         from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
 
         if people is None:
@@ -88,6 +89,9 @@ class OtherFingers:
         try:
             return check_fingers(system, people, wanted)
         except FingersInterrupted as stop:
+            seen = stop.partial.sizes["finger"]
+            screen.note(f"stopped after {seen} of {len(people)} fingers, and goes on with these; Ctrl-C again ends it")
+            screen.tell_notes()
             return stop.partial
 
     def stop(self, found: xr.Dataset | None) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from frictionloop.cli import screen
-from frictionloop.parameters import System
+from frictionloop.parameters import System, bench
 from frictionloop.quantities import unit_of
 
 USUAL = {
@@ -73,17 +73,23 @@ SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}} | {law: {"resonanc
 """What a design takes from the sensor and saves."""
 
 
-def named_by(file: Collection[str], flags: Collection[str]) -> set[str]:
-    """Return what a file and flags name, without what a file has a controller believe of a plant that flags change."""
+def named_by(file: Mapping[str, Any], flags: Collection[str]) -> set[str]:
+    """Return what a file and flags name, without what a file has a controller believe that nobody may have meant.
+
+    That is what the controller of the bench that comes with it believes, as a file written whole has it, and what it
+    believes of a plant that flags change.
+    """
     pairs = [*((f"controller.model.{name}", deciding) for name, (_, deciding) in BELIEVED.items()), AMPLITUDES]
     old = {model for model, deciding in pairs if model not in flags and any(each in flags for each in deciding)}
+    old |= {model for model, _ in pairs if model not in flags and file.get(model) == attrgetter(model)(bench())}
     return {*flags, *(each for each in file if each not in old)}
 
 
 def differing(system: System, named: Collection[str], designed: str | None = None) -> Iterator[str]:
     """Yield a line for each value that the plant and the controller's model have differently and the law uses.
 
-    Only one of the two was named: who names both means it so. A law that is to be ``designed`` uses what it will.
+    Only one of the two was named (`named_by`): who names both means it so. A law that is to be ``designed`` uses what
+    it will.
     """
     plate, thought = system.plate.max_amplitude_um, system.controller.model.max_amplitude_um
     told = {"plate.max_amplitude_um", "controller.model.max_amplitude_um"}.intersection(named)

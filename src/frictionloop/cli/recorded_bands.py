@@ -31,7 +31,7 @@ START_S, APART = 0.1, 0.05
 """Time in which a loop begins, and the share of what is left from which on it is told (both chosen)."""
 MEAN = 0.5
 """Share of the rms error from which on it is told that its mean is (chosen)."""
-OWN = "the finger's own taken off: "
+OWN = ", the finger's own taken off"
 
 
 def searched(run: xr.Dataset, mask: np.ndarray, response: str) -> tuple[np.ndarray, np.ndarray] | None:
@@ -119,9 +119,9 @@ def _at(split_hz: float, run: xr.Dataset, mask: np.ndarray, own: str, split: boo
             return f"The recording ends at {ends_hz:.3g} Hz, half its rate; from {split_hz:.3g} Hz on {larger}"
         return f"The recording has next to nothing above {split_hz:.3g} Hz, from where on {larger}"
     if split:
-        return f"By the linear loop |S| is 1 at {split_hz:.3g} Hz: from there on {larger}"
-    said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms), {own}"
-    return f"{said}from there on {larger}"
+        return f"|S| of the linear loop first reaches 1 at {split_hz:.3g} Hz: above, in all, {larger}"
+    said = f"Below {split_hz:.3g} Hz {below:.0%} of the recorded variation is left, above {above:.0%} (rms){own}. "
+    return f"{said}|S| of the linear loop first reaches 1 there: above, in all, {larger}"
 
 
 def ends_at_hz(system: System) -> float:

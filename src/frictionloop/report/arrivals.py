@@ -72,6 +72,10 @@ class Arrivals:
         """Return the median over effects and speeds."""
         return float(np.median(self.values(law, told)))
 
+    def at(self, law: str, told: str, speed_mm_s: float) -> float:
+        """Return the median over effects at one of the speeds."""
+        return float(np.median(self.values(law, told)[:, self.speeds_mm_s.index(speed_mm_s)]))
+
     @property
     def sentence(self) -> str:
         """The first number of the study in one sentence."""

@@ -197,3 +197,12 @@ def test_a_flag_that_changes_the_plant_of_a_file_written_whole_is_told_where_the
     assert frictionloop("simulate", "whole.toml", "--duration-s", "0.01").noted == []
     only_thought = ("--controller.model.max_amplitude_um", "2.2")
     assert frictionloop("simulate", "whole.toml", "--duration-s", "0.01", *only_thought).noted == []
+
+
+def test_a_plant_edited_in_a_file_written_whole_is_told_where_the_controller_believes_that_of_the_preset(frictionloop):
+    words = ("--plate.q", "46", "--controller.kind", "notch_pi", "--controller.overdrive", "true", "--save-system")
+    frictionloop("simulate", "--preset", "bench", *words, "faster.toml")
+    (said,) = frictionloop("simulate", "faster.toml", "--duration-s", "0.01").noted
+    assert said.startswith("plate.cutoff_hz is 500 Hz, and the controller believes 100 Hz; if it is to know:")
+    believed = ("--controller.model.plate_hz", "90")  # who says so on the line means it
+    assert frictionloop("simulate", "faster.toml", "--duration-s", "0.01", *believed).noted == []

@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.parameters import bench
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.figures.tracking import GROUND
@@ -66,12 +67,18 @@ def figure_closed_loop(
         _cloud(axes, tracked[name], top_n, "\n".join(filter(None, [_stable(row), held.get(name, "")])))
         kp, ki = row["kp"], row["ki"]
         gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp, 4)}, $K_i$ {number(ki, 4)} 1/s"
-        axes.set_title(TITLES[name] + gains, fontsize=8.5)
+        title = "printed gains" if name == GIVEN and _printed(kp, ki) else TITLES[name]
+        axes.set_title(title + gains, fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
     handles, words = panels[0].get_legend_handles_labels()
     figure.legend(handles, words, loc="outside lower center", ncols=3, markerscale=2.5)
     return figure
+
+
+def _printed(kp: Value, ki: Value) -> bool:
+    printed: Any = bench().controller
+    return (kp, ki) == (printed.kp, printed.ki)
 
 
 def _top_n(runs: xr.Dataset) -> float:
