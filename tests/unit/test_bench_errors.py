@@ -17,7 +17,10 @@ VALUES = [
     ({"sensor.adc_bits": 16.5}, "sensor.adc_bits = 16.5"),
     ({"motion.load_n": -0.5}, "motion.load_n = -0.5 N: must be greater than 0"),
     ({"motion.load_drift": 0.5}, "motion.load_drift = 0.5: must be less than 0.5"),
-    ({"motion.reversal_s": 10.0}, "reversal_s = 10 s leaves no stroke of 60 mm at 20 mm/s: must be at most 4.8"),
+    (
+        {"motion.reversal_s": 10.0},
+        "reversal_s = 10 s leaves no stroke of 60 mm at 20 mm/s: must be at most 4.8, or stroke_mm at least 125",
+    ),
     ({"motion.contact_s": 0.05}, "contact_s = 0.05 s is shorter than landing and lift-off"),
     ({"motion.kind": "sliding"}, 'friction.kind = "finger" needs a speed and a load: motion.kind must be "strokes"'),
     (

@@ -76,7 +76,7 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
         elif found.also_held:
             also = f"Ms stays below {NEAR:g} with the resonance {OFF:.0%} off, also on {'; on '.join(found.also_held)}."
             said += textwrap.wrap(also, WIDTH)
-        said += textwrap.wrap(LEADS, WIDTH)
+        said += textwrap.wrap(LEADS, WIDTH) if found.springs else []
     elif found.law != "pi":
         said += textwrap.wrap(AGAIN, WIDTH)
     return said

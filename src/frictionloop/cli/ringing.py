@@ -52,6 +52,8 @@ class Ringing(NamedTuple):
     """Contacts and speeds at which they do not."""
     also_held: tuple[str, ...] = ()
     """Other contacts and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
+    springs: bool = False
+    """Whether the sensor resonates, so that a design has a notch."""
 
 
 def by_itself(found: Ringing | None) -> bool:
@@ -65,7 +67,7 @@ def of_system(system: System) -> Ringing | None:
     from frictionloop.analysis.stability import ringing_hz
     from frictionloop.design import retune
     from frictionloop.design.elsewhere import NEAR, elsewhere, in_words
-    from frictionloop.parameters import PiController
+    from frictionloop.parameters import PiController, SuspendedSensor
 
     controller = system.controller
     try:
@@ -85,6 +87,7 @@ def of_system(system: System) -> Ringing | None:
     known, rings_hz = peak if stable else None, ringing_hz(points)
     if not isinstance(controller, PiController):
         return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
+    springs = isinstance(system.sensor, SuspendedSensor)
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
         there = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
@@ -93,7 +96,7 @@ def of_system(system: System) -> Ringing | None:
         also = () if not_held or there.unseen else tuple(in_words(within))
     except FrictionloopError:
         held, not_held, also = {}, (), ()
-    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also)
+    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also, springs)
 
 
 def points_of(system: System) -> list[LinearLoop]:

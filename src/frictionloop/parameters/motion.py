@@ -68,7 +68,9 @@ class Strokes(Block):
         if self.reversal_s > longest:
             raise ValueError(
                 f"reversal_s = {self.reversal_s:g} s leaves no stroke of {self.stroke_mm:g} mm at "
-                f"{self.speed_mm_s:g} mm/s: must be at most {longest:.6g}"
+                f"{self.speed_mm_s:g} mm/s: must be at most {longest:.6g}, or stroke_mm at least "
+                f"{TURN_SHARE * self.speed_mm_s * self.reversal_s:.6g}; on a path that grows with the speed strokes "
+                "take as long"
             )
         return self
 

@@ -286,3 +286,14 @@ def test_a_delay_beyond_the_linear_analysis_is_told_where_commands_are_clamped(f
     assert "of the commands are clamped. Whether this loop rings is not known: a delay of 2000" in " ".join(out.split())
     quick = frictionloop("simulate", "--preset", "bench", "--controller.delay_s", "4e-4", "--duration-s", "1").out
     assert "-> 500 us with half the hold" in quick and "is not known" not in quick
+
+
+def test_a_sensor_without_a_resonance_needs_no_law_with_a_notch(frictionloop):
+    said = " ".join(
+        frictionloop(
+            "simulate", "--preset", "feasible", "--controller.delay_s", "2e-4", "--duration-s", "1"
+        ).out.split()
+    )
+    assert "This loop rings" in said and "Gains that hold:" in said and "notch" not in said
+    with_springs = " ".join(frictionloop("simulate", "--preset", "bench", "--duration-s", "2").out.split())
+    assert "its law has a notch" in with_springs

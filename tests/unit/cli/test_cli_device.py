@@ -180,10 +180,11 @@ def test_a_parameter_of_several_numbers(frictionloop):
 
 def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
     path = tmp_path / "mine.toml"
-    fl.write_toml(fl.bench().evolve({"setpoint.offset_n": 0.4, "plate.max_amplitude_um": 2.0}), path)
+    weaker = {f"{name}.max_amplitude_um": 2.0 for name in ("plate", "controller.model")}
+    fl.write_toml(fl.bench().evolve({"setpoint.offset_n": 0.4, **weaker}), path)
     said = frictionloop("device", "set", "sim:", "--system", path, "law.low_n=0.2", "--json").json()
     assert said["system"] == str(path)
-    model = fl.bench().controller.model
+    model = fl.bench().controller.model  # that of the device before
     lowest = model.nominal_n * np.exp(-model.susceptibility_per_um2 * model.max_amplitude_um**2)
     assert said["before"]["law.low_n"] == pytest.approx(lowest, rel=1e-3)
     assert said["after"]["law.low_n"] == pytest.approx(0.2, abs=2**-28)
