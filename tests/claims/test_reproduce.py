@@ -151,7 +151,7 @@ def test_all_that_comes_out_is_named_of_the_text_and_of_the_device_apart(results
     of_text, of_device, _, not_out = re.findall(r"<li>(.*?)</li>", told, re.DOTALL)
     for part, group, verdict in ((of_text, False, "comes out"), (of_device, True, "comes out")):
         titles = [c.title for c in claims if c.verdict == verdict and (c.group is Group.DEVICE) == group]
-        assert part.count("“") == len(titles) > 1
+        assert part.count("“") == len(titles) > 0
         assert all(str(maths(title)) in part for title in titles)
     assert all(str(maths(c.title)) in not_out for c in claims if c.verdict == "does not come out")
 

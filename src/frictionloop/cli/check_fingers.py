@@ -24,8 +24,14 @@ if TYPE_CHECKING:
 Row = tuple[str, ...]
 REASONS = 3
 """Most reasons that are told."""
-SAVED = "`frictionloop design check {}` with these gains and `--out my-gains.toml` checks and writes them to a file"
-SERVED = "`frictionloop sweep FILE --fingers N`, with your --loads, says for how many people a loop works"
+SAVED = (
+    "`frictionloop design check {}`, with these gains and `--out my-gains.toml`, checks them on others and writes them "
+    "to a file"
+)
+SERVED = (
+    "whom a loop holds on is not yet served by it: `frictionloop sweep FILE --fingers N`, with your --loads, says for "
+    "how many people it works"
+)
 MANY = 100
 """Other fingers that are proposed to look at (chosen)."""
 MOST = 0.9
@@ -36,7 +42,7 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     """Return rows of a verdict: on how many fingers the limits hold, the worst of them, and gains for more of them.
 
     ``drawn`` says from what the fingers were drawn, ``where`` at which contacts, speeds and loads they were looked at,
-    ``again`` are the system and the flags that look at them so again.
+    ``again`` are the system and the flags that look at others so.
     """
     count = found.sizes["finger"]
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))

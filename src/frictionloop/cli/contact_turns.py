@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 from frictionloop.cli import screen
 from frictionloop.firmware.board_fit import scale_for
 from frictionloop.parameters import Strokes, System
@@ -9,12 +12,18 @@ from frictionloop.parameters.motion import one_stroke_a_contact
 
 SEVERAL = 2.0
 """Strokes of a contact from which on it is meant to be back and forth (chosen)."""
+SPEED = "motion.speed_mm_s"
 
 
-def ask(system: System) -> None:
-    """Note the question, for stderr: of a run, since a design has no turns."""
+def ask(system: System, axes: Mapping[str, Sequence[Any]] | None = None) -> None:
+    """Note the question, for stderr: of a run, since a design has no turns; or of a speed that is swept."""
     if said := question(system):
         screen.note(said)
+        return
+    for speed_mm_s in (axes or {}).get(SPEED, ()):
+        if said := question(system.evolve({SPEED: speed_mm_s})):
+            screen.note(f"with {SPEED} = {speed_mm_s:g}: {said}. Each speed has its own path: sweep one at a time")
+            return
 
 
 def beside(stroke_mm: float, system: System) -> dict[str, float]:

@@ -152,7 +152,8 @@ def speeds_said(system: System, wanted: Wanted, file: str) -> list[str]:
     said = [f"A simulation runs at {system.motion.speed_mm_s:g} mm/s, `motion.speed_mm_s` in the file."]
     if wanted.speeds_mm_s:
         values = ",".join(f"{each:.3g}" for each in wanted.spread_mm_s(3))
-        said.append(f"For the others: frictionloop sweep {file} --over motion.speed_mm_s={values}")
+        lifts = ", which keeps the time of contacts and path of the file at each" * (system.motion.contact_s > 0.0)
+        said.append(f"For the others: frictionloop sweep {file} --over motion.speed_mm_s={values}{lifts}")
     if has_people(system):
         loads = f" --loads {','.join(f'{each:g}' for each in wanted.loads_n)}" * bool(wanted.loads_n)
         said.append(

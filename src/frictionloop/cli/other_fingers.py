@@ -122,11 +122,12 @@ class OtherFingers:
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
         again = controller_holds.wanted_flags(asked, wanted)
+        other = replace(self, fingers_seed=(self.fingers_seed or 0) + 1)  # gains that hold on some are tried on others
         if lowered and lowered.factor < 1.0:
-            other = replace(self, fingers=check_fingers.MANY, fingers_seed=(self.fingers_seed or 0) + 1).again()
-            rows = check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + other)
+            many = replace(other, fingers=check_fingers.MANY).again()
+            rows = check_fingers.lowered_rows(found, system, lowered.factor, drawn, where, again + many)
             return [*rows, *_own_loads(system, wanted)]
-        rows = check_fingers.rows(found, system, drawn, where, given + again + self.again())
+        rows = check_fingers.rows(found, system, drawn, where, given + again + other.again())
         return [*rows, *check_fingers.not_lowered(lowered)]
 
     def again(self) -> str:

@@ -116,7 +116,7 @@ def command(
     if out is not None and not resume:
         outcome.check_finished(out)
     recorded_units.ask(system)
-    contact_turns.ask(system)
+    contact_turns.ask(system, axes)
     screen.tell_notes()
     options: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
     found = _swept(system, points, duration_s, seeds, names, **options)

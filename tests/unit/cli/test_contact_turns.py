@@ -54,3 +54,12 @@ def test_a_design_refuses_a_stroke_that_no_run_takes_before_it_searches(friction
     answer = frictionloop("design", "controller", "--preset", "bench", "--motion.stroke_mm", "300")
     assert answer.code == 2 and "searching" not in answer.err and "designing" not in answer.err
     assert "motion.stroke_mm = 300 mm: the plate between the load cells is" in answer.err
+
+
+def test_a_speed_that_is_swept_is_asked_about_too(frictionloop):
+    one = fl.bench().evolve(LIFTS | {"motion.speed_mm_s": 20.0, "motion.tremor_um": 0.0})
+    fl.write_toml(one.evolve(told_changes(one)), "one.toml")
+    words = ("sweep", "one.toml", "--duration-s", "0.1", "--over")
+    (said,) = [each for each in frictionloop(*words, "motion.speed_mm_s=20,40").noted if "turns" in each]
+    assert said.startswith("with motion.speed_mm_s = 40: motion.contact_s is 2 s") and "sweep one at a time" in said
+    assert not any("turns" in each for each in frictionloop(*words, "motion.load_n=0.4,0.5").noted)

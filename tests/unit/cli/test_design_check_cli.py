@@ -208,8 +208,11 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
     )
     assert f"on {8 - held - rings} the loop is stable, beyond a limit; on {rings} it is unstable" in said
     least = min(range(8), key=lambda k: found["gain_factor"][k])
-    system = "--preset bench --controller.kind pi --contacts dahl --fingers 8"
-    assert f"`frictionloop design check {system}` with these gains and `--out my-gains.toml`" in said
+    system = "--preset bench --controller.kind pi --contacts dahl --fingers 8 --fingers-seed 1"
+    assert (
+        f"`frictionloop design check {system}`, with these gains and `--out my-gains.toml`, checks them on others"
+        in said
+    )
     assert f"the worst is finger {least}:" in said and "on all 8 the limits hold with `--controller.kp" in said
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 80
 

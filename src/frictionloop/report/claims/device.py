@@ -26,22 +26,26 @@ BENCHES: dict[str, Mapping[str, Any]] = {
     "without either": CONTROLLERS[IDEAL],
 }
 """The bench and what keeps the printed gains from holding on it."""
+ONE_SINE, PER_NEWTON = ", within one sine", ", per newton of slope"
 
 
 def pi_reduces_variability(results: Results) -> Numbers:
     """Return the spread of the force with the lookup table alone over that with the PI."""
     tracked, people = results.tracked, results.people
-    found = {}
+    found, opened = {}, fit(tracked[OPEN])
     for name in (RETUNED_GAINS, PRINTED):
-        found[f"{name}, one finger"] = fit(tracked[OPEN]).spread_n / fit(tracked[name]).spread_n
+        closed = fit(tracked[name])
+        found[f"{name}, one finger"] = opened.spread_n / closed.spread_n
+        found[f"{name}, one finger{PER_NEWTON}"] = opened.spread_n / opened.slope * closed.slope / closed.spread_n
         some = float((people[OPEN]["spread_n"] / people[name]["spread_n"]).median())
         found[f"{name}, median of {people[name].sizes['finger']} fingers"] = some
     return numbers(
         found,
-        before=1e3 * fit(tracked[OPEN]).rms_n,
+        compared=[PER_NEWTON.removeprefix(", ")],
+        before=1e3 * opened.rms_n,
         left=1e3 * fit(tracked[RETUNED_GAINS]).rms_n,
         ringing=1e3 * fit(tracked[PRINTED]).rms_n,
-        open_spread=fit(tracked[OPEN]).spread_n,
+        open_spread=opened.spread_n,
         spread=fit(tracked[RETUNED_GAINS]).spread_n,
     )
 
@@ -104,27 +108,26 @@ def _within(runs: xr.Dataset) -> float:
 
 
 def closed_loop_r2(results: Results) -> Numbers:
-    """Return both kinds of fit of the closed loop, levels pooled."""
+    """Return both kinds of fit of the closed loop, levels pooled and within one sine, the mean of the three."""
     fits = {name: fit(results.tracked[name]) for name in CLOSED}
     errors_mn = {name: 1e3 * found.rms_n for name, found in fits.items()}
+    within = {name: _levels(results.tracked[name]) for name in CLOSED}
+    one_sine = {f"{name}{ONE_SINE}": value for name, value in _both_fits(within).items()}
+    low, middle, high = (each.identity for each in within[RETUNED_GAINS])
     return numbers(
-        _both_fits({name: [found] for name, found in fits.items()}),
+        _both_fits({name: [found] for name, found in fits.items()}) | one_sine,
         retuned=errors_mn[RETUNED_GAINS],
         printed=errors_mn[PRINTED],
         ideal=errors_mn[IDEAL],
         within=_within(results.tracked[RETUNED_GAINS]),
+        low=low,
+        middle=middle,
+        high=high,
         open_pooled=fit(results.tracked[OPEN]).regression,
         open_within=_within(results.tracked[OPEN]),
         ringing_spread=fits[PRINTED].spread_n,
         ringing_slope=fits[PRINTED].slope,
     )
-
-
-def closed_loop_r2_within(results: Results) -> Numbers:
-    """Return both kinds of fit within one sine, mean of the three."""
-    within = {name: _levels(results.tracked[name]) for name in CLOSED}
-    low, middle, high = (each.identity for each in within[RETUNED_GAINS])
-    return numbers(_both_fits(within), low=low, middle=middle, high=high)
 
 
 def _both_fits(fits: Mapping[str, list[Fit]]) -> dict[str, float]:

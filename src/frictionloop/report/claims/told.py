@@ -118,10 +118,14 @@ def counts(claims: Sequence[Claim]) -> dict[str, int]:
 def counted(number: int, words: str) -> str:
     """Return a number and what is said of so many.
 
-    >>> counted(1, "do not come out"), counted(2, "do not come out")
-    ('1 does not come out', '2 do not come out')
+    >>> counted(1, "do not come out"), counted(2, "do not come out"), counted(1, "come out")
+    ('1 does not come out', '2 do not come out', '1 comes out')
     """
-    return f"{number} {words.replace('do not', 'does not') if number == 1 else words}"
+    return f"{number} {_of_one(words) if number == 1 else words}"
+
+
+def _of_one(words: str) -> str:
+    return words.replace("do not", "does not") if "do not" in words else words.replace("come", "comes")
 
 
 def summary(claims: Sequence[Claim]) -> list[str]:
@@ -135,7 +139,7 @@ def summary(claims: Sequence[Claim]) -> list[str]:
         "The printed gains ring there.",
         f"{n['printed']} of {n['text']} statements about the simulation come out as printed, "
         f"{n['assumed']} under some readings or an assumption, {counted(n['not_out'], Group.NOT_OUT)}.",
-        f"Of {n['device']} about the device {n['device out']} come out on the assumed bench, "
+        f"Of {n['device']} about the device {counted(n['device out'], 'come out')} on the assumed bench, "
         f"{n['device part']} under some readings or a further assumption, {counted(n['device not'], Group.NOT_OUT)}.",
         f"Not counted: {not_counted(claims)}.",
         "",

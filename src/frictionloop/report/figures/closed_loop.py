@@ -42,7 +42,7 @@ TITLES = {
     OPEN: "open loop: the lookup alone",
     PRINTED: "closed loop, printed gains",
     RETUNED_GAINS: "closed loop, re-tuned gains",
-    IDEAL: "printed gains,\nideal sensor, no delay",
+    IDEAL: "ideal sensor, no delay",
     HERE: "re-tuned here,\nfor one contact and speed",
     GIVEN: GIVEN,
     HOLDS: "hold at all contacts\nand speeds checked",
