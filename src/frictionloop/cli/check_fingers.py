@@ -57,6 +57,9 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     told: list[Row] = [(name, said)]
     if beyond:
         told += [("", _worst(seen)), *_less(seen, system, again)]
+    elif held:
+        room = float(seen["gain_factor"].min())
+        told += [("", f"{_worst(seen)}; for all of these the gain of the loop may be {number(room)} times as high")]
     return [*told, *_missed(seen)]
 
 

@@ -131,7 +131,7 @@ def _would_hold(found: Checked, system: System, wanted: Wanted, given: str, load
     """Return rows on what would hold at all places, or how much room is left."""
     gain = min(found.gains)
     if found.holds:
-        room = f"the gain of the loop may be {number(gain)} times as high, and any lower{load}"
+        room = f"for the file's finger the gain of the loop may be {number(gain)} times as high, and any lower{load}"
         room = f"none: with a higher gain of the loop a place is beyond its limits{load}" if gain < 1.005 else room
         return [("room", room)] if math.isfinite(gain) else []
     law = f" --law {found.law}" if found.law in SYNTHESES and found.law not in ("pi", "notch_pi") else ""

@@ -73,7 +73,7 @@ def test_one_place_and_what_is_asked_for(frictionloop):
         "HOLDS at the contact and speed looked at, pressed with 0.5 N alone "
         "this loop at 20 mm/s looked at 0.5 to 0.7 N;"
     )
-    assert "room the gain of the loop may be" in out
+    assert "room for the file's finger the gain of the loop may be" in out
     tight = " ".join(frictionloop(*CHECK, *little, "--sensitivity-peak", "1.05").out.split())
     assert tight.startswith(
         "DOES NOT HOLD at the contact and speed looked at, pressed with 0.5 N alone "
