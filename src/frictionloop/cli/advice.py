@@ -46,6 +46,23 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
 
 
+def by_itself(run: xr.Dataset, mask: np.ndarray, found: Ringing | None) -> bool:
+    """Tell whether a loop rings whatever the disturbance.
+
+    That is one that is unstable on a finger just landed, or close to it and clamped with the mean of the disturbance
+    alone: once it swings between the ends of its clamp it does not come to rest.
+    """
+    from frictionloop.loop.metrics import saturation_index
+    from frictionloop.loop.open_loop import steady_of
+
+    if found is None:
+        return False
+    if not (found.stable or found.moist_alone):
+        return True
+    calm = steady_of(run, mask)
+    return calm is not None and saturation_index(calm, mask) > CLAMPED
+
+
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:
     """Return the metrics that `ringing` asks of a device's recording; by the measured force where no other is known.
 

@@ -64,7 +64,8 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
     signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
     near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
-    what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}"
+    moist = f" on a moist finger (occluded {found.band.occluded:.0%}), not on one just landed" * found.moist_alone
+    what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}{moist}"
     said = [what + (f": {', '.join(signs)}." if signs else ".")]
     said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
     if found.held:

@@ -54,11 +54,8 @@ class Ringing(NamedTuple):
     """Other contacts and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
     springs: bool = False
     """Whether the sensor resonates, so that a design has a notch."""
-
-
-def by_itself(found: Ringing | None) -> bool:
-    """Tell whether a loop rings whatever the disturbance; one that is only close to ringing does not."""
-    return found is not None and not found.stable
+    moist_alone: bool = False
+    """Whether it is unstable on a moist finger alone, and not on one that has just landed."""
 
 
 def of_system(system: System) -> Ringing | None:
@@ -79,6 +76,7 @@ def of_system(system: System) -> Ringing | None:
     if stable and peak < NEAR:
         return None
     states = {point.elements.occluded for point in points}
+    moist_alone = not stable and all(each.is_stable() for each in points if each.elements.occluded == min(states))
     # A moist finger that a force is out of reach of is looked at with the nearest: that is no level of the set-point.
     forces_n = [point.elements.force_n for point in points if point.elements.occluded == min(states)]
     beyond_n = [{each.force_n for each in missed(system, [state])} for state in sorted(states)]
@@ -86,7 +84,7 @@ def of_system(system: System) -> Ringing | None:
     band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system), nowhere_n)
     known, rings_hz = peak if stable else None, ringing_hz(points)
     if not isinstance(controller, PiController):
-        return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, ())
+        return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, (), moist_alone=moist_alone)
     springs = isinstance(system.sensor, SuspendedSensor)
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
@@ -96,7 +94,8 @@ def of_system(system: System) -> Ringing | None:
         also = () if not_held or there.unseen else tuple(in_words(within))
     except FrictionloopError:
         held, not_held, also = {}, (), ()
-    return Ringing(stable, rings_hz, "pi", known, controller.kp, controller.ki, held, band, not_held, also, springs)
+    gains = controller.kp, controller.ki
+    return Ringing(stable, rings_hz, "pi", known, *gains, held, band, not_held, also, springs, moist_alone)
 
 
 def points_of(system: System) -> list[LinearLoop]:

@@ -135,7 +135,7 @@ def command(
         return
     with screen.waiting("looking at the linear loop"):
         one = [] if rings else one_place.lines(system, file, preset, overrides, run, mask)
-    periods, alone = f"{run.sizes['time']:,}".replace(",", " "), ringing.by_itself(rings)
+    periods, alone = f"{run.sizes['time']:,}".replace(",", " "), advice.by_itself(run, mask, rings)
     rows = [*scores.metric_rows(metrics, opened_n, alone), *scores.step_rows(times, steps)] if mask.any() else []
     rows += bands_asked.rows(bands, mask, recorded_bands.ends_at_hz(system), alone) + scores.scored_rows(mask)
     screen.show(

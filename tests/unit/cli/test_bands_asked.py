@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli.advice import by_itself
 from frictionloop.cli.bands_asked import by_band, edges_of, notes, rows
-from frictionloop.cli.ringing import by_itself, of_system
+from frictionloop.cli.ringing import of_system
 
 
 def test_the_bands_are_named_counted_and_add_up_to_the_whole(tmp_path, frictionloop):
@@ -88,7 +89,18 @@ def test_a_loop_that_rings_has_no_share_to_quote(gains, rings, tmp_path, frictio
     assert ("no shares to quote: the loop rings by itself" in words) is rings
 
 
-@pytest.mark.parametrize(("kp", "close", "alone"), [(0.02, False, False), (0.06, True, False), (0.1, True, True)])
-def test_a_loop_that_is_only_close_to_ringing_does_not_ring_by_itself(kp, close, alone):
-    found = of_system(fl.bench().evolve({"controller.kp": kp, "controller.ki": 2.0}))
-    assert (found is not None) is close and by_itself(found) is alone
+@pytest.mark.parametrize(
+    ("kp", "close", "alone"), [(0.02, False, False), (0.06, True, False), (0.1, True, False), (0.3, True, True)]
+)
+def test_a_loop_that_is_close_to_ringing_or_rings_when_moist_does_not_ring_by_itself(kp, close, alone):
+    system = fl.bench().evolve({"controller.kp": kp, "controller.ki": 2.0, "disturbance": fl.Sine(amplitude_n=0.01)})
+    found, run = of_system(system), fl.simulate(system, 0.5)
+    assert (found is not None) is close and by_itself(run, run["scored"].values, found) is alone
+
+
+def test_a_loop_that_its_clamp_keeps_swinging_rings_by_itself_though_it_is_stable():
+    gains = {"controller.kp": 20.0, "setpoint": fl.Constant(offset_n=0.5), "disturbance": fl.Sine(amplitude_n=0.02)}
+    system = fl.paper().evolve(gains)
+    found, run = of_system(system), fl.simulate(system, 1.0)
+    assert found is not None and found.stable
+    assert by_itself(run, np.ones(run.sizes["time"], dtype=bool), found)

@@ -297,3 +297,13 @@ def test_a_sensor_without_a_resonance_needs_no_law_with_a_notch(frictionloop):
     assert "This loop rings" in said and "Gains that hold:" in said and "notch" not in said
     with_springs = " ".join(frictionloop("simulate", "--preset", "bench", "--duration-s", "2").out.split())
     assert "its law has a notch" in with_springs
+
+
+def test_a_loop_that_rings_on_a_moist_finger_alone_says_so(frictionloop):
+    fast = fl.bench().evolve(fl.RETUNED | {"motion.speed_mm_s": 80.0})
+    dry, moist = ([each.is_stable() for each in fl.operating_band(fast, occluded=(w,))] for w in (0.0, 1.0))
+    assert all(dry) and not all(moist)
+    gains = [word for path, value in fl.RETUNED.items() for word in (f"--{path}", f"{value:g}")]
+    words = ("simulate", "--preset", "bench", *gains, "--motion.speed_mm_s", "80", "--duration-s", "10")
+    said = " ".join(frictionloop(*words).out.split())
+    assert "on a moist finger (occluded 100%), not on one just landed" in said
