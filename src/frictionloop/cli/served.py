@@ -27,7 +27,8 @@ def lines(reach: Reach, total: int) -> list[Any]:
         ("of these fingers are able", "steady load", "load moves", ""),
         (f"in {times}{reach.contact_s:g} s on the plate", _count(reach.able), _count(reach.moving), ""),
     ]
-    lifts, moist = "", ""
+    lifts = ""
+    moist = "; they never lift: with --motion.contact_s 10, say, they are counted contact upon contact, moister, too"
     if reach.in_the_end is not None and reach.moving_in_the_end is not None:
         whole = f" of {reach.whole_s:g} s" * (reach.whole_s > reach.contact_s)
         rows.append((f"after many more contacts{whole}", _count(reach.in_the_end), _count(reach.moving_in_the_end), ""))
@@ -40,13 +41,21 @@ def lines(reach: Reach, total: int) -> list[Any]:
         screen.wrapped(
             f"{_count(reach.served)} of {total} fingers can be given the set-point, "
             f"{between(reach.low_n, reach.high_n)}, in ordinary use: as the load drifts and trembles, for 95 % of the "
-            f"time{lifts}"
+            f"time{lifts}. Of all such fingers that makes {_share(reach.served, total)}, with 95 % confidence"
         ),
         screen.table(rows, whole=True),
         screen.wrapped(
             f"under a steady load in this run, {low} of {total} cannot get so low, {high} cannot get so high{moist}"
         ),
     ]
+
+
+def _share(who: np.ndarray, total: int) -> str:
+    """Return the interval of the share of all fingers of a population that a draw says (Wilson 1927)."""
+    from scipy.stats import binomtest
+
+    low, high = binomtest(int(np.sum(who)), total).proportion_ci(0.95, "wilson")
+    return f"{100 * low:.0f} to {100 * high:.0f} %"
 
 
 def _count(who: np.ndarray) -> str:

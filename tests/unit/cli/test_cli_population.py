@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.cli import served
 from frictionloop.cli.population import METRICS, Population
 from frictionloop.cli.population_reach import reach_of
 
@@ -319,3 +321,12 @@ def test_fingers_unlike_that_of_the_file_are_told_first(frictionloop):
     assert "None of these fingers is like that of the file" in " ".join(light.split())
     assert light.index("None of these") < light.index("rms_error")
     assert "None of these fingers" not in frictionloop(*POPULATION).out
+
+
+@pytest.mark.parametrize(("able", "total"), [(0, 30), (9, 30), (42, 100), (100, 100)])
+def test_what_a_draw_says_of_all_fingers_is_wilsons_interval(able, total):
+    """(p + z^2/2n -+ z sqrt(p(1 - p)/n + z^2/4n^2))/(1 + z^2/n) with z of 97.5 %."""
+    z, p = 1.959963984540054, able / total
+    middle, half = p + z * z / (2 * total), z * math.sqrt(p * (1 - p) / total + (z / (2 * total)) ** 2)
+    low, high = (100 * (middle + sign * half) / (1 + z * z / total) for sign in (-1.0, 1.0))
+    assert served._share(np.arange(total) < able, total) == f"{abs(low):.0f} to {high:.0f} %"
