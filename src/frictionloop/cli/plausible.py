@@ -133,6 +133,16 @@ def ask(described: System | BaseModel) -> None:
         screen.note(line)
 
 
+def ask_of_ceiling(system: System) -> None:
+    """Note that a simulation leaves out the ceiling of a board, where that is below what the plate gives."""
+    ceiling_um, largest_um = system.board.ceiling_um, system.plate.max_amplitude_um
+    if ceiling_um is not None and ceiling_um < largest_um:
+        screen.note(
+            f"board.ceiling_um = {ceiling_um:g} um holds on a board alone: what is simulated here goes up to "
+            f"{largest_um:g} um (plate.max_amplitude_um)"
+        )
+
+
 def ask_of_axes(axes: Mapping[str, Sequence[Any]]) -> None:
     """Note a question for each parameter that is swept over values that are far from the usual, about the farthest."""
     for path, values in axes.items():

@@ -80,9 +80,9 @@ def command(
     checks.check_score(score_from_s, duration_s)
     there = [path for path in (out, plot) if path is not None and path.exists()]
     system, origin = flags.given(file, preset, overrides)
-    from frictionloop.cli import bands_asked, contact_turns
+    from frictionloop.cli import bands_asked
 
-    contact_turns.ask(system)
+    _ask(system)
     edges_hz = bands_asked.edges_of(split_hz, system.controller.rate_hz)
     run, elapsed_s = _run(system, duration_s, seed)
 
@@ -152,6 +152,13 @@ def command(
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *screen.saved(saved, there),
     )
+
+
+def _ask(system: System) -> None:
+    from frictionloop.cli import contact_turns, plausible
+
+    contact_turns.ask(system)
+    plausible.ask_of_ceiling(system)
 
 
 def _steps(run: xr.Dataset, system: System, score_from_s: float) -> tuple[list[StepTime], int]:

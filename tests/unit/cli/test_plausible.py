@@ -206,3 +206,14 @@ def test_a_plant_edited_in_a_file_written_whole_is_told_where_the_controller_bel
     assert said.startswith("plate.cutoff_hz is 500 Hz, and the controller believes 100 Hz; if it is to know:")
     believed = ("--controller.model.plate_hz", "90")  # who says so on the line means it
     assert frictionloop("simulate", "faster.toml", "--duration-s", "0.01", *believed).noted == []
+
+
+@pytest.mark.parametrize("verb", [("simulate",), ("sweep", "--fingers", "2")])
+def test_a_ceiling_of_the_board_that_a_simulation_leaves_out_is_told(frictionloop, verb):
+    words = (*verb, "--preset", "bench", "--duration-s", "0.2", "--board.ceiling_um")
+    said = [each for each in frictionloop(*words, "0.5").noted if "ceiling" in each]
+    assert said == [
+        "board.ceiling_um = 0.5 um holds on a board alone: what is simulated here goes up to 2.5 um "
+        "(plate.max_amplitude_um)"
+    ]
+    assert not any("ceiling" in each for each in frictionloop(*words, "2.5").noted)
