@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.check_fingers import rows
+from frictionloop.cli.check_fingers import _room, rows
 from frictionloop.design.corners import MET, band_of, corners
 from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
 from frictionloop.design.wanted import Wanted
@@ -116,3 +116,11 @@ def test_ctrl_c_keeps_the_fingers_that_were_looked_at():
     with pytest.raises(KeyboardInterrupt) as at_once:
         check_fingers(PI, Stopped([PEOPLE[0] | {"motion.load_n": 0.001}] * 2), FEW)
     assert not isinstance(at_once.value, FingersInterrupted)
+
+
+@pytest.mark.parametrize(
+    ("gain", "said"), [(1.0, "with a higher gain"), (1.91, "may be 1.91 times as high"), (np.inf, "")]
+)
+def test_what_is_said_of_the_room_that_is_left_on_all_fingers(gain, said):
+    told = _room(gain)
+    assert said in told and "∞" not in told and " 1 times" not in told and bool(told) == bool(said)

@@ -78,7 +78,7 @@ def jacobian_space(rest: Rest) -> StateSpace:
 
 
 def _on_one_side(matrix: Array, rest: Rest) -> bool:
-    """Tell whether a law at the edge of its clamp has these slopes to one side at least, as to the inside."""
+    """Tell whether a law at the edge of its clamp has these slopes to at least one side, which is the inside."""
     step, point = rest.step, rest.point
     centre, shifts, out = step(point), SIDE * sizes(point), np.append(sizes(point[:-2]), sizes(point[-1:]))
     for slopes, shift, way in zip(matrix.T, shifts, np.eye(point.size), strict=True):

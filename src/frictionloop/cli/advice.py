@@ -49,10 +49,11 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
 def by_itself(run: xr.Dataset, mask: np.ndarray, found: Ringing | None) -> bool:
     """Tell whether a loop rings whatever the disturbance.
 
-    That is one that is unstable on a finger just landed, or close to it and clamped with the mean of the disturbance
-    alone: once it swings between the ends of its clamp it does not come to rest.
+    That is one that is unstable on a finger just landed. One that is close to it, or unstable on a moist finger alone,
+    is asked whether it is clamped with the mean of the disturbance alone, where a set-point out of reach does not
+    explain that: once it swings between the ends of its clamp it does not come to rest.
     """
-    from frictionloop.loop.metrics import saturation_index
+    from frictionloop.loop.metrics import out_of_reach, saturation_index
     from frictionloop.loop.open_loop import steady_of
 
     if found is None:
@@ -60,7 +61,9 @@ def by_itself(run: xr.Dataset, mask: np.ndarray, found: Ringing | None) -> bool:
     if not (found.stable or found.moist_alone):
         return True
     calm = steady_of(run, mask)
-    return calm is not None and saturation_index(calm, mask) > CLAMPED
+    if calm is None or float(out_of_reach(calm, mask).mean()) > CLAMPED:
+        return False
+    return saturation_index(calm, mask) > CLAMPED
 
 
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:

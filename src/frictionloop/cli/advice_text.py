@@ -66,7 +66,7 @@ def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
     near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
     moist = f" on a moist finger (occluded {found.band.occluded:.0%}), not on one just landed" * found.moist_alone
     what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}{moist}"
-    said = [what + (f": {', '.join(signs)}." if signs else ".")]
+    said = textwrap.wrap(what + (f": {', '.join(signs)}." if signs else "."), WIDTH)
     said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
     if found.held:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")

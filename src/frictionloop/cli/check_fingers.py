@@ -34,6 +34,8 @@ SERVED = (
 )
 MANY = 100
 """Other fingers that are proposed to look at (chosen)."""
+NONE_LEFT = 1.005
+"""Factor on the gain below which no room is told (chosen: it would be read as 1)."""
 MOST = 0.9
 """Share of the fingers for which gains are proposed beside those for all."""
 
@@ -58,8 +60,7 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
     if beyond:
         told += [("", _worst(seen)), *_less(seen, system, again)]
     elif held:
-        room = float(seen["gain_factor"].min())
-        told += [("", f"{_worst(seen)}; for all of these the gain of the loop may be {number(room)} times as high")]
+        told.append(("", f"{_worst(seen)}{_room(float(seen['gain_factor'].min()))}"))
     return [*told, *_missed(seen)]
 
 
@@ -126,6 +127,15 @@ def _reasons(found: xr.Dataset) -> str:
     listed = [f"{times} as {said}" if len(counted) > 1 else said for said, times in counted.most_common(REASONS)]
     more = sum(counted.values()) - sum(times for _, times in counted.most_common(REASONS))
     return "; ".join([*listed, *([f"{more} for other reasons"] if more else [])])
+
+
+def _room(gain: float) -> str:
+    """Return how much more gain all of the fingers bear, who hold; empty where there is no limit."""
+    if not math.isfinite(gain):
+        return ""
+    if gain < NONE_LEFT:
+        return "; with a higher gain of the loop it is beyond its limits"
+    return f"; for all of these the gain of the loop may be {number(gain)} times as high"
 
 
 def _worst(seen: xr.Dataset) -> str:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.stability import ringing_hz
+from frictionloop.cli.check_fingers import NONE_LEFT
 from frictionloop.cli.comparison_text import number
 from frictionloop.cli.controller_holds import beyond_reach, finger, fingers_proposed, other_people, places_of
 from frictionloop.cli.controller_text import gain_rows, turn, wanted_json
@@ -132,7 +133,7 @@ def _would_hold(found: Checked, system: System, wanted: Wanted, given: str, load
     gain = min(found.gains)
     if found.holds:
         room = f"for the file's finger the gain of the loop may be {number(gain)} times as high, and any lower{load}"
-        room = f"none: with a higher gain of the loop a place is beyond its limits{load}" if gain < 1.005 else room
+        room = f"none: with a higher gain of the loop a place is beyond its limits{load}" if gain < NONE_LEFT else room
         return [("room", room)] if math.isfinite(gain) else []
     law = f" --law {found.law}" if found.law in SYNTHESES and found.law not in ("pi", "notch_pi") else ""
     searched = f"`frictionloop design controller {given}{law}` searches for a controller"

@@ -16,11 +16,14 @@ SPEED = "motion.speed_mm_s"
 
 
 def ask(system: System, axes: Mapping[str, Sequence[Any]] | None = None) -> None:
-    """Note the question, for stderr: of a run, since a design has no turns; or of a speed that is swept."""
-    if said := question(system):
+    """Note the question, for stderr: of a run, since a design has no turns.
+
+    Of a sweep over ``motion.speed_mm_s`` it is asked of the first speed that has it; other axes are not looked at.
+    """
+    speeds = (axes or {}).get(SPEED, ())
+    if not len(speeds) and (said := question(system)):
         screen.note(said)
-        return
-    for speed_mm_s in (axes or {}).get(SPEED, ()):
+    for speed_mm_s in speeds:
         if said := question(system.evolve({SPEED: speed_mm_s})):
             screen.note(f"with {SPEED} = {speed_mm_s:g}: {said}. Each speed has its own path: sweep one at a time")
             return

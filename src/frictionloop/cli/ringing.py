@@ -83,9 +83,9 @@ def of_system(system: System) -> Ringing | None:
     nowhere_n = tuple(sorted(set.intersection(*beyond_n)))
     band = Band(min(forces_n), max(forces_n), len(states) > 1, max(states), _bench(system), nowhere_n)
     known, rings_hz = peak if stable else None, ringing_hz(points)
-    if not isinstance(controller, PiController):
-        return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, (), moist_alone=moist_alone)
     springs = isinstance(system.sensor, SuspendedSensor)
+    if not isinstance(controller, PiController):
+        return Ringing(stable, rings_hz, controller.kind, known, None, None, {}, band, (), (), springs, moist_alone)
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
         there = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})

@@ -28,7 +28,7 @@ def lines(reach: Reach, total: int) -> list[Any]:
         (f"in {times}{reach.contact_s:g} s on the plate", _count(reach.able), _count(reach.moving), ""),
     ]
     lifts = ""
-    moist = "; they never lift: with --motion.contact_s 10, say, they are counted contact upon contact, moister, too"
+    moist = "; they never lift: --motion.contact_s 10, say, counts them contact upon contact as well"
     if reach.in_the_end is not None and reach.moving_in_the_end is not None:
         whole = f" of {reach.whole_s:g} s" * (reach.whole_s > reach.contact_s)
         rows.append((f"after many more contacts{whole}", _count(reach.in_the_end), _count(reach.moving_in_the_end), ""))

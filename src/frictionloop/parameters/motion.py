@@ -69,8 +69,8 @@ class Strokes(Block):
             raise ValueError(
                 f"reversal_s = {self.reversal_s:g} s leaves no stroke of {self.stroke_mm:g} mm at "
                 f"{self.speed_mm_s:g} mm/s: must be at most {longest:.6g}, or stroke_mm at least "
-                f"{TURN_SHARE * self.speed_mm_s * self.reversal_s:.6g}; on a path that grows with the speed strokes "
-                "take as long"
+                f"{TURN_SHARE * self.speed_mm_s * self.reversal_s:.6g}; if the path grows with the speed, strokes "
+                "last as long as before"
             )
         return self
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.advice import by_itself
+from frictionloop.cli.advice import CLAMPED, by_itself
 from frictionloop.cli.bands_asked import by_band, edges_of, notes, rows
 from frictionloop.cli.ringing import of_system
 
@@ -104,3 +104,12 @@ def test_a_loop_that_its_clamp_keeps_swinging_rings_by_itself_though_it_is_stabl
     found, run = of_system(system), fl.simulate(system, 1.0)
     assert found is not None and found.stable
     assert by_itself(run, np.ones(run.sizes["time"], dtype=bool), found)
+
+
+def test_a_set_point_out_of_reach_clamps_a_loop_that_does_not_ring():
+    asked = {"controller.kp": 0.06, "controller.ki": 2.0, "setpoint": fl.Sine(offset_n=0.9, amplitude_n=0.3)}
+    system = fl.bench().evolve(asked | {"disturbance": fl.Sine(amplitude_n=0.01)})
+    found, run = of_system(system), fl.simulate(system, 10.0)
+    mask = run["scored"].values
+    assert found is not None and found.stable and fl.saturation_index(run, mask) > CLAMPED
+    assert not by_itself(run, mask, found)
