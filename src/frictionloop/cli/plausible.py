@@ -76,8 +76,8 @@ SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}} | {law: {"resonanc
 def named_by(file: Mapping[str, Any], flags: Collection[str]) -> set[str]:
     """Return what a file and flags name, without what a file has a controller believe that nobody may have meant.
 
-    That is what the controller of the bench that comes with it believes, as a file written whole has it, and what it
-    believes of a plant that flags change.
+    That is a value equal to that of `bench()`, as a file written whole has it, and what it believes of a plant that
+    flags change.
     """
     pairs = [*((f"controller.model.{name}", deciding) for name, (_, deciding) in BELIEVED.items()), AMPLITUDES]
     old = {model for model, deciding in pairs if model not in flags and any(each in flags for each in deciding)}

@@ -30,7 +30,7 @@ ONE_SINE, PER_NEWTON = ", within one sine", ", per newton of slope"
 
 
 def pi_reduces_variability(results: Results) -> Numbers:
-    """Return the spread of the force with the lookup table alone over that with the PI."""
+    """Return the spread of the force with the lookup table alone over that with the PI, and the same over the slope."""
     tracked, people = results.tracked, results.people
     found, opened = {}, fit(tracked[OPEN])
     for name in (RETUNED_GAINS, PRINTED):
@@ -119,7 +119,6 @@ def closed_loop_r2(results: Results) -> Numbers:
         retuned=errors_mn[RETUNED_GAINS],
         printed=errors_mn[PRINTED],
         ideal=errors_mn[IDEAL],
-        within=_within(results.tracked[RETUNED_GAINS]),
         low=low,
         middle=middle,
         high=high,
