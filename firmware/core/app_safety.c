@@ -14,9 +14,10 @@ static void weigh(uint32_t *weight, int holds, uint32_t full) {
     else if (*weight) *weight -= 1;
 }
 
-/* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. None reaches the end of a channel that is
- * not there, which has gain 0: it is neither stuck nor saturated. */
-static const uint32_t NOT_THERE = UINT32_MAX;
+/* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. A force may be read with fewer bits than
+ * are counted: the upper end of 12 is 32752. None reaches the end of a channel that is not there, which has gain 0:
+ * it is neither stuck nor saturated. */
+static const uint32_t NOT_THERE = UINT32_MAX, FORCE_END = INT16_MAX - 15;
 enum { CHANNELS = 4, ALONE_TICKS = FL_ALONE_S * FL_TICK_HZ };
 
 static uint32_t magnitude(int32_t counts) { return (uint32_t)(counts < 0 ? ~counts : counts); }
@@ -26,7 +27,7 @@ void fl_derive_ends(uint32_t ends[4], const fl_parameters *p) {
     int32_t across = p->force_axes == 2 ? force[1].mantissa : 0;
     int32_t scales[CHANNELS] = {
         force[0].mantissa, across, p->touch_m_per_count.mantissa, p->touch_n_per_count.mantissa};
-    for (int k = 0; k < CHANNELS; k++) ends[k] = scales[k] ? INT16_MAX : NOT_THERE;
+    for (int k = 0; k < CHANNELS; k++) ends[k] = !scales[k] ? NOT_THERE : k < 2 ? FORCE_END : INT16_MAX;
 }
 
 static const uint32_t *ends_in_force(const fl_app *app) { return app->derived[app->parameters.in_force].ends; }
@@ -44,16 +45,19 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
     const fl_parameters *p = fl_in_force(app);
     fl_watch *watch = &app->watch;
     const uint32_t *ends = ends_in_force(app);
+    int at_end = ended(ends, sample) < CHANNELS;
+    int beyond = m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n;
     for (int k = 0; k < 2; k++) {
         int32_t now = sample->force[k];
         if (now < watch->low[k]) watch->low[k] = now;
         if (now > watch->high[k]) watch->high[k] = now;
         int stays = ends[k] != NOT_THERE && m->valid && (uint32_t)watch->high[k] - (uint32_t)watch->low[k] <= 1;
+        stays = stays && !at_end && !beyond; /* what is too large stays there, in a sensor that works */
         count(&watch->stuck[k], stays);
         if (!stays) watch->low[k] = watch->high[k] = now;
     }
-    weigh(&watch->saturated, ended(ends, sample) < CHANNELS, 2 * (uint32_t)p->safety_force_ticks);
-    count(&watch->out_of_range, m->force > p->safety_force_limit_n || m->force < -p->safety_force_limit_n);
+    weigh(&watch->saturated, at_end, 2 * (uint32_t)p->safety_force_ticks);
+    count(&watch->out_of_range, beyond);
     if (++watch->second >= FL_TICK_HZ) watch->second = watch->late = 0;
     if (late) {
         watch->late++;

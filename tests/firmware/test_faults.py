@@ -64,6 +64,22 @@ def test_a_converter_at_its_end_is_saturated_not_out_of_range(make_rig):
         assert faults(rig) == [("sensor_saturated", rig.ticks, end)]
 
 
+@pytest.mark.parametrize(
+    ("reading", "fault"),
+    [(32752, "sensor_saturated"), (-32768, "sensor_saturated"), (31458, "force_range"), (31455, "sensor_stuck")],
+)
+def test_a_reading_that_is_too_large_is_not_stuck_however_soon_the_board_takes_one_for_it(
+    make_rig, reading: int, fault: str
+):
+    """A noisy sensor of 12 bits, whose last code is 32752: four readings alike are told before seven too large."""
+    rig = closed(make_rig(safety__force_ticks=7, safety__stuck_ticks=4))
+    feed(rig, 3 if fault == "sensor_stuck" else 6, reading, jitter=0)
+    assert faults(rig) == []
+    feed(rig, 1, reading, jitter=0)
+    [(name, tick, _)] = faults(rig)
+    assert (name, tick) == (fault, rig.ticks)
+
+
 def test_the_second_channel_counts_where_there_is_one(make_rig):
     gain = [671088640, 43]
     rig = closed(make_rig(force__axes=2, force__n_per_count=gain * 2, safety__force_ticks=7, **PATIENT))

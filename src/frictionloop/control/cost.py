@@ -19,13 +19,13 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1752, 3318),
-    "lookup": WorstTick(1732, 3251),
-    "notch_pi": WorstTick(2560, 4441),
-    "filtered_pi": WorstTick(3473, 5654),
-    "observer": WorstTick(2159, 4248),
-    "super_twisting": WorstTick(2344, 4616),
-    "limit_observer": WorstTick(2523, 4944),
+    "pi": WorstTick(1765, 3341),
+    "lookup": WorstTick(1745, 3274),
+    "notch_pi": WorstTick(2573, 4464),
+    "filtered_pi": WorstTick(3486, 5677),
+    "observer": WorstTick(2172, 4271),
+    "super_twisting": WorstTick(2357, 4639),
+    "limit_observer": WorstTick(2542, 4970),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
