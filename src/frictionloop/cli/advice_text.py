@@ -58,14 +58,15 @@ def too_late(system: System, metrics: dict[str, float]) -> list[str]:
     )
 
 
-def lines(found: Ringing, metrics: dict[str, float]) -> list[str]:
-    """Return what a person is told."""
+def lines(found: Ringing, metrics: dict[str, float], swings: bool = False) -> list[str]:
+    """Return what a person is told; ``swings`` of a loop that its clamp keeps swinging whatever the disturbance."""
     clamped = metrics["saturation_index"]
     signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
     signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
     near = "" if found.frequency_hz is None else f"{',' if found.stable else ''} near {found.frequency_hz:.3g} Hz"
     moist = f" on a moist finger (occluded {found.band.occluded:.0%}), not on one just landed" * found.moist_alone
-    what = f"This loop {'is close to ringing' if found.stable else 'rings'}{near}{moist}"
+    close = "rings between the ends of its clamp, though a small change dies out" if swings else "is close to ringing"
+    what = f"This loop {close if found.stable else 'rings'}{near}{moist}"
     said = textwrap.wrap(what + (f": {', '.join(signs)}." if signs else "."), WIDTH)
     said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
     if found.held:

@@ -147,7 +147,8 @@ def _worst(seen: xr.Dataset) -> str:
     where += [f"pressed with {value['load_n']:.2g} N"] if math.isfinite(value["load_n"]) else []
     where += [f"at {value['force_n']:.3g} N, {finger(value['occluded'])}{off_said(value['resonance_off'])}"]
     how = f"Ms is {value['sensitivity_peak']:.3g}, {value['limit']:.3g} the limit" if value["stable"] else "unstable"
-    return f"the worst is finger {worst['finger'].item()}: {how}, {', '.join(where)}"
+    missed = "" if value["in_reach"] else "; the plate cannot give it every force asked for"
+    return f"the worst is finger {worst['finger'].item()}: {how}, {', '.join(where)}{missed}"
 
 
 def _worst_of(seen: xr.Dataset) -> int:

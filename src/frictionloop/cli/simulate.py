@@ -143,7 +143,7 @@ def command(
         "",
         screen.columns(rows),
         "",
-        *([*advice_text.lines(rings, metrics), ""] if rings else []),
+        *([*advice_text.lines(rings, metrics, alone), ""] if rings else []),
         *([*late, ""] if (late := advice_text.too_late(system, metrics)) else []),
         *([*unreached, ""] if unreached else []),
         *([*one, ""] if one else []),

@@ -10,6 +10,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.advice import CLAMPED, by_itself
+from frictionloop.cli.advice_text import lines
 from frictionloop.cli.bands_asked import by_band, edges_of, notes, rows
 from frictionloop.cli.ringing import of_system
 
@@ -104,6 +105,18 @@ def test_a_loop_that_its_clamp_keeps_swinging_rings_by_itself_though_it_is_stabl
     found, run = of_system(system), fl.simulate(system, 1.0)
     assert found is not None and found.stable
     assert by_itself(run, np.ones(run.sizes["time"], dtype=bool), found)
+    told = {swings: " ".join(lines(found, fl.metrics(run), swings)) for swings in (True, False)}
+    assert "This loop rings between the ends of its clamp, though a small change dies out, near" in told[True]
+    assert "This loop is close to ringing, near" in told[False]
+
+
+def test_a_run_says_one_thing_of_a_loop_that_its_clamp_keeps_swinging(frictionloop):
+    said = frictionloop(
+        "simulate", "--preset", "paper", "--controller.kp", "20", "--setpoint.kind", "constant",
+        "--setpoint.offset_n", "0.5", "--duration-s", "1", "--disturbance.amplitude_n", "0.02", "--disturbance.offset_n", "0",
+    ).out  # fmt: skip
+    assert "the loop rings by itself" in said and "This loop rings between the ends of its clamp" in said
+    assert "close to ringing" not in said
 
 
 def test_a_set_point_out_of_reach_clamps_a_loop_that_does_not_ring():

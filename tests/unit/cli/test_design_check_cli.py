@@ -214,6 +214,7 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
         in said
     )
     assert f"the worst is finger {least}:" in said and "on all 8 the limits hold with `--controller.kp" in said
+    assert ("the plate cannot give it every force asked for" in said) is not found["in_reach"][least]
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 80
 
 

@@ -53,7 +53,7 @@ def condition(claim: Claim, most: int = 2) -> str:
         return ""
     readings = list(claim.readings)
     if claim.holds[readings[0]]:
-        words, names = "comes out as read first, not as", [name for name in readings if not claim.holds[name]]
+        words, names = "comes out, but not as", [name for name in readings if not claim.holds[name]]
     elif set(claim.under) & set(readings):
         words, names = "comes out only if read as", [name for name in readings if claim.holds[name]]
     else:
