@@ -113,7 +113,8 @@ def test_a_loop_that_its_clamp_keeps_swinging_rings_by_itself_though_it_is_stabl
 def test_a_run_says_one_thing_of_a_loop_that_its_clamp_keeps_swinging(frictionloop):
     said = frictionloop(
         "simulate", "--preset", "paper", "--controller.kp", "20", "--setpoint.kind", "constant",
-        "--setpoint.offset_n", "0.5", "--duration-s", "1", "--disturbance.amplitude_n", "0.02", "--disturbance.offset_n", "0",
+        "--setpoint.offset_n", "0.5", "--duration-s", "1",
+        "--disturbance.amplitude_n", "0.02", "--disturbance.offset_n", "0",
     ).out  # fmt: skip
     assert "the loop rings by itself" in said and "This loop rings between the ends of its clamp" in said
     assert "close to ringing" not in said
