@@ -12,6 +12,7 @@ from tables import table
 COMMAND = "design controller --preset bench"
 PARTS = {
     "as it is": "",
+    "a resonance exactly as told": "--resonance-error 0",
     "a sensor's resonance of 1 kHz": "--sensor.resonance_hz 1000",
     "no computing delay": "--controller.delay_s 0",
     "for a Dahl contact alone": "--contacts dahl",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -102,6 +104,19 @@ def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_w
     found = check_fingers(calm, [PEOPLE[5], light, weak, weak], FEW)
     said = " ".join(" ".join(row) for row in rows(found, calm, "seed 0", "contact dahl", ""))
     assert said.startswith("on fingers the limits hold on all 1 that can be looked at, of 4 fingers of seed 0")
+
+
+def test_gains_for_those_who_can_be_served_are_named_where_others_need_less():
+    found = check_fingers(PI, PEOPLE[:3], FEW).assign(gain_factor=("finger", [0.3, 0.6, 0.8]))
+
+    def said(*reached: bool) -> str:
+        here = found.assign(in_reach=("finger", list(reached)))
+        return " ".join(" ".join(row) for row in rows(here, PI, "seed 0", "contact dahl", ""))
+
+    assert "1 cannot be given" in said(False, True, True)
+    assert re.search("on the 2 others the limits hold with `[^`]+`, 0.6 times the gain", said(False, True, True))
+    assert "2 cannot be given" in said(True, False, False) and "others the limits" not in said(True, False, False)
+    assert "others the limits" not in said(True, True, True)
 
 
 def test_ctrl_c_keeps_the_fingers_that_were_looked_at():

@@ -61,7 +61,7 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
         told += [("", _worst(seen)), *_less(seen, system, again)]
     elif held:
         told.append(("", f"{_worst(seen)}{_room(float(seen['gain_factor'].min()))}"))
-    return [*told, *_missed(seen)]
+    return [*told, *_missed(seen, system, "the gain")]
 
 
 def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, where: str, again: str) -> list[Row]:
@@ -84,7 +84,7 @@ def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, w
     told += [("", f"with the gains for the finger of the file {_worst(seen)}"), *_of_others(count, again)]
     if unseen:
         told.append(("", f"{unseen} cannot be looked at: {_reasons(found)}"))
-    return [*told, *_missed(seen)]
+    return [*told, *_missed(seen, system, "those")]
 
 
 def _of_others(count: int, again: str) -> list[Row]:
@@ -111,14 +111,18 @@ def not_lowered(lowered: ForFingers | None) -> list[Row]:
     return [("", said)]
 
 
-def _missed(seen: xr.Dataset) -> list[Row]:
-    """Return a row on the fingers that cannot be given every force; none where all can."""
+def _missed(seen: xr.Dataset, system: System, what: str) -> list[Row]:
+    """Return rows on the fingers that cannot be given every force, and on gains for the others; none where all can."""
     missed = int((~seen["in_reach"]).sum())
     if not missed:
         return []
     who = "none of them can" if missed == seen.sizes["finger"] > 1 else f"{missed} cannot"
     said = f"{who} be given every force asked for at every load looked at, dry and moist; they were "
-    return [("", said + "looked at where they can; other forces asked for may serve more"), ("", SERVED)]
+    told: list[Row] = [("", said + "looked at where they can; other forces asked for may serve more")]
+    served = float(seen["gain_factor"].where(seen["in_reach"]).min())
+    if float(seen["gain_factor"].min()) < min(served, 1.0):  # some who cannot be served need less gain than all who can
+        told.append(("", _gains(f"on the {seen.sizes['finger'] - missed} others", served, system, what)))
+    return [*told, ("", SERVED)]
 
 
 def _reasons(found: xr.Dataset) -> str:

@@ -90,7 +90,8 @@ def moist_row(system: System, wanted: Wanted, said: str, people: bool) -> list[R
         return []
     if said:
         stays = f"`--motion.contact_s {SETTLED * friction.occlusion_s:.3g}` looks at the other fingers so"
-        return [("fully moist", said), *([("", f"{stays}, which are less moist above")] if people else [])]
+        less = "which are less moist above: run it if people stay on the plate"
+        return [("fully moist", said), *([("", f"{stays}, {less}")] if people else [])]
     one, many = -math.expm1(-motion.contact_s / friction.occlusion_s), moistest(friction, motion)
     return [
         (

@@ -120,7 +120,9 @@ class OtherFingers:
         first = f"the first {found.sizes['finger']} of " * (found.sizes["finger"] < (self.fingers or 0))
         drawn = f"{first}seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
-        where = f"{controller_holds.strokes_said(asked, wanted)}; {own}"
+        moistest = max((each.loop.elements.occluded for each in asked), default=0.0)
+        moist = f", none more than {moistest:.0%} occluded" if 0.0 < moistest < 1.0 else ""
+        where = f"{controller_holds.strokes_said(asked, wanted)}{moist}; {own}"
         again = controller_holds.wanted_flags(asked, wanted)
         other = replace(self, fingers_seed=(self.fingers_seed or 0) + 1)  # gains that hold on some are tried on others
         if lowered and lowered.factor < 1.0:

@@ -116,8 +116,10 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
         bar.doing(f"Fig. 5a, {HOLDS}")
         more, rows = runs_of({HOLDS: found.instead}, changes)
         runs, numbers = runs | more, numbers | rows
-    held = {each: f"holds at {there.held} of {there.places} places" for each, there in found.places.items()}
-    held |= {HOLDS: "holds at all places"}
+    held = {
+        each: f"holds at {there.held} of {there.places}\ncontacts and speeds" for each, there in found.places.items()
+    }
+    held |= {HOLDS: "holds at all of them"}
     figure = figure_closed_loop(runs, list(runs), numbers, held)
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)

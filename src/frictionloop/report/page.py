@@ -62,7 +62,9 @@ def holding(claim: Claim) -> str:
         return "under no reading" + (f", only for {', '.join(f'“{name}”' for name in beside)}" if beside else "")
     names = yes if len(yes) <= len(no) else no
     quoted = ", ".join(f"“{name}”" for name in names)
-    return f"only for {quoted}" if names is yes else f"except for {quoted}"
+    if names is no:
+        return f"except for {quoted}"
+    return f"only for {quoted}" + (f", and assuming {', '.join(f'“{name}”' for name in beside)}" if beside else "")
 
 
 def notes_of(claim: Claim) -> str:

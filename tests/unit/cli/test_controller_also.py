@@ -24,7 +24,8 @@ def test_a_finger_that_never_lifts_is_judged_fully_moist():
     assert said.startswith("the file's finger at 100 % occlusion (not lifted for about 60 s): stable, Ms is ")
     assert also.moist_row(WEAK, Wanted(), said, False) == [("fully moist", said)]
     *_, (_, others) = also.moist_row(WEAK, Wanted(), said, True)
-    assert others == "`--motion.contact_s 60` looks at the other fingers so, which are less moist above"
+    stay = "which are less moist above: run it if people stay on the plate"
+    assert others == f"`--motion.contact_s 60` looks at the other fingers so, {stay}"
     for ki, dry, told in ((120.0, False, "lift the finger before"), (3000.0, True, "as on a finger just landed")):
         strong = WEAK.evolve({"controller.ki": ki})
         assert any(math.isinf(loop.sensitivity_peak()) for loop in fl.operating_band(strong, occluded=(0.0,))) == dry

@@ -131,7 +131,7 @@ def _stable(row: Mapping[str, Value]) -> str:
     if math.isfinite(peak):
         if moist is None or math.isnan(moist):
             return f"$M_s$ {number(peak)}"
-        after = "\nunstable when moist" if math.isinf(moist) else f", moist {number(moist)}"
+        after = "\nunstable when moist" if math.isinf(moist) else f", when moist {number(moist)}"
         return f"$M_s$ {number(peak)}{after}"
     return "unstable" if from_n is None else f"unstable below {number(from_n)} N"
 
