@@ -15,10 +15,11 @@ static void weigh(uint32_t *weight, int holds, uint32_t full) {
 }
 
 /* Both ends of 16 bits, -32768 and 32767, have the magnitude 32767. A force may be read with fewer bits than
- * are counted: the upper end of 12 is 32752. None reaches the end of a channel that is not there, which has gain 0:
- * it is neither stuck nor saturated. */
-static const uint32_t NOT_THERE = UINT32_MAX, FORCE_END = INT16_MAX - 15;
-enum { CHANNELS = 4, ALONE_TICKS = FL_ALONE_S * FL_TICK_HZ };
+ * are counted, 12 at least (chosen): its upper end is 32752 then. None reaches the end of a channel that is not there,
+ * which has gain 0: it is neither stuck nor saturated. */
+static const uint32_t NOT_THERE = UINT32_MAX;
+enum { CHANNELS = 4, ALONE_TICKS = FL_ALONE_S * FL_TICK_HZ, FORCE_BITS = 12 };
+enum { FORCE_END = (1 << 15) - (1 << (16 - FORCE_BITS)) };
 
 static uint32_t magnitude(int32_t counts) { return (uint32_t)(counts < 0 ? ~counts : counts); }
 
@@ -52,7 +53,6 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
         if (now < watch->low[k]) watch->low[k] = now;
         if (now > watch->high[k]) watch->high[k] = now;
         int stays = ends[k] != NOT_THERE && m->valid && (uint32_t)watch->high[k] - (uint32_t)watch->low[k] <= 1;
-        stays = stays && !at_end && !beyond; /* what is too large stays there, in a sensor that works */
         count(&watch->stuck[k], stays);
         if (!stays) watch->low[k] = watch->high[k] = now;
     }
@@ -88,7 +88,8 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
         return (fl_raised){FL_FAULT_SENSOR_SATURATED, tick, reading(sample, ended(ends_in_force(app), sample))};
     if (watch->out_of_range >= (uint32_t)p->safety_force_ticks)
         return (fl_raised){FL_FAULT_FORCE_RANGE, tick, m->force};
-    for (int k = 0; k < 2; k++)
+    /* What is too large stays at an end in a sensor that works: while either count runs, it is what will be told. */
+    for (int k = 0; k < 2 && !watch->saturated && !watch->out_of_range; k++)
         if (is_stuck(watch, k, p)) return (fl_raised){FL_FAULT_SENSOR_STUCK, tick, sample->force[k]};
     if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, silent_us};
     if (watch->late >= (uint32_t)p->safety_overrun_ticks)

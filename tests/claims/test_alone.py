@@ -122,7 +122,7 @@ def test_each_of_several_changes_is_told_alone(tmp_path):
 @pytest.mark.parametrize(
     ("peak", "moist", "from_n", "said"),
     [
-        (2.75, 4.14, 0.3, "$M_s$ 2.75, moist 4.14"),
+        (2.75, 4.14, 0.3, "$M_s$ 2.75, when moist 4.14"),
         (2.75, np.nan, 0.3, "$M_s$ 2.75"),
         (2.75, np.inf, 0.3, "$M_s$ 2.75\nunstable when moist"),
         (np.inf, np.inf, None, "unstable"),

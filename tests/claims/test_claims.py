@@ -26,6 +26,7 @@ from frictionloop.report.claims.told import (
 )
 from frictionloop.report.claims.worded import accepted, condition, shown
 from frictionloop.report.device import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
+from frictionloop.report.page import holding
 from frictionloop.report.people import LOOKUPS
 from frictionloop.report.results import HALF, Results
 from frictionloop.report.step_response import PRINTED_MS
@@ -356,6 +357,16 @@ def test_what_a_verdict_in_part_rests_on_never_repeats_its_first_number():
     some = a_claim({"a": 3.0}, (1.0, 2.0), assumed={"b": 1.5, "c": 1.2, "d": 1.1})
     assert condition(some, most=1) == "comes out only assuming b (1.5) and 2 more"
     assert condition(a_claim({"a": 1.5}, (1.0, 2.0))) == ""
+
+
+def test_a_sentence_says_for_which_readings_or_assumptions_a_claim_comes_out():
+    band, beside = (1.0, 2.0), {"d": 1.1, "e": 1.2}
+    assert holding(a_claim({"a": 1.5}, band)) == "under every reading"
+    assert holding(a_claim({"a": 3.0}, band)) == "under no reading"
+    assert holding(a_claim({"a": 3.0}, band, assumed=beside)) == "under no reading, only for “d”, “e”"
+    assert holding(a_claim({"a": 1.5, "b": 3.0}, band)) == "only for “a”"
+    assert holding(a_claim({"a": 1.5, "b": 3.0}, band, assumed=beside)) == "only for “a”, or assuming “d” or “e”"
+    assert holding(a_claim({"a": 1.5, "b": 3.0, "c": 1.5}, band, assumed=beside)) == "except for “b”"
 
 
 def test_the_written_rule_has_the_words_of_verdicts_and_groups():

@@ -64,27 +64,55 @@ def test_a_converter_at_its_end_is_saturated_not_out_of_range(make_rig):
         assert faults(rig) == [("sensor_saturated", rig.ticks, end)]
 
 
+FULL_Q28 = round(32766 * N_PER_COUNT * 2**28)
+"""A limit of the force that next to no reading is beyond."""
+
+
 @pytest.mark.parametrize(
-    ("reading", "fault"),
-    [(32752, "sensor_saturated"), (-32768, "sensor_saturated"), (31458, "force_range"), (31455, "sensor_stuck")],
+    ("reading", "limit", "fault"),
+    [
+        (32752, FULL_Q28, "sensor_saturated"),
+        (-32753, FULL_Q28, "sensor_saturated"),
+        (32751, FULL_Q28, "sensor_stuck"),
+        (-32752, FULL_Q28, "sensor_stuck"),
+        (31458, None, "force_range"),
+        (31455, None, "sensor_stuck"),
+    ],
 )
 def test_a_reading_that_is_too_large_is_not_stuck_however_soon_the_board_takes_one_for_it(
-    make_rig, reading: int, fault: str
+    make_rig, reading: int, limit: int | None, fault: str
 ):
-    """A noisy sensor of 12 bits, whose last code is 32752: four readings alike are told before seven too large."""
-    rig = closed(make_rig(safety__force_ticks=7, safety__stuck_ticks=4))
+    """A sensor of 12 bits, whose last code is 32752: four readings alike are looked for, and seven too large."""
+    words = {} if limit is None else {"safety__force_limit_n": limit}
+    rig = closed(make_rig(safety__force_ticks=7, safety__stuck_ticks=4, **words))
     feed(rig, 3 if fault == "sensor_stuck" else 6, reading, jitter=0)
     assert faults(rig) == []
     feed(rig, 1, reading, jitter=0)
-    [(name, tick, _)] = faults(rig)
-    assert (name, tick) == (fault, rig.ticks)
+    [(name, at, _)] = faults(rig)
+    assert (name, at) == (fault, rig.ticks)
+
+
+@pytest.mark.parametrize(
+    ("limit", "sample"),
+    [
+        (None, lambda k: Sample(31457 + k % 2, 0, 4 * k, 3277)),  # its last bit goes across the limit
+        (FULL_Q28, lambda k: Sample(32751 + (k % 4 == 0), 0, 4 * k, 3277)),  # across the end of 12 bits
+        (None, lambda k: Sample(8000, 0, 4 * k, 32766 + (k % 4 == 0))),  # the load comes to its end now and then
+    ],
+)
+def test_a_force_that_is_stuck_is_told_though_something_is_too_large_now_and_then(make_rig, limit, sample):
+    words = {} if limit is None else {"safety__force_limit_n": limit}
+    rig = closed(make_rig(**words))
+    for _ in range(150):
+        rig.tick(1, sample(rig.ticks))
+    assert [name for name, *_ in faults(rig)] == ["sensor_stuck"]
 
 
 def test_the_second_channel_counts_where_there_is_one(make_rig):
     gain = [671088640, 43]
     rig = closed(make_rig(force__axes=2, force__n_per_count=gain * 2, safety__force_ticks=7, **PATIENT))
-    feed(rig, 7, 0, across=32767)
-    assert faults(rig) == [("sensor_saturated", rig.ticks, 32767)]
+    feed(rig, 7, 0, across=32752)  # the last code of 12 bits
+    assert faults(rig) == [("sensor_saturated", rig.ticks, 32752)]
     rig = closed(make_rig(force__axes=2, force__n_per_count=[*gain, 0, 0], safety__force_ticks=7))
     feed(rig, 7, 0, across=32767)
     assert faults(rig) == []

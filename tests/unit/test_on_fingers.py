@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.check_fingers import _room, rows
+from frictionloop.cli.check_fingers import _room, lowered_rows, rows
 from frictionloop.design.corners import MET, band_of, corners
 from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
 from frictionloop.design.wanted import Wanted
@@ -117,6 +117,18 @@ def test_gains_for_those_who_can_be_served_are_named_where_others_need_less():
     assert re.search("on the 2 others the limits hold with `[^`]+`, 0.6 times the gain", said(False, True, True))
     assert "2 cannot be given" in said(True, False, False) and "others the limits" not in said(True, False, False)
     assert "others the limits" not in said(True, True, True)
+
+
+def test_a_design_that_was_lowered_says_which_gains_those_who_can_be_served_bear():
+    found = check_fingers(PI, PEOPLE[:3], FEW).assign(in_reach=("finger", [False, True, True]))
+
+    def said(*factors: float) -> str:
+        here = found.assign(gain_factor=("finger", list(factors)))
+        return " ".join(" ".join(row) for row in lowered_rows(here, PI, 0.5, "seed 0", "contact dahl", ""))
+
+    assert "on the 2 others the limits hold with the gains for the finger of the file" in said(0.5, 1.3, 2.0)
+    assert re.search("on the 2 others the limits hold with `[^`]+`, 0.8 times those", said(0.5, 0.8, 2.0))
+    assert "others the limits" not in said(0.5, 0.501, 2.0)
 
 
 def test_ctrl_c_keeps_the_fingers_that_were_looked_at():

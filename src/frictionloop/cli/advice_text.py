@@ -68,7 +68,9 @@ def lines(found: Ringing, metrics: dict[str, float], swings: bool = False) -> li
     close = "rings between the ends of its clamp, though a small change dies out" if swings else "is close to ringing"
     what = f"This loop {close if found.stable else 'rings'}{near}{moist}"
     said = textwrap.wrap(what + (f": {', '.join(signs)}." if signs else "."), WIDTH)
-    said.append(f"{_gains(found)}: {'nearly ' if found.stable else ''}too much for this sensor, plate and delay.")
+    said.append(
+        f"{_gains(found)}: {'nearly ' if found.stable and not swings else ''}too much for this sensor, plate and delay."
+    )
     if found.held:
         said.append(f"Gains that hold: {' '.join(f'--{path} {gain:g}' for path, gain in found.held.items())}")
         holds = f"They hold with Ms up to {HELD_PEAK:g}, {_where(found.band)}{found.band.where}, for this finger."

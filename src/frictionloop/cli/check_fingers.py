@@ -61,7 +61,7 @@ def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) 
         told += [("", _worst(seen)), *_less(seen, system, again)]
     elif held:
         told.append(("", f"{_worst(seen)}{_room(float(seen['gain_factor'].min()))}"))
-    return [*told, *_missed(seen, system, "the gain")]
+    return [*told, *_missed(seen, system)]
 
 
 def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, where: str, again: str) -> list[Row]:
@@ -84,7 +84,7 @@ def lowered_rows(found: xr.Dataset, system: System, factor: float, drawn: str, w
     told += [("", f"with the gains for the finger of the file {_worst(seen)}"), *_of_others(count, again)]
     if unseen:
         told.append(("", f"{unseen} cannot be looked at: {_reasons(found)}"))
-    return [*told, *_missed(seen, system, "those")]
+    return [*told, *_missed(seen, system, "those", "the gains for the finger of the file")]
 
 
 def _of_others(count: int, again: str) -> list[Row]:
@@ -111,8 +111,11 @@ def not_lowered(lowered: ForFingers | None) -> list[Row]:
     return [("", said)]
 
 
-def _missed(seen: xr.Dataset, system: System, what: str) -> list[Row]:
-    """Return rows on the fingers that cannot be given every force, and on gains for the others; none where all can."""
+def _missed(seen: xr.Dataset, system: System, *gains: str) -> list[Row]:
+    """Return rows on the fingers that cannot be given every force, and on gains for the others; none where all can.
+
+    ``gains`` are the words of `_gains`.
+    """
     missed = int((~seen["in_reach"]).sum())
     if not missed:
         return []
@@ -120,8 +123,8 @@ def _missed(seen: xr.Dataset, system: System, what: str) -> list[Row]:
     said = f"{who} be given every force asked for at every load looked at, dry and moist; they were "
     told: list[Row] = [("", said + "looked at where they can; other forces asked for may serve more")]
     served = float(seen["gain_factor"].where(seen["in_reach"]).min())
-    if float(seen["gain_factor"].min()) < min(served, 1.0):  # some who cannot be served need less gain than all who can
-        told.append(("", _gains(f"on the {seen.sizes['finger'] - missed} others", served, system, what)))
+    if NONE_LEFT * float(seen["gain_factor"].min()) < min(served, 1.0):  # the others bear more gain
+        told.append(("", _gains(f"on the {seen.sizes['finger'] - missed} others", served, system, *gains)))
     return [*told, ("", SERVED)]
 
 
@@ -151,7 +154,7 @@ def _worst(seen: xr.Dataset) -> str:
     where += [f"pressed with {value['load_n']:.2g} N"] if math.isfinite(value["load_n"]) else []
     where += [f"at {value['force_n']:.3g} N, {finger(value['occluded'])}{off_said(value['resonance_off'])}"]
     how = f"Ms is {value['sensitivity_peak']:.3g}, {value['limit']:.3g} the limit" if value["stable"] else "unstable"
-    missed = "" if value["in_reach"] else "; the plate cannot give it every force asked for"
+    missed = "" if value["in_reach"] else "; it cannot be given every force asked for"
     return f"the worst is finger {worst['finger'].item()}: {how}, {', '.join(where)}{missed}"
 
 
@@ -174,10 +177,11 @@ def _most(seen: xr.Dataset) -> float:
     return float(factors[math.ceil(MOST * factors.size) - 1])
 
 
-def _gains(who: str, factor: float, system: System, what: str = "the gain") -> str:
+def _gains(who: str, factor: float, system: System, what: str = "the gain", whole: str = "these gains") -> str:
+    """Return with which gains the limits hold; ``what`` is multiplied, ``whole`` are the gains of the system."""
     controller: Any = system.controller
     if factor >= 1.0:
-        return f"{who} the limits hold with these gains"
+        return f"{who} the limits hold with {whole}"
     if not isinstance(controller, PiController | FeedForward):
         return f"{who} the limits hold with {number(factor)} times the gain of the loop"
     less = {name: f"{(1.0 - ROUNDING) * factor * getattr(controller, name):.4g}" for name in ("kp", "ki")}

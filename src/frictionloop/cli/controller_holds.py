@@ -158,11 +158,12 @@ def strokes_said(found: Sequence[Corner], wanted: Wanted) -> str:
     contacts = list(dict.fromkeys(each.finger.contact for each in systems if isinstance(each.finger, Skin)))
     speeds = [each.motion.speed_mm_s for each in systems if isinstance(each.motion, Strokes)]
     said = [f"contact{'s' * (len(contacts) > 1)} {' and '.join(contacts)}"] if contacts else []
-    said += [f"{_range(speeds)} mm/s"] if speeds else []
-    said += [f"pressed with {_range(wanted.loads_n)} N"] if wanted.loads_n else []
+    said += [f"{range_said(speeds)} mm/s"] if speeds else []
+    said += [f"pressed with {range_said(wanted.loads_n)} N"] if wanted.loads_n else []
     return ", ".join(said)
 
 
-def _range(values: Sequence[float]) -> str:
+def range_said(values: Sequence[float]) -> str:
+    """Return the ends of some values in words, one that all have alone."""
     low, high = min(values), max(values)
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"

@@ -128,8 +128,8 @@ def headroom_text(left: Headroom, wanted: Wanted) -> list[Any]:
             "phase lag",
             f"{_degrees(lag.total)} deg",
             f"where |S| is 1: springs {_degrees(lag.springs)}, plate and contact {_degrees(lag.plate)}, electronics "
-            f"{_degrees(lag.electronics)}, delay {_degrees(lag.delay)}, hold {_degrees(lag.hold)}. The largest need "
-            "not be what limits: docs/which-law.md says what each part of bench() is worth",
+            f"{_degrees(lag.electronics)}, delay {_degrees(lag.delay)}, hold {_degrees(lag.hold)}. The largest is "
+            "not always what limits: a design with that part changed shows it",
         ),
     ]
     return ["what is left to gain, at the mean force on a dry finger", screen.columns(rows)]

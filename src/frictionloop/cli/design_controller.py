@@ -184,8 +184,10 @@ def _for_people(
 
 def _loads_said(people: Sequence[Any], wanted: Wanted) -> str:
     """Return with which loads the fingers are looked at, before that takes minutes."""
+    from frictionloop.cli.controller_holds import range_said
+
     if wanted.loads_n:
-        return f"the fingers press with {' to '.join(dict.fromkeys(f'{each:.2g}' for each in wanted.loads_n))} N"
+        return f"the fingers press with {range_said(wanted.loads_n)} N"
     loads = [each["motion.load_n"] for each in people]
     other = "as people press by themselves; `--loads 0.4,0.6`, say, looks at them between these"
     return f"the fingers press with {min(loads):.2g} to {max(loads):.2g} N, {other}"

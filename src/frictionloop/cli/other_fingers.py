@@ -121,7 +121,7 @@ class OtherFingers:
         drawn = f"{first}seed {self.fingers_seed or 0}" + (f" of {self.population}" if self.population else "")
         own = "each has its own friction and skin" + ", and load" * (not wanted.loads_n)
         moistest = max((each.loop.elements.occluded for each in asked), default=0.0)
-        moist = f", none more than {moistest:.0%} occluded" if 0.0 < moistest < 1.0 else ""
+        moist = f", none more than {moistest:.0%} occluded" if 0 < round(100 * moistest) < 100 else ""
         where = f"{controller_holds.strokes_said(asked, wanted)}{moist}; {own}"
         again = controller_holds.wanted_flags(asked, wanted)
         other = replace(self, fingers_seed=(self.fingers_seed or 0) + 1)  # gains that hold on some are tried on others

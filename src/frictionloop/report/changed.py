@@ -119,7 +119,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
     held = {
         each: f"holds at {there.held} of {there.places}\ncontacts and speeds" for each, there in found.places.items()
     }
-    held |= {HOLDS: "holds at all of them"}
+    held |= {HOLDS: "holds at all\ncontacts and speeds"}
     figure = figure_closed_loop(runs, list(runs), numbers, held)
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)

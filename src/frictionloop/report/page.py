@@ -64,7 +64,7 @@ def holding(claim: Claim) -> str:
     quoted = ", ".join(f"“{name}”" for name in names)
     if names is no:
         return f"except for {quoted}"
-    return f"only for {quoted}" + (f", and assuming {', '.join(f'“{name}”' for name in beside)}" if beside else "")
+    return f"only for {quoted}" + (f", or assuming {' or '.join(f'“{name}”' for name in beside)}" if beside else "")
 
 
 def notes_of(claim: Claim) -> str:

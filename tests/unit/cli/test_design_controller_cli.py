@@ -19,6 +19,7 @@ from frictionloop.analysis.operating import law_at
 from frictionloop.cli import main, screen
 from frictionloop.cli.controller_followed import followed, followed_text
 from frictionloop.cli.controller_holds import wanted_flags
+from frictionloop.cli.design_controller import _loads_said
 from frictionloop.design import synthesis
 from frictionloop.design.leaning import Lean
 from frictionloop.design.on_fingers import check_fingers
@@ -404,6 +405,11 @@ def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
 
 
 @pytest.mark.slow  # three designs
+def test_with_which_loads_fingers_are_looked_at_is_said_once():
+    assert _loads_said([], Wanted(loads_n=(0.5, 0.5))) == "the fingers press with 0.5 N"
+    assert _loads_said([], Wanted(loads_n=(0.35, 0.7))) == "the fingers press with 0.35 to 0.7 N"
+
+
 def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionloop, tmp_path):
     given, file = ("design", "controller", "--preset", "bench", "--law", "pi"), tmp_path / "gains.toml"
     alone = " ".join(frictionloop(*given).out.split())
