@@ -136,6 +136,7 @@ DEVICE = {
             "low-forces-err-most",
             "steady-20-mn",
             "rise-time",
+            "fall-time",
             "faster-than-open",
             "stronger-plate-faster",
             "clean-of-artefacts",
@@ -146,7 +147,6 @@ DEVICE = {
     **dict.fromkeys(
         [
             "amplitude-overshoot",
-            "fall-time",
         ],
         NOT,
     ),
@@ -347,7 +347,7 @@ def test_each_verdict_has_one_word_in_terminal_and_page(claims):
     templates = files("frictionloop.report") / "templates"
     said += "".join(path.read_text(encoding="utf-8") for path in templates.iterdir())
     assert not re.search(r"contradicted|not reproduced|\bfails\b", said)
-    assert "1 does not come out." in said and "2 do not come out." in said
+    assert said.count("1 does not come out.") == 2  # the plural is an example of `counted`
 
 
 def test_what_a_verdict_in_part_rests_on_never_repeats_its_first_number():

@@ -52,7 +52,7 @@ FIELDS = {
     "felt": Field("what is felt", "5"),
     "fluctuations": Field("where fluctuations come from", "5 to 9"),
     "people": Field("Fig. 5a, 26 fingers", "0, 5 and 10, fingers of seed 1"),
-    "checked": Field("where the re-tuned gains hold", "none"),
+    "checked": Field("where the re-tuned gains hold", "0 to 14, of gains that hold"),
     "beyond": Field("laws, a stored study", "11, of the stored study"),
     "arrivals": Field("effects, a stored study", "0, fingers of seed 11, of the stored study"),
 }

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import xarray as xr
+
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
@@ -13,7 +15,7 @@ from frictionloop.design.checking import check_controller, rounded
 from frictionloop.design.elsewhere import in_words
 from frictionloop.parameters import RETUNED, Sine, System, bench
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
+from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 from frictionloop.report.people import the_finger
 
 
@@ -121,6 +123,8 @@ class Held(NamedTuple):
     """An integral alone that holds at all places, as overrides."""
     instead_n: float
     """Error in N of it."""
+    instead_stepped: xr.Dataset
+    """Steps under it, as `device.stepping` has them."""
 
 
 def held() -> Held:
@@ -132,5 +136,6 @@ def held() -> Held:
     places, instead = checked(there), integral_alone(there)
     instead_n = fit(tracking(finger, instead)).rms_n
     return Held(
-        peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead, instead_n
-    )
+        peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead, instead_n,
+        stepping(finger, instead),
+    )  # fmt: skip
