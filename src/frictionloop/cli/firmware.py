@@ -195,9 +195,24 @@ def _stable(system: System) -> bool | None:
 
 
 def _ceiling(system: System) -> str:
-    """Return the largest amplitude that the board ever commands, and whose it is."""
+    """Return the largest amplitude that the board ever commands, whose it is, and which forces it leaves out."""
+    from frictionloop.analysis.operating import asked, law_at
+    from frictionloop.physics.friction import friction_force
+    from frictionloop.quantities import FrictionloopError
+
     if (own := system.board.ceiling_um) is not None:
-        return f"{own:g} um, board.ceiling_um"
+        said = f"{own:g} um, board.ceiling_um"
+        try:
+            least_n, wanted = float(friction_force(own, law_at(system))), asked(system)
+        except FrictionloopError:  # a recording whose level is not known
+            return said
+        if wanted.low_n >= least_n:
+            return said
+        none = "NO" if wanted.high_n < least_n else "not every"
+        return (
+            f"{said}, for a first run: {none} force asked for, {wanted.low_n:.3g} to {wanted.high_n:.3g} N, is reached "
+            f"on the file's finger just landed, which has {least_n:.3g} N there"
+        )
     return (
         f"{system.plate.max_amplitude_um:g} um, the plate's largest; for a first run set board.ceiling_um, such as 0.5"
     )

@@ -52,6 +52,24 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     assert fl.read_toml(folder / "system.toml").controller.ki == 134
 
 
+@pytest.mark.parametrize(
+    ("ceiling_um", "said"),
+    [
+        (0.3, "for a first run: NO force asked for, 0.5 to 0.6 N, is reached on the file's finger just landed"),
+        (1.1, "for a first run: not every force asked for, 0.5 to 0.6 N, is reached"),
+        (2.0, ""),
+    ],
+)
+def test_a_ceiling_says_which_forces_it_leaves_out(frictionloop, tmp_path, ceiling_um, said):
+    forces = ("--setpoint.offset_n", "0.55", "--setpoint.amplitude_n", "0.05", "--board.ceiling_um", str(ceiling_um))
+    shown = " ".join(frictionloop("firmware", "export", *PI, *forces, "--out", str(tmp_path / "table")).out.split())
+    assert f"ceiling {ceiling_um:g} um, board.ceiling_um" in shown and said in shown
+    assert ("for a first run" in shown) is bool(said)
+    bench = fl.bench().friction
+    least_n = float(bench.nominal_n * np.exp(-bench.susceptibility_per_um2 * ceiling_um**2))
+    assert (least_n > 0.5) is bool(said) and (f"which has {least_n:.3g} N there" in shown) is bool(said)
+
+
 def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(frictionloop, tmp_path):
     printed = ("firmware", "export", "--preset", "bench", "--controller.kp", "10", "--out", str(tmp_path / "table"))
     assert not json.loads(frictionloop(*printed, "--json").out)["stable"]
