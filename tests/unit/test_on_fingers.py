@@ -114,6 +114,8 @@ def test_gains_for_those_who_can_be_served_are_named_where_others_need_less():
         return " ".join(" ".join(row) for row in rows(here, PI, "seed 0", "contact dahl", ""))
 
     assert "1 cannot be given" in said(False, True, True)
+    assert "; it cannot be given every force asked for" in said(False, True, True)  # the worst finger, the first
+    assert "; it cannot be given every force asked for" not in said(True, False, False)
     assert re.search("on the 2 others the limits hold with `[^`]+`, 0.6 times the gain", said(False, True, True))
     assert "2 cannot be given" in said(True, False, False) and "others the limits" not in said(True, False, False)
     assert "others the limits" not in said(True, True, True)

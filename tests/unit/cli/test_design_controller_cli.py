@@ -404,12 +404,12 @@ def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
     assert wanted_flags([], Wanted()) == ""
 
 
-@pytest.mark.slow  # three designs
 def test_with_which_loads_fingers_are_looked_at_is_said_once():
     assert _loads_said([], Wanted(loads_n=(0.5, 0.5))) == "the fingers press with 0.5 N"
     assert _loads_said([], Wanted(loads_n=(0.35, 0.7))) == "the fingers press with 0.35 to 0.7 N"
 
 
+@pytest.mark.slow  # three designs
 def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionloop, tmp_path):
     given, file = ("design", "controller", "--preset", "bench", "--law", "pi"), tmp_path / "gains.toml"
     alone = " ".join(frictionloop(*given).out.split())
