@@ -42,19 +42,12 @@ static void watch_jumps(fl_sensors *sensors, const fl_parameters *p, const fl_me
     if (sensors->jumped > JUMPS * JUMPS_TICKS) sensors->jumped = JUMPS * JUMPS_TICKS;
 }
 
-/* Whether the finger slides, and has slid for so far since it landed or turned that its skin pulls no more. It has
- * turned once it is back by the way in which friction develops: a finger that trembles goes on. */
+/* Whether the finger slides, and has slid for so far since it landed or turned that the softest skin pulls no more. */
 static int slides(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m) {
-    if (m->speed == 0) sensors->turned = sensors->farthest = m->position;
-    int32_t ahead = fl_subtract(m->position, sensors->farthest);
-    if (sensors->back) ahead = fl_subtract(0, ahead);
-    if (ahead < -p->touch_developed_m) {
-        sensors->turned = sensors->farthest;
-        sensors->back ^= 1;
-    }
-    if (ahead > 0 || ahead < -p->touch_developed_m) sensors->farthest = m->position;
-    int on = (m->speed < 0) == sensors->back;
-    return m->valid && on && size(fl_subtract(m->position, sensors->turned)) > p->safety_turn_m;
+    uint8_t back = m->speed < 0;
+    if (m->load < p->touch_touch_n || back != sensors->back) sensors->turned = m->position;
+    sensors->back = back;
+    return m->valid && size(fl_subtract(m->position, sensors->turned)) > p->safety_turn_m;
 }
 
 static int is_contrary(const fl_parameters *p, const fl_measurement *m, int slid) {

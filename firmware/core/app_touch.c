@@ -1,7 +1,7 @@
 /* Mirrors touch_step of sensing/touch.py: an alpha-beta filter of the position, and whether a reading is
  * valid.
  *
- * Position and way are q44: at 20 mm/s a tick is 4 um, and a step of q28 would be 1e-3 of it. */
+ * Position and ways are q44: at 20 mm/s a tick is 4 um, and a step of q28 would be 1e-3 of it. */
 #include "fl_app_parts.h"
 
 static const fl_gain period_s = {1759218604, 43}; /* 1/FL_TICK_HZ */
@@ -16,10 +16,25 @@ static int64_t moved(int32_t speed) {
 
 static int64_t within(int64_t way) { return way > FARTHEST ? FARTHEST : way < -FARTHEST ? -FARTHEST : way; }
 
-static void land_or_lift(fl_touch *touch, int64_t position) {
+static int64_t developed(const fl_parameters *p) { return (int64_t)p->touch_developed_m * (1 << FINER); }
+
+static void land_or_lift(fl_touch *touch, const fl_parameters *p, int64_t position) {
     touch->position = position;
     touch->speed = 0;
-    touch->way = 0;
+    touch->missing = developed(p);
+    touch->back = 0;
+}
+
+/* The way that the skin still misses, within a play of `developed` on both sides, and whether the finger has turned. */
+static void stretch(fl_touch *touch, const fl_parameters *p, int64_t ahead, int presses) {
+    int64_t missing = touch->missing - (presses ? ahead : 0), most = 2 * developed(p), back = touch->back - ahead;
+    touch->missing = missing < 0 ? 0 : missing > most ? most : missing;
+    touch->back = back < 0 ? 0 : back;
+    if (touch->back > (int64_t)p->touch_turn_m * (1 << FINER)) {
+        touch->missing = most - touch->missing;
+        touch->back = 0;
+        touch->backwards ^= 1;
+    }
 }
 
 static void track(fl_touch *touch, const fl_parameters *p, int64_t position, int presses) {
@@ -28,7 +43,7 @@ static void track(fl_touch *touch, const fl_parameters *p, int64_t position, int
     touch->position = within(predicted + fl_scale((int64_t)p->touch_position_gain * error, 28 - FINER));
     touch->speed = fl_fma(p->touch_speed_gain, error, touch->speed);
     int64_t way = moved(touch->speed);
-    if (presses) touch->way = within(touch->way + (way < 0 ? -way : way));
+    stretch(touch, p, touch->backwards ? -way : way, presses);
 }
 
 fl_measurement fl_touch_step(
@@ -36,16 +51,17 @@ fl_measurement fl_touch_step(
     int64_t fine = (int64_t)position * (1 << FINER);
     int32_t share = fl_mul28(p->touch_touch_share, touch->mean_load);
     int touches = load >= p->touch_touch_n, presses = touches && load >= share;
-    if (!touch->begun) land_or_lift(touch, fine);
+    if (!touch->begun) land_or_lift(touch, p, fine);
     touch->begun = 1;
     if (touches) {
         int32_t above = fl_subtract(load, touch->mean_load);
         touch->mean_load = fl_add(touch->mean_load, fl_mul28(p->touch_mean_gain, above));
         track(touch, p, fine, presses);
     } else {
-        land_or_lift(touch, fine);
+        land_or_lift(touch, p, fine);
     }
-    int fast = touch->speed >= p->touch_least_speed_m_s || touch->speed <= -p->touch_least_speed_m_s;
-    int developed = touch->way >= (int64_t)p->touch_developed_m * (1 << FINER);
-    return (fl_measurement){force, position, touch->speed, load, presses && fast && developed};
+    int32_t ahead = touch->backwards ? fl_subtract(0, touch->speed) : touch->speed, least = ahead > 1 ? ahead : 1;
+    int32_t told = touch->backwards ? -least : least;
+    int fast = ahead >= p->touch_least_speed_m_s || ahead <= -p->touch_least_speed_m_s;
+    return (fl_measurement){force, position, told, load, presses && fast && touch->missing <= 0};
 }

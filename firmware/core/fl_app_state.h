@@ -50,9 +50,9 @@ typedef struct {
 } fl_play;
 
 typedef struct {
-    int64_t position, way; /* m, q44: a step of 20 mm/s is 4 um, of which the filter needs 1e-5 */
+    int64_t position, missing, back; /* m, q44: a step of 20 mm/s is 4 um, of which the filter needs 1e-5 */
     int32_t speed, mean_load;
-    uint8_t begun;
+    uint8_t begun, backwards;
 } fl_touch;
 
 /* Ticks in a row at which something was so. */
@@ -65,7 +65,7 @@ typedef struct {
 /* What app_sensors.c remembers. Forces of the hum are N in 2^-13. */
 typedef struct {
     int32_t force, position, load; /* of the tick before, the force's magnitude */
-    int32_t turned, farthest;      /* where the motion turned, and how far it got since then, m */
+    int32_t turned;                /* where the finger landed or was seen to turn, m */
     int32_t level, restless;       /* sums of the force, and of what the set-point moved */
     int32_t peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
     int16_t jumped, asked;

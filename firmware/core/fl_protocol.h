@@ -21,8 +21,8 @@
 #define FL_ALL_TRIGGERS 255
 #define FL_SAMPLES_A_FRAME 16
 #define FL_OLDEST_MS 20
-#define FL_TABLE_HASH 0x084ae418u
-#define FL_WORDS 426
+#define FL_TABLE_HASH 0xc96a6444u
+#define FL_WORDS 427
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -70,7 +70,8 @@ typedef struct {
     int32_t touch_touch_share;  /* q28: least share of the running mean of the load */
     int32_t touch_mean_gain;  /* q28: gain of that mean */
     int32_t touch_least_speed_m_s;  /* q28, m/s: least speed that counts as sliding */
-    int32_t touch_developed_m;  /* q28, m: way since landing before a reading is valid */
+    int32_t touch_developed_m;  /* q28, m: way from landing to a skin that is stretched, after which a reading is valid; a turn takes twice that */
+    int32_t touch_turn_m;  /* q28, m: way back that is a turn */
     int32_t touch_lead_s;  /* q28, s: from the sample to the middle of the period in which its command is in force: so far ahead an effect is asked */
     int32_t setpoint_hold_n;  /* q28, N: set-point while no table plays */
     int32_t safety_force_limit_n;  /* q28, N: largest plausible force */
@@ -108,14 +109,14 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
     {406, 1, 2, -1, 62}, \
     {408, 1, 1, 0, 2147483647}, \
     {409, 2, 1, 0, 268435456}, \
-    {411, 2, 1, 0, 2147483647}, \
-    {413, 1, 1, 0, 268435456}, \
-    {414, 2, 1, 0, 2147483647}, \
-    {416, 1, 1, 1, 100}, \
-    {417, 1, 1, 2, 500000}, \
-    {418, 1, 1, 1, 50}, \
-    {419, 6, 1, 0, 2147483647}, \
-    {425, 1, 1, 1, 50}, \
+    {411, 3, 1, 0, 2147483647}, \
+    {414, 1, 1, 0, 268435456}, \
+    {415, 2, 1, 0, 2147483647}, \
+    {417, 1, 1, 1, 100}, \
+    {418, 1, 1, 2, 500000}, \
+    {419, 1, 1, 1, 50}, \
+    {420, 6, 1, 0, 2147483647}, \
+    {426, 1, 1, 1, 50}, \
 }
 
 #endif

@@ -17,7 +17,7 @@ DT = 1 / 5000
 Q28 = 2.0**28
 BOARD = Board()
 DECLARED = """
-typedef struct { int64_t position, way; int32_t speed, mean_load; uint8_t begun; } fl_touch;
+typedef struct { int64_t position, missing, back; int32_t speed, mean_load; uint8_t begun, backwards; } fl_touch;
 typedef struct { int32_t force, position, speed, load, valid; } fl_measurement;
 typedef struct { int32_t mantissa, shift; } fl_gain;
 int32_t fl_counts(fl_gain, int32_t);
@@ -34,25 +34,25 @@ def parts() -> tuple[FFI, Any]:
 
 
 def in_c(parts, words: np.ndarray, position: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return measured (position, speed, load, valid) and the tracked position, way, mean at every tick."""
+    """Return measured (position, speed, load, valid) and the tracked position, missing way, mean at every tick."""
     ffi, lib = parts
     state, table = ffi.new("fl_touch *"), ffi.from_buffer(np.ascontiguousarray(words))
     seen, inner = [], []
     for x, n in zip(np.round(position * Q28).astype(int), np.round(load * Q28).astype(int), strict=True):
         m = lib.fl_touch_step(state, table, int(x), int(n), 0)
         seen.append((m.position / Q28, m.speed / Q28, m.load / Q28, m.valid))
-        inner.append((state.position / 2**44, state.way / 2**44, state.mean_load / Q28))
+        inner.append((state.position / 2**44, state.missing / 2**44, state.mean_load / Q28))
     return np.array(seen), np.array(inner)
 
 
 def in_python(position: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the same by touch_step, whose own noise is drawn as 0."""
-    given, state = touch_coefficients(Touch(), DT), TouchState(position[0], 0.0, 0.0, 0.0)
+    given, state = touch_coefficients(Touch(), DT), TouchState(position[0], 0.0, 0.0, 1e-3 * Touch().load.developed_mm)
     seen, inner = [], []
     for x, n in zip(position, load, strict=True):
         state, told = touch_step(state, x, n, 0.0, 0.0, given)
         seen.append(told)
-        inner.append((state.position, state.way, state.mean_load))
+        inner.append((state.position, state.missing, state.mean_load))
     return np.array(seen), np.array(inner)
 
 
@@ -78,6 +78,7 @@ def test_ten_seconds_of_strokes(parts, words, seed: int):
     np.testing.assert_allclose(inner[:, 0], within[:, 0], rtol=0, atol=1e-8)
     # Rounding may hold the mean where its step is below half of 2^-28: within 2^-29/mean_gain = 5 uN.
     np.testing.assert_allclose(inner[:, 2], within[:, 2], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(inner[:, 1], within[:, 1], rtol=0, atol=1e-6)
     differ = seen[:, 3] != wanted[:, 3]
     assert 0.2 < wanted[:, 3].mean() < 0.9
     assert differ.sum() <= 10  # a threshold that is met a rounding earlier or later
@@ -89,16 +90,18 @@ def test_no_lag_at_constant_speed(parts, words):
     assert seen[-1, 1] == pytest.approx(0.02, abs=1e-6)
     assert inner[-1, 0] == pytest.approx(position[-1], abs=1e-8)
     # The way is that of the tracked speed, which sets out from rest.
-    assert inner[-1, 1] == pytest.approx(np.sum(seen[:, 1]) * DT, rel=1e-6)
+    developed_m = 1e-3 * Touch().load.developed_mm
+    np.testing.assert_allclose(inner[:, 1], np.maximum(developed_m - np.cumsum(seen[:, 1]) * DT, 0.0), atol=1e-8)
 
 
 def test_a_week_on_the_plate_overflows_nothing(parts, words):
     ffi, lib = parts
     state, table = ffi.new("fl_touch *"), ffi.from_buffer(np.ascontiguousarray(words))
-    state.begun, state.way, state.position = 1, 2**48, 2**48
+    state.begun, state.missing, state.back, state.position = 1, 2**48, 2**48, 2**48
     for k in range(2000):
         lib.fl_touch_step(state, table, (-1) ** k * (2**31 - 1), 2**31 - 1, 0)
-        assert abs(state.way) <= 2**48
+        assert 0 <= state.missing <= 2**44
+        assert abs(state.back) <= 2**48
         assert abs(state.position) <= 2**48
 
 

@@ -148,7 +148,11 @@ def solve(system, periods, seed, slider_step_s=2e-6):
     tracked, speed = stroke(system.motion, 0.0)[:2]
     cells = system.touch.load
     mean = system.motion.load_n * contact_share(system.motion, 0.0)
-    landed_m = 1.0 if mean > 0 else 0.0
+    # The tip stays in the middle of a play that the finger drags.
+    play, turn, heads = 1e-3 * cells.developed_mm, 1e-3 * cells.turn_mm, 1
+    slides = mean > 0 and abs(speed) >= 0.5e-3 * system.motion.speed_mm_s
+    at, tip = 0.0, -play if slides else 0.0
+    farthest = at
     for k in range(periods):
         t = k * dt
         x, _, sign = stroke(system.motion, t)
@@ -158,11 +162,16 @@ def solve(system, periods, seed, slider_step_s=2e-6):
             mean += (1 - math.exp(-dt / cells.mean_s)) * (pressed - mean)
             error = x - (tracked + speed * dt)
             tracked, speed = tracked + speed * dt + (1 - pole**2) * error, speed + (1 - pole) ** 2 / dt * error
-            landed_m += abs(speed) * dt if presses else 0.0
+            at += speed * dt
+            tip = min(max(tip, at - play), at + play) if presses else tip + speed * dt
+            farthest = heads * max(heads * farthest, heads * at)
+            if heads * (farthest - at) > turn:
+                heads, farthest = -heads, at
         else:
-            tracked, speed, landed_m = x, 0.0, 0.0
-        valid = presses and abs(speed) >= 1e-3 * cells.least_speed_mm_s and landed_m >= 1e-3 * cells.developed_mm
-        f_m = plant.y[5] * (1 if speed >= 0 else -1)
+            tracked, speed, tip, farthest = x, 0.0, at, at
+        stretched = heads * (at - tip) >= play - 1e-12
+        valid = presses and abs(speed) >= 1e-3 * cells.least_speed_mm_s and stretched
+        f_m = plant.y[5] * heads
         wanted = r.levels_n[max(i for i, start in enumerate(r.times_s) if start <= t + 1e-9)]
         e = wanted - f_m if valid else 0.0
         v = c.kp * e + integral

@@ -13,7 +13,7 @@ from frictionloop.loop.kernel.structure import moves
 from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
-from frictionloop.physics.finger_step import Motion
+from frictionloop.physics.finger_step import Motion, heading_step
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.brief import Brief, brief
 from frictionloop.quantities.normals import BLOCK
@@ -167,7 +167,7 @@ class Stepper(metaclass=Brief):
                 "(touch.position.fastest_mm_s)"
             )
         position, speed, load = motion
-        rows, direction = self._tile.slab.view("motion_next"), 1.0 if speed >= 0 else -1.0
+        rows, direction = self._tile.slab.view("motion_next"), heading_step(speed, self._view[ROW["motion"].direction])
         told = {"position": position, "speed": speed, "load": load, "direction": direction, "place": position}
         for name, value in told.items():
             rows[Motion._fields.index(name), 0] = value

@@ -141,8 +141,14 @@ class LoadCells(Block):
     """Time constant of that mean, which waits while nothing touches (assumed)."""
     least_speed_mm_s: NotNegative = 2.0
     """Least measured speed that counts as sliding (assumed)."""
-    developed_mm: NotNegative = 0.5
-    """Way since landing before a reading is valid: the skin stretches by F/k, and the load still rises (assumed)."""
+    developed_mm: NotNegative = 0.75
+    """Way from landing to a skin that is stretched, F/k + 3 z, after which a reading is valid; a turn takes it twice.
+
+    A friction F of 0.7 N on a skin of k = 1000 N/m, and three slip lengths z, after which friction is at 95 % (assumed).
+    """
+    turn_mm: NotNegative = 0.22
+    """Way back that is a turn: as far as a tremor of 30 um rms goes back once in 1,000 periods, 2 (2 ln 1000)^(1/2) of
+    it."""
 
 
 class Touch(Block):

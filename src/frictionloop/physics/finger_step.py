@@ -32,9 +32,13 @@ class Motion(NamedTuple):
     """On f0, from load, speed, moisture and place."""
     occluded: float
     direction: float
-    """Of the stroke, 1 or -1."""
+    """Of the stroke, 1 or -1; at rest the last there was."""
     place: float
     """Along the stroke without tremor, m."""
+
+
+LEAST_M_S = 1e-300
+"""Speed of a finger at rest along its direction, so that a rigid one's force keeps its sign; lost in any other."""
 
 
 class Static(NamedTuple):
@@ -46,12 +50,18 @@ class Static(NamedTuple):
 
 @step
 def move_step(
-    t: float, stroke: StrokePlan, plan: LoadPlan, along: TremorState, across: TremorState
+    t: float, direction: float, stroke: StrokePlan, plan: LoadPlan, along: TremorState, across: TremorState
 ) -> tuple[float, float, float, float, float]:
-    """Position, speed, load, direction and place at time t: the stroke, and the tremor on it."""
+    """Position, speed, load, direction and place at time t, after a ``direction``: the stroke, and the tremor on it."""
     place, speed = stroke_step(t, stroke)
     pressed = load_step(t, across.displacement, plan)
-    return place + along.displacement, speed + along.rate, pressed, 1.0 if speed >= 0.0 else -1.0, place
+    return place + along.displacement, speed + along.rate, pressed, heading_step(speed, direction), place
+
+
+@step
+def heading_step(speed_m_s: float, direction: float) -> float:
+    """Sign of the speed; at rest the last direction."""
+    return 1.0 if speed_m_s > 0.0 else (-1.0 if speed_m_s < 0.0 else direction)
 
 
 @step
@@ -103,7 +113,7 @@ def substep_of(contact: str, vibration: Vibration) -> Any:
         middle, end = plate_step(a, fma(share, new - old, old), ceiling, plate)
         left = remaining(middle, now.occluded, effect)
         limit = limit_n * fma(fraction, after.factor - now.factor, now.factor) * left
-        speed = fma(fraction, after.speed - now.speed, now.speed)
+        speed = fma(now.direction, LEAST_M_S, fma(fraction, after.speed - now.speed, now.speed))
         limit = limit * static_step(speed - before.lag_speed_m_s, static.gain, static.per_speed)
         state, force = law(before, limit, speed, given)
         return end, state, force if trusted or left >= 0.0 else math.nan
@@ -128,7 +138,7 @@ def limits_of(vibration: Vibration) -> Any:
 @step
 def rigid_force_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
     """Force without skin."""
-    return limit_n if now.speed >= 0.0 else -limit_n
+    return limit_n if fma(now.direction, LEAST_M_S, now.speed) >= 0.0 else -limit_n
 
 
 @step

@@ -9,19 +9,24 @@ from frictionloop.parameters.motion import Sliding, Strokes, Touch
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import fma, step
 
-DEVELOPED_M = 1.0
-"""A way after which friction has developed whatever the finger: where a finger that has landed before t = 0 starts."""
+CREEP_M_S = 2.0**-28
+"""Least speed that is told, as one that turns back by less than a turn: the last place of the firmware's."""
 POSITION_STREAM, LOAD_STREAM = 22, 23
 """Streams of the counter-based noise of the position sensor and of the measured load."""
 
 
 class TouchState(NamedTuple):
-    """Tracked position in m and speed in m/s, running mean of the load in N, way in m since landing."""
+    """Tracked position in m and speed in m/s, running mean of the load in N, and how the skin is stretched."""
 
     position: float
     speed: float
     mean_load: float = 0.0
-    way: float = DEVELOPED_M
+    missing: float = 0.0
+    """Way in m along the direction until the skin is stretched, 0 to twice ``developed_m``."""
+    back: float = 0.0
+    """Way in m back from the farthest place."""
+    direction: float = 1.0
+    """Of the motion since its last turn, 1 or -1."""
 
 
 class TouchCoefficients(NamedTuple):
@@ -42,6 +47,7 @@ class TouchCoefficients(NamedTuple):
     touch_share: float
     mean_gain: float
     developed_m: float
+    turn_m: float
 
 
 @step
@@ -54,15 +60,17 @@ def touch_step(  # type: ignore[no-untyped-def]
     four cells, each with noise of its own: N + 2 sigma z. The filter predicts x + v dt and corrects both by its error
     e: x += alpha e, v += beta e/dt. Without touch it waits at the last sample.
 
-    A reading is valid while the finger slides under most of its usual load, and once it has gone so far under it since
-    landing that its skin is stretched: before, force below the set-point is no error to act on. A finger that presses
-    less than usual still touches: its speed, way and usual load go on, so that a dip of a trembling load costs only
-    the dip.
+    A reading is valid while the finger slides under most of its usual load on a skin that is stretched: before, force
+    below the set-point is no error to act on. The skin is a play of ``developed_m`` on both sides: a landing goes half
+    of it, a turn all of it, and a finger that trembles back goes that way again. It has turned once it is back by
+    ``turn_m``; until then, in a pause and in the air, the direction stays, and the speed told does not contradict it.
+    A finger that presses less than usual still touches: its speed and usual load go on.
     """
-    tracked, speed, mean, way = state
-    noise_m, step_m, per_m, load_noise, touch_n, least_speed, dt, position_gain, speed_gain, share, gain, developed = (
-        coefficients
-    )
+    tracked, speed, mean, missing, back, direction = state
+    (
+        noise_m, step_m, per_m, load_noise, touch_n, least_speed, dt,
+        position_gain, speed_gain, share, gain, developed, turn,
+    ) = coefficients  # fmt: skip
     load = fma(load_noise, z_load, load_n)
     position = fma(noise_m, z_position, position_m)
     position = step_m * math.floor(fma(per_m, position, 0.5)) if step_m > 0.0 else position
@@ -72,9 +80,15 @@ def touch_step(  # type: ignore[no-untyped-def]
     mean = fma(gain, load - mean, mean) if touches else mean
     tracked = fma(position_gain, error, predicted) if touches else position
     speed = fma(speed_gain, error, speed) if touches else 0.0
-    way = fma(abs(speed) if presses else 0.0, dt, way) if touches else 0.0
-    slides = presses & (abs(speed) >= least_speed) & (way >= developed)
-    return TouchState(tracked, speed, mean, way), (position, speed, load, 1.0 if slides else 0.0)
+    ahead = direction * speed * dt
+    missing = min(max(missing - (ahead if presses else 0.0), 0.0), 2.0 * developed) if touches else developed
+    back = max(back - ahead, 0.0) if touches else 0.0
+    turns = back > turn
+    missing, back = 2.0 * developed - missing if turns else missing, 0.0 if turns else back
+    direction = -direction if turns else direction
+    slides = presses & (abs(speed) >= least_speed) & (missing <= 0.0)
+    told = direction * max(direction * speed, CREEP_M_S)
+    return TouchState(tracked, speed, mean, missing, back, direction), (position, told, load, 1.0 if slides else 0.0)
 
 
 def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
@@ -93,6 +107,7 @@ def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
         touch_share=touch.load.touch_share,
         mean_gain=-math.expm1(-dt / touch.load.mean_s),
         developed_m=1e-3 * touch.load.developed_mm,
+        turn_m=1e-3 * touch.load.turn_mm,
     )
 
 

@@ -10,7 +10,7 @@ from frictionloop.loop.kernel.motion_tile import lift_motion
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
 from frictionloop.loop.kernel.tiles import Lifting, lift
-from frictionloop.physics.finger_step import FORCES, limits_of, settled_of, substep_of
+from frictionloop.physics.finger_step import FORCES, heading_step, limits_of, settled_of, substep_of
 from frictionloop.physics.plate import pulse_step
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities.arithmetic import fma, step
@@ -121,14 +121,15 @@ def build_sense(lifting: Lifting, contact: str, vibration: Vibration, moving: bo
 
 def build_guide(lifting: Lifting) -> Any:
     """Return the tile that lets a finger go where its path says: to its place at t_k+1, at that speed and load."""
-    width, compiled, count = lifting
+    (width, compiled, count), heading = lifting, heading_step
     following = *ROW["motion_next"][:3], ROW["motion_next"].direction, ROW["motion_next"].place
 
     @compiled
     def guide(s, n, k, at, o):  # type: ignore[no-untyped-def]
         position, speed, pressed = load(doubles(o.path), 3 * k, 1, (0, 1, 2))
         for i in range(count(n)):
-            store(s, i, width, following, (position, speed, pressed, 1.0 if speed >= 0.0 else -1.0, position))
+            direction = heading(speed, load(s, i, width, _NOW.direction))
+            store(s, i, width, following, (position, speed, pressed, direction, position))
 
     return guide
 

@@ -10,7 +10,7 @@ from frictionloop.physics.finger_step import factor_step, landed_step, move_step
 from frictionloop.physics.roughness import roughness_between, roughness_cells
 from frictionloop.physics.tremor import tremor_step
 from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.sensing.touch import DEVELOPED_M, touch_step
+from frictionloop.sensing.touch import touch_step
 
 _NOW, _NEXT, _ROUGH, _LIMIT = ROW["motion"], ROW["motion_next"], ROW["rough"], ROW["limit_coefficients"]
 _TREMOR, _PLANS = (ROW["tremor_along"], ROW["tremor_across"]), (ROW["stroke_plan"], ROW["load_plan"])
@@ -23,25 +23,26 @@ def kept_step(motion, unscored):  # type: ignore[no-untyped-def]
 
 
 @step
-def begin_step(tremor, plans):  # type: ignore[no-untyped-def]
-    """Motion at t = 0, before which the filter of the position sensor has settled."""
-    position, speed, load, direction, place = move_step(0.0, *plans, *tremor)
-    return (position, speed, load, direction, place), (position, speed, load, DEVELOPED_M if load > 0.0 else 0.0)
+def begin_step(tremor, plans, developed_m):  # type: ignore[no-untyped-def]
+    """Motion at t = 0, before which skin and filter of the position sensor have settled (as `settled_of`)."""
+    position, speed, load, direction, place = move_step(0.0, 1.0, *plans, *tremor)
+    missing_m = 0.0 if (load > 0.0) & (abs(speed) >= 0.5 * plans[0].speed_m_s) else developed_m
+    return (position, speed, load, direction, place), (position, speed, load, missing_m, 0.0, direction)
 
 
 @step
-def tremble_step(t, tremor, draws, coefficients, plans):  # type: ignore[no-untyped-def]
+def tremble_step(t, direction, tremor, draws, coefficients, plans):  # type: ignore[no-untyped-def]
     """Tremor and motion at time t."""
     along = tremor_step(tremor[0], draws[0], coefficients[0])
     across = tremor_step(tremor[1], draws[1], coefficients[1])
-    return (along, across), move_step(t, *plans, along, across)
+    return (along, across), move_step(t, direction, *plans, along, across)
 
 
 @step
 def follow_step(state, position, load, draws, given, force):  # type: ignore[no-untyped-def]
     """Measured position, speed, load and validity, and the force along the measured motion."""
     state, seen = touch_step(state, position, load, draws[2], draws[3], given)
-    return state, seen, fma(1.0 if seen[1] >= 0.0 else -1.0, force, 0.0)
+    return state, seen, state.direction * force
 
 
 def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any, Any]:
@@ -52,8 +53,10 @@ def lift_motion(lifting: Lifting) -> tuple[Any, Any, Any, Any, Any]:
     follow = lift(lifting, follow_step, seen, (touch, tuple(told), force))
     moved = _NEXT.position, _NEXT.speed, _NEXT.load, _NEXT.direction, _NEXT.place
     coefficients = ROW["tremor_along_coefficients"], ROW["tremor_across_coefficients"]
-    tremble = lift(lifting, tremble_step, (_TREMOR, ROW["draws"], coefficients, _PLANS), (_TREMOR, moved))
-    start = lift(lifting, begin_step, (_TREMOR, _PLANS), (moved, touch))
+    tremble = lift(
+        lifting, tremble_step, (_NOW.direction, _TREMOR, ROW["draws"], coefficients, _PLANS), (_TREMOR, moved)
+    )
+    start = lift(lifting, begin_step, (_TREMOR, _PLANS, ROW["touch_coefficients"].developed_m), (moved, touch))
     under = _NEXT.load, _NEXT.speed, _NOW.occluded, _ROUGH, ROW["occlusion_coefficients"], _LIMIT
     limit = lift(lifting, factor_step, under, (_NEXT.occluded, _NEXT.factor))
     land = lift(lifting, landed_step, (_NEXT.load, _NEXT.speed, _ROUGH, _LIMIT), (_NEXT.occluded, _NEXT.factor))
