@@ -21,6 +21,8 @@ from frictionloop.quantities import FrictionloopError
 
 SMALLEST = (
     "rms_error",
+    "rms_error_turns",
+    "turn_peak",
     OPEN_ERROR,
     "saturation_index",
     "disturbance_left",
@@ -32,7 +34,7 @@ SMALLEST = (
     "fall_10_90_s",
 )
 """Metrics whose smallest value is the best; of the slope it is the one nearest to 1, of the others the largest."""
-DESCRIPTIVE = ("mean_force", "mean_setpoint", "setpoint_spread", "scored_periods")
+DESCRIPTIVE = ("mean_force", "mean_setpoint", "setpoint_spread", "scored_periods", "feedback_share")
 """Metrics that say what a run was; no value of theirs is the best."""
 VALUELESS = {
     **dict.fromkeys(("r2_identity", "r2_regression", "r2_bound", "slope"), "a constant set-point has none"),

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from frictionloop.cli.describe import Row
     from frictionloop.loop.step_times import StepTime
 
-UNITS = {"intercept": "N", "rms_error": "N", "output_noise": "N"}
+UNITS = {"intercept": "N", "rms_error": "N", "rms_error_turns": "N", "turn_peak": "N", "output_noise": "N"}
 """Units of the metrics that have one; the others are pure numbers."""
 WORSE = 1.05
 """Share of the disturbance from which the loop is said to make it worse: above 1 by more than noise (chosen)."""
@@ -34,11 +34,11 @@ def scored_periods(run: xr.Dataset, score_from_s: float = 0.0) -> np.ndarray:
 
 def metrics_of(run: xr.Dataset, score_from_s: float = 0.0) -> dict[str, float]:
     """Return every metric of a run by name, NaN where nothing counts or a metric has no meaning."""
-    from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, metrics
+    from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, TURNS, metrics
 
     mask = scored_periods(run, score_from_s)
     if not mask.any():
-        return dict.fromkeys((*PLAIN, "disturbance_left", *REGRESSION, *FELT), math.nan)
+        return dict.fromkeys((*PLAIN, "disturbance_left", *REGRESSION, *TURNS, *FELT), math.nan)
     return metrics(run, mask)
 
 
@@ -72,6 +72,8 @@ def metric_rows(found: dict[str, float], opened_n: float = math.nan, rings: bool
         ("r2_bound", number(found["r2_bound"]), bound),
         ("r2_regression", number(found["r2_regression"]), line),
         ("rms_error", newtons(found["rms_error"]), f"rms of f_a - f_r{beside}"),
+        ("with turns", newtons(found["rms_error_turns"]), "the same with reversals and landings"),
+        ("turn_peak", newtons(found["turn_peak"]), "largest force after a turn, mean of the turns"),
         *_left(found, rings),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),
     ]

@@ -112,7 +112,7 @@ def command(
         said += recorded_units.resampled(system)
         said += bands_asked.notes(run, mask, bands)
         said += [*recorded_bands.lines(run, mask, split=bool(bands)), *recorded_followed.lines(run, mask)]
-    said = [*unscored.lines(run, score_from_s, metrics["rms_error"]), *said]
+    said = [*unscored.lines(run, score_from_s), *said]
     said += [*recorded_turns.lines(run, system, duration_s), *recorded.notes(system, duration_s)]
     times, steps = _steps(run, system, score_from_s)
     # What is loaded again counts the same periods.

@@ -26,7 +26,7 @@ from frictionloop.quantities.blame import place
 from frictionloop.sensing.measurement import Measurement
 
 MEASURED = Measurement(0.5, 0.01, 0.02, 0.5, 1.0)
-SAMPLE = Sample(0.6, 0.5, 0.5, 0.6, 1.0, 0.1, 0.0, 0.01, 0.02, 0.5, 0.8, 0.1, 1.0, 1.0)
+SAMPLE = Sample(0.6, 0.5, 0.5, 0.6, 1.0, 0.1, 0.0, 0.01, 0.02, 0.5, 0.8, 0.1, 1.0, 1.0, 1.0)
 SETPOINT_N, RATE_HZ, AMPLITUDES_UM = 0.6, 5000.0, (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
 """What a block is tried with: numbers as they occur in a run."""
 

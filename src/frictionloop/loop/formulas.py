@@ -12,6 +12,7 @@ import numpy as np
 
 from frictionloop.loop.felt_tally import FELT
 from frictionloop.loop.metric import AgainMetric, Metric, Sample, Tally
+from frictionloop.loop.reversals import REVERSALS
 from frictionloop.loop.step_times import STEP_TIMES
 from frictionloop.quantities.arithmetic import fma, step
 
@@ -78,7 +79,7 @@ def _from(shape: Any) -> Any:
 ERRORS = Tally("errors", add_errors, Errors, _from(Errors))
 REGRESSION = Tally("regression", add_regression, Regression, _from(Regression))
 SHORTFALL = Tally("shortfall", add_shortfall, Shortfall, _from(Shortfall))
-TALLIES = (ERRORS, REGRESSION, SHORTFALL, STEP_TIMES, FELT)
+TALLIES = (ERRORS, REGRESSION, SHORTFALL, STEP_TIMES, FELT, REVERSALS)
 
 
 def _spread(sum_: Any, squares: Any, count: Any) -> Any:
@@ -110,6 +111,11 @@ def _mean_s(way: str, what: str) -> Any:
     return of
 
 
+def _per(sum_: Any, count: Any) -> Any:
+    """Return a mean, NaN of nothing."""
+    return np.where(count > 0.0, sum_ / np.maximum(count, 1.0), np.nan)
+
+
 def _left(run: Any, mask: Any) -> float:
     from frictionloop.loop.open_loop import disturbance_left  # which runs, and so needs the metrics
 
@@ -122,7 +128,12 @@ METRICS: dict[str, Any] = {
     ),
     "r2_regression": Metric(REGRESSION, _r2_regression, "1", "squared correlation of f_a on f_r"),
     "slope": Metric(REGRESSION, _slope, "1", "slope of the regression of f_a on f_r"),
-    "rms_error": Metric(ERRORS, lambda s, n: np.sqrt(s.error2 / n), "N", "rms of f_a - f_r"),
+    "rms_error": Metric(ERRORS, lambda s, n: np.sqrt(s.error2 / n), "N", "rms of f_a - f_r where scored"),
+    "rms_error_turns": Metric(
+        REVERSALS, lambda s, n: np.sqrt(_per(s.error2, s.periods)), "N", "rms of f_a - f_r with turns and landings"
+    ),
+    "turn_peak": Metric(REVERSALS, lambda s, n: _per(s.peaks_n, s.turns), "N", "largest f_a after a turn, mean"),
+    "feedback_share": Metric(REVERSALS, lambda s, n: _per(s.fed, s.slid), "1", "share of sliding with feedback"),
     "saturation_index": Metric(ERRORS, lambda s, n: s.saturated / n, "1", "share of periods with a clamped command"),
     "output_noise": Metric(REGRESSION, lambda s, n: _std(s.f, s.f2, n), "N", "standard deviation of f_a"),
     "r2_bound": Metric(

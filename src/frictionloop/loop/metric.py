@@ -33,6 +33,8 @@ class Sample(NamedTuple):
     """1, but 0 while the finger turns or is lifted."""
     counts: float
     """1 where ``scored``, and not before the scored part of a run."""
+    valid: float
+    """1 where the measurement is of a finger that slides (`Measurement`)."""
 
 
 @dataclass(frozen=True)

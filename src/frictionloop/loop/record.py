@@ -36,7 +36,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "load": ("N", "normal force"),
     "limit": ("N", "friction limit without vibration"),
     "floor": ("N", "friction limit at the largest amplitude"),
-    "sliding": ("1", "the sensors see a finger that slides"),
+    "sliding": ("1", "feedback: the sensors see a finger that slides on a stretched skin"),
     "scored": ("1", "metrics count this period"),
     "f_r_intended": ("N", "what the effect asks for at the true place"),
 }

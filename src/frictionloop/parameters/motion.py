@@ -144,7 +144,7 @@ class LoadCells(Block):
     developed_mm: NotNegative = 0.75
     """Way from landing to a skin that is stretched, F/k + 3 z, after which a reading is valid; a turn takes it twice.
 
-    A friction F of 0.7 N on a skin of k = 1000 N/m, and three slip lengths z, after which friction is at 95 % (assumed).
+    F is 0.7 N and k 1000 N/m; after three slip lengths z friction is at 95 % (assumed).
     """
     turn_mm: NotNegative = 0.22
     """Way back that is a turn: as far as a tremor of 30 um rms goes back once in 1,000 periods, 2 (2 ln 1000)^(1/2) of

@@ -9,7 +9,7 @@ from frictionloop.loop.kernel.tiles import Lifting, lift, lift_gather
 from frictionloop.physics.finger_step import factor_step, landed_step, move_step, scored_step
 from frictionloop.physics.roughness import roughness_between, roughness_cells
 from frictionloop.physics.tremor import tremor_step
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.arithmetic import step
 from frictionloop.sensing.touch import touch_step
 
 _NOW, _NEXT, _ROUGH, _LIMIT = ROW["motion"], ROW["motion_next"], ROW["rough"], ROW["limit_coefficients"]

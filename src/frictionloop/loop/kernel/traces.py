@@ -23,7 +23,8 @@ _SIGNALS = (
 )
 """Rows of the first of them; f_a is friction and disturbance."""
 _REACH = *ROW["motion"][:3], ROW["nominal"], ROW["floor"]
-_BENCH_ROWS = *_REACH, ROW["measurement"].valid, ROW["scored"]
+_VALID = ROW["measurement"].valid
+_BENCH_ROWS = *_REACH, _VALID, ROW["scored"]
 
 
 def traces_of(system: System) -> tuple[str, ...]:
@@ -80,8 +81,8 @@ def build_tally(lifting: Lifting, tally: Tally, first: int) -> Any:
                 x, v, pressed, limit, floor = load(s, i, width, _REACH)
                 scored = load(s, i, width, inside)
                 counts = scored * counting
-                f_a = friction + d
-                sample = Sample(f_r, f_a, f_m, u, a, d, saturated, x, v, pressed, limit, floor, scored, counts)
+                f_a, valid = friction + d, load(s, i, width, _VALID)
+                sample = Sample(f_r, f_a, f_m, u, a, d, saturated, x, v, pressed, limit, floor, scored, counts, valid)
                 store(s, i, width, first, load(s, i, width, first) + counts)
                 if everywhere or counts > 0.0:
                     store(s, i, width, state_rows, step(load(s, i, width, state_rows), sample, o.dt))
