@@ -37,16 +37,16 @@ static void watch_jumps(fl_sensors *sensors, const fl_parameters *p, const fl_me
         sensors->jumped += JUMPS_TICKS, sensors->channel = 1;
     if (jumps(&sensors->load, m->load, p->safety_load_jump_n))
         sensors->jumped += JUMPS_TICKS, sensors->channel = 3;
-    if (jumps(&sensors->position, m->position, p->safety_position_jump_m) && slid && m->valid)
+    if (jumps(&sensors->position, m->position, p->safety_position_jump_m) && slid && m->load >= p->touch_touch_n)
         sensors->jumped = JUMPS * JUMPS_TICKS, sensors->channel = 2;
     if (sensors->jumped > JUMPS * JUMPS_TICKS) sensors->jumped = JUMPS * JUMPS_TICKS;
 }
 
 /* Whether the finger slides, and has slid for so far since it landed or turned that the softest skin pulls no more. */
 static int slides(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m) {
-    uint8_t back = m->speed < 0;
-    if (m->load < p->touch_touch_n || back != sensors->back) sensors->turned = m->position;
-    sensors->back = back;
+    uint8_t heading = m->speed < 0 ? 2 : 1; /* 0 before the first reading */
+    if (m->load < p->touch_touch_n || heading != sensors->heading) sensors->turned = m->position;
+    sensors->heading = heading;
     return m->valid && size(fl_subtract(m->position, sensors->turned)) > p->safety_turn_m;
 }
 

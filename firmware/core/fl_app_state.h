@@ -69,7 +69,7 @@ typedef struct {
     int32_t level, restless;       /* sums of the force, and of what the set-point moved */
     int32_t peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
     int16_t jumped, asked;
-    uint8_t valid, back, channel, contrary;
+    uint8_t valid, heading, channel, contrary;
     uint8_t up, since, half, period, beats, at; /* ticks since the last swing, of the one before, of both before */
     int16_t forces[FL_HUM_TICKS];
 } fl_sensors;

@@ -10,6 +10,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.lookup import inverse_step
 from frictionloop.loop import simulate as simulate_module
+from frictionloop.loop.all_metrics import TURNS
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import BENCH_TRACES
@@ -21,7 +22,8 @@ DURATION_S = PERIODS / 5000.0
 # Landings, lift-offs and reversals in every run.
 BUSY = fl.bench().evolve(
     {"motion.stroke_mm": 0.6, "motion.reversal_s": 0.01, "motion.contact_s": 0.04, "motion.landing_s": 0.01,
-     "motion.lifted_s": 0.01, "motion.unscored_n": 0.05, "controller.kp": 1.0}
+     "motion.lifted_s": 0.01, "motion.unscored_n": 0.05, "controller.kp": 1.0,
+     "touch.load.developed_mm": 0.1}
 )  # fmt: skip
 KINDS = {
     "dahl": {},
@@ -148,7 +150,7 @@ def test_sums_and_traces_give_the_same_numbers():
             f_a, f_r = run["f_a"].values[kept], run["f_r"].values[kept]
             traces = {name: getattr(fl, name)(run) for name in metrics if hasattr(fl, name)} | {
                 "slope": fl.regression(run).slope,
-                "disturbance_left": fl.metrics(run)["disturbance_left"],
+                **{name: fl.metrics(run)[name] for name in ("disturbance_left", *TURNS)},
                 "mean_force": f_a.mean(),
                 "mean_setpoint": f_r.mean(),
                 "setpoint_spread": f_r.std(),

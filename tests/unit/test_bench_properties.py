@@ -49,6 +49,7 @@ def benches(draw, rate_hz=None):
             "motion.tremor_um": draw(st.floats(0, 200)), "motion.tremor_n": draw(st.floats(0, 0.5)),
             "motion.landing_s": landing, "motion.contact_s": contact,
             "motion.lifted_s": draw(st.floats(0.02, 0.5)) * span,
+            "touch.load.developed_mm": 0.4 * min(stroke, 255.0) * draw(st.floats(0, 1)),
             "touch.position.noise_um": draw(st.floats(0, 100)), "touch.load.noise_n": draw(st.floats(0, 0.05)),
             "controller.kp": draw(st.sampled_from([0.0, 0.06, 1.0, 10.0, 1e5])),
             "controller.ki": draw(st.sampled_from([0.0, 2.0, 130.0, 1e7])), "controller.rate_hz": rate_hz,

@@ -13,6 +13,7 @@ from scipy.signal import lfilter, sosfilt
 from scipy.stats import linregress
 
 import frictionloop as fl
+from frictionloop.loop.all_metrics import TURNS
 from frictionloop.perception.weighting import weighting_sos
 
 RUN = fl.simulate(fl.paper().evolve({"setpoint.sweep_s": 1.0, "disturbance.frequency_hz": 3.0}), 1.0)
@@ -211,7 +212,7 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
     f_r, f_a = run["f_r"].values[mask], run["f_a"].values[mask]
     traces |= {"mean_force": f_a.mean(), "mean_setpoint": f_r.mean(), "setpoint_spread": f_r.std()}
     traces["scored_periods"] = f_r.size
-    traces["disturbance_left"] = fl.metrics(run, mask)["disturbance_left"]
+    traces |= {name: fl.metrics(run, mask)[name] for name in ("disturbance_left", *TURNS)}
     if system.setpoint.kind == "steps":
         traces |= mean_step_times(run, score_from_s)
         assert set(traces) == set(fl.METRICS)

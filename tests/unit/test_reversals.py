@@ -13,9 +13,9 @@ HOLD = {"setpoint": fl.Constant(offset_n=0.6), "motion.speed_mm_s": 80.0, "motio
 
 
 def plain(**changes):
-    names = ("position", "speed", "load", "f_a", "f_r", "sliding")
+    names = ("position", "speed", "load", "f_a", "f_r", "sliding", "scored")
     time = np.arange(10_000) / 5000
-    given = dict.fromkeys(names, 0 * time + 1.0) | changes
+    given = dict.fromkeys(names, time >= 0.0) | changes
     import xarray as xr
 
     return xr.Dataset({name: ("time", values) for name, values in given.items()}, {"time": time})
@@ -52,7 +52,7 @@ def test_a_finger_that_nobody_moves_has_no_turn():
 
 
 def test_strokes_shorter_than_a_turn_takes_are_warned_of():
-    system = fl.bench().evolve({"motion.stroke_mm": 1.4, "motion.speed_mm_s": 5.0})
+    system = fl.bench().evolve({"motion.stroke_mm": 1.4, "motion.speed_mm_s": 5.0, "motion.tremor_um": 0.0})
     with pytest.warns(fl.SignalWarning, match=r"^motion\.stroke_mm = 1\.4 mm: no feedback, a turn takes 1\.5 mm"):
         run = fl.simulate(system, 1.0)
     assert not run.sliding.values[run.time.values > 0.5].any()

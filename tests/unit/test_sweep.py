@@ -8,6 +8,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.loop import sweep as sweep_module
+from frictionloop.loop.all_metrics import TURNS
 
 BASE = fl.paper().evolve({"setpoint.sweep_s": 0.1, "sensor.noise_rms_n": 1e-3})
 DURATION_S = 0.06
@@ -21,7 +22,7 @@ SCORES = {
 }
 STEP_METRICS = {"rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s"}
 MOMENTS = {"mean_force", "mean_setpoint", "setpoint_spread", "scored_periods"}
-NEWTONS = {"rms_error", "output_noise", *MOMENTS} - {"scored_periods"}
+NEWTONS = {"rms_error", "rms_error_turns", "turn_peak", "output_noise", *MOMENTS} - {"scored_periods"}
 
 
 def test_a_grid_has_a_dim_per_path_and_seeds_last():
@@ -45,7 +46,8 @@ def test_every_metric_has_a_unit_and_a_name():
     stepped = BASE.evolve({"setpoint": fl.Steps(times_s=(0.0, 0.02), levels_n=(0.5, 0.7))})
     grid = fl.sweep(stepped, {"controller.kp": [1.0]}, DURATION_S, metrics=list(fl.METRICS))
     assert list(grid.data_vars) == list(fl.METRICS)
-    assert set(SCORES) | {"slope", "perceptual_index", "disturbance_left", *STEP_METRICS, *MOMENTS} == set(fl.METRICS)
+    others = {"slope", "perceptual_index", "disturbance_left", *TURNS, *STEP_METRICS, *MOMENTS}
+    assert set(SCORES) | others == set(fl.METRICS)
     for name in fl.METRICS:
         assert grid[name].attrs["units"] == ("s" if name in STEP_METRICS else "N" if name in NEWTONS else "1")
         assert grid[name].attrs["long_name"]

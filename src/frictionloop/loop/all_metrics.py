@@ -55,15 +55,15 @@ def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
         raise FrictionloopError(f"run is {given}: must be a run of fl.simulate, or of fl.load")
     keep = mask if mask is not None else run["scored"].values if "scored" in run else np.ones(run.sizes["time"], bool)
     # What is felt of a finger that is none says little, and costs half a second of imports.
-    moves = system_of(run).motion.kind == "strokes"
+    felt = system_of(run).motion.kind == "strokes"
     own = {name: each.of for name, each in plain.METRICS.items() if isinstance(each, RunMetric)}
     return {
         **{name: float(getattr(plain, name)(run, keep)) for name in PLAIN},
         "disturbance_left": _or_nan(disturbance_left, run, keep),
         **dict(zip(REGRESSION, plain.regression(run, keep), strict=True)),
-        **(reversal_metrics(run, np.asarray(keep, bool)) if moves else dict.fromkeys(TURNS, math.nan)),
-        "perceptual_index": _or_nan(perceptual_index, run, keep) if moves else math.nan,
-        "relative_index": _or_nan(relative_index, run, keep) if moves else math.nan,
+        **reversal_metrics(run, np.asarray(keep, bool)),
+        "perceptual_index": _or_nan(perceptual_index, run, keep) if felt else math.nan,
+        "relative_index": _or_nan(relative_index, run, keep) if felt else math.nan,
         **{name: float(of(run.isel(time=np.asarray(keep, bool)))) for name, of in own.items()},
     }
 

@@ -73,24 +73,25 @@ def reversal_metrics(run: xr.Dataset, keep: np.ndarray) -> dict[str, float]:
     Parameters
     ----------
     run
-        With a moving finger.
+        From ``simulate`` or ``load``.
     keep
         The control periods that count, bool, shape (time,).
     """
-    time_s, f_a, load_n = (run[name].values for name in ("time", "f_a", "load"))
-    there = (np.arange(time_s.size) >= np.argmax(keep)) & (load_n > 0.0)
-    slides = there & (np.abs(run["speed"].values) >= SLIDING_M_S)
-    last_s = time_s[-1] - PEAK_S
-    peaks = [
-        f_a[(time_s >= t) & (time_s < t + PEAK_S)].max()
-        for t in _turns_s(time_s, run["position"].values)
-        if time_s[np.argmax(keep)] <= t < last_s
-    ]
+    time_s, f_a = run["time"].values, run["f_a"].values
+    since = np.arange(time_s.size) >= np.argmax(keep)
+    there, peaks, fed = since, [], np.zeros(0)
+    if "load" in run:
+        there = since & ((run["load"].values > 0.0) | run["scored"].values)
+        fed = run["sliding"].values[there & (np.abs(run["speed"].values) >= SLIDING_M_S)]
+        starts = _turns_s(time_s, run["position"].values)
+        ends = [min(t + PEAK_S, after) for t, after in zip(starts, [*starts[1:], np.inf], strict=True)]
+        counted = [(t, end) for t, end in zip(starts, ends, strict=True) if t >= time_s[since][0] and end < time_s[-1]]
+        peaks = [f_a[(time_s >= t) & (time_s < end)].max() for t, end in counted]
     error = (f_a - run["f_r"].values)[there]
     return {
         "rms_error_turns": float(np.sqrt(np.mean(error**2))),
         "turn_peak": float(np.mean(peaks)) if peaks else np.nan,
-        "feedback_share": float(np.mean(run["sliding"].values[slides])) if slides.any() else np.nan,
+        "feedback_share": float(np.mean(fed)) if fed.size else np.nan,
     }
 
 

@@ -33,6 +33,9 @@ def test_json_holds_the_metrics_of_the_same_run_in_python(frictionloop):
         "disturbance_left": pytest.approx(
             np.sqrt(np.mean((run.f_a.values - calm.f_a.values) ** 2)) / np.std(run.d.values), rel=1e-12
         ),
+        "rms_error_turns": fl.rms_error(run),  # nobody turns
+        "turn_peak": None,
+        "feedback_share": None,
         "output_noise": fl.output_noise(run),
         "saturation_index": fl.saturation_index(run),
         "perceptual_index": None,  # what is felt of a finger that is not one says little
