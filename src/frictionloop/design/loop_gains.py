@@ -1,0 +1,94 @@
+"""The loop gain that other people bring, and on how many of them a controller comes close to ringing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionloop.analysis.operating import asked, law_at
+from frictionloop.design.corners import cases_of, occlusions
+from frictionloop.design.least_gain import least_gain
+from frictionloop.design.over import Over
+from frictionloop.parameters import FingerFriction, System
+from frictionloop.physics.fingers import fingers
+from frictionloop.physics.friction import is_gaussian
+
+MOST_PEAK = 2.9
+"""Ms above which a loop is said to come close to ringing: it returns a distance of 1/2.9 from -1 (assumed)."""
+MANY = 0.02
+"""Share of people from which on another law is worth it (assumed)."""
+COUNT, SEED = 1000, 0
+"""Fingers that are drawn where nobody brings a population."""
+
+
+class LoopGains(NamedTuple):
+    """How many people are close to ringing."""
+
+    share: float
+    """Of the people, 0 to 1."""
+    critical: float
+    """Loop gain over the believed one from which on Ms is above `MOST_PEAK`."""
+    count: int
+    median: float
+    """Loop gain of the people, median and worst percentile."""
+    highest: float
+
+    @property
+    def many(self) -> bool:
+        """Whether it is more than `MANY` of them."""
+        return self.share > MANY
+
+
+def loop_gain(system: System) -> float:
+    """Return the largest loop gain of a finger over that of the believed one, NaN where no force asked for is in reach.
+
+        (dF/da)/(du/da) = (F/u) (tau/tau_model), u the command at which F is reached
+
+    over lowest, mean and highest force asked for, just landed and moist. Where one is out of reach the command stays at
+    its limit, and nothing can ring.
+    """
+    model, found = system.controller.model, []
+    largest_um = min(system.plate.max_amplitude_um, model.max_amplitude_um)
+    for occluded in occlusions(system):
+        law = law_at(system, occluded)
+        if not is_gaussian(law):
+            return math.nan
+        tau, most = law.susceptibility_per_um2, largest_um * largest_um
+        for force_n in asked(system):
+            square = math.log(law.nominal_n / force_n) / tau if force_n > 0.0 else math.inf
+            if 0.0 <= square <= most:
+                command_n = model.nominal_n * math.exp(-model.susceptibility_per_um2 * square)
+                found.append(force_n / command_n * tau / model.susceptibility_per_um2)
+    return max(found, default=math.nan)
+
+
+def critical_gain(system: System, over: Over) -> float:
+    """Return the loop gain over the believed one up to which Ms is at most `MOST_PEAK`, the resonance as told."""
+    cases = cases_of(system, {0.0: MOST_PEAK}, over)
+    return loop_gain(system) * least_gain([loop for loop, _, _ in cases], [MOST_PEAK] * len(cases))
+
+
+def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] | None = None) -> LoopGains | None:
+    """Return on how many people the controller of a System has an Ms above `MOST_PEAK`; None without a finger's law.
+
+    A person's loop differs from the file's by its gain; contact and speed are those of ``over``.
+
+    Parameters
+    ----------
+    system
+        The bench with its controller.
+    over
+        Contacts and speeds to look at.
+    people
+        Overrides, one finger each; `COUNT` assumed ones if not given.
+    """
+    if not isinstance(system.friction, FingerFriction) or system.controller.kind == "lookup":
+        return None
+    some = fingers(COUNT, SEED) if people is None else people
+    gains = np.array([loop_gain(system.evolve(dict(each))) for each in some])
+    critical = critical_gain(system, over)
+    share = float(np.mean(gains > critical))
+    return LoopGains(share, critical, len(gains), float(np.nanmedian(gains)), float(np.nanpercentile(gains, 99)))
