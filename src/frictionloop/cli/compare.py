@@ -69,7 +69,7 @@ def command(
         Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.
     laws
         Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, hinf and lqg
-        (filtered_pi), observer, super_twisting, oracle and clairvoyant (oracle).
+        (filtered_pi), oracle and clairvoyant (oracle).
     speeds
         Speeds of the strokes in mm/s.
     effects

@@ -46,7 +46,7 @@ PATH = ("setpoint.track.", "setpoint.position")
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
 LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
-ON_BELIEFS = ("observer", "super_twisting", "limit_observer")
+ON_BELIEFS = ("limit_observer",)
 """Laws that follow better with other beliefs than the bench's, which no lookup table should have (docs/controllers)."""
 
 

@@ -67,7 +67,7 @@ BELIEVED = {
 }
 """Of ``controller.model``: the plant's value, and the parameters that decide it."""
 AMPLITUDES = ("controller.model.max_amplitude_um", ("plate.max_amplitude_um",))
-OBSERVING = {"observer", "super_twisting", "limit_observer"}
+OBSERVING = {"limit_observer"}
 """Kinds of laws that compute with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
 SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}} | {law: {"resonance_hz"} for law in OBSERVING}
 """What a design takes from the sensor and saves."""

@@ -23,8 +23,6 @@ WORST_TICK = {
     "lookup": WorstTick(1743, 3274),
     "notch_pi": WorstTick(2571, 4464),
     "filtered_pi": WorstTick(3484, 5677),
-    "observer": WorstTick(2170, 4271),
-    "super_twisting": WorstTick(2355, 4639),
     "limit_observer": WorstTick(2535, 4971),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
