@@ -63,8 +63,8 @@ CONTROLLERS = Kinds(
     },
     gone={
         "tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)",
-        "observer": "was removed; take 'limit_observer', which has margins on more fingers",
-        "super_twisting": "was removed; take 'limit_observer', or examples/super_twisting.py as a law of your own",
+        "observer": "was removed; take 'limit_observer'",
+        "super_twisting": "was removed; take 'limit_observer' (examples/sliding_mode.py is a sliding mode)",
         "open_loop": "is no kind; open loop is 'lookup': the table alone makes an amplitude of the set-point",
     },
 )
