@@ -31,19 +31,12 @@ TONES_HZ = np.array([3, 17, 41, 89, 137, 149, 211, 307, 499])
 """Whole periods in SCORE_S, on both sides of the resonance."""
 MEAN_N, MEAN_D_N = 0.6, 0.05
 OPEN = {"kind": "lookup", "delay_s": 200e-6}
-BELIEVED = {
-    "controller.model.nominal_n": 2.2,
-    "controller.model.sensor_hz": 350.0,
-    "controller.model.resonance_hz": 139.0,
-}
-"""Of the laws on the linear observer, as in the comparison of laws."""
 LAWS: dict[str, dict[str, Any]] = {
     "pi": fl.RETUNED,
     "pi, late by a fraction": {"controller.kp": 0.02, "controller.ki": 50.0, "controller.delay_s": 1.3e-4},
     "notch_pi": {**DESIGNED_NOTCH, "controller.overdrive": False, "controller.feedforward": False},
     "notch_pi, overdrive and feed-forward": dict(DESIGNED_NOTCH),
-    "observer": {"controller.kind": "observer", **BELIEVED},
-    "super-twisting": {"controller.kind": "super_twisting", **BELIEVED},
+    "limit_observer": {"controller.kind": "limit_observer"},
     "lookup": {"controller": OPEN},
     "lookup with overdrive": {"controller": OPEN | {"overdrive": True}},
 }

@@ -73,7 +73,7 @@ def test_a_finger_that_needs_much_vibration_gets_what_is_asked():
 @pytest.mark.parametrize("force_n", [0.4, 0.8])
 @pytest.mark.parametrize("margin", [1.0, 2.0])
 def test_the_loop_gain_is_the_fingers_susceptibility_over_the_believed_one(margin, force_n):
-    """At every force: a finger twice as susceptible under a margin of two has the loop of one as the model under one."""
+    """At every force: a finger twice as susceptible has under a margin of two the loop of the model under one."""
     frequency_hz, tau = np.geomspace(1.0, 2400.0, 40), MODEL.susceptibility_per_um2
     loops = [
         fl.linearise(BENCH.evolve({**slider, "controller.susceptibility_margin": by}), force_n=force).responses(

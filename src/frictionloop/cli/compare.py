@@ -68,8 +68,8 @@ def command(
     seed
         Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.
     laws
-        Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, hinf and lqg
-        (filtered_pi), oracle and clairvoyant (oracle).
+        Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, limit_observer,
+        hinf and lqg (filtered_pi), oracle and clairvoyant (oracle).
     speeds
         Speeds of the strokes in mm/s.
     effects
