@@ -26,7 +26,7 @@ EXAMPLES = r"""Examples
   frictionloop compare --fingers 50 --laws lookup,retuned_pi --speeds 20 \
       --csv scores.csv --plots figures
   frictionloop compare --effects grating,bump --fingers 26 \
-      --laws lookup,notch_pi,observer
+      --laws lookup,notch_pi,limit_observer
 """
 MOST_FINGERS = 1_000_000
 DURATION_S = 11.0
