@@ -149,16 +149,9 @@ def _row(model: Model, rate_hz: float, lag: float, bandwidth_hz: float, spring_n
 def kalman_gains(transition: np.ndarray, reading: np.ndarray, driven: np.ndarray, noise: float) -> np.ndarray:
     """Return the stationary gains on the error of a reading, one per state.
 
-    Riccati equation of the prediction's covariance: Anderson & Moore, Optimal Filtering (1979), ch. 4.
-
-    Parameters
-    ----------
-    transition, driven
-        Step of the states, and the covariance of what drives them in a period.
-    reading
-        States to reading, shape (1, states).
-    noise
-        Variance of a reading.
+    States take the step ``transition`` and are driven by a covariance ``driven`` in a period; ``reading``, of shape
+    (1, states), makes a reading of them, with ``noise`` as its variance. Riccati equation of the prediction's
+    covariance: Anderson & Moore, Optimal Filtering (1979), ch. 4.
     """
     from scipy.linalg import solve_discrete_are
 
@@ -166,11 +159,4 @@ def kalman_gains(transition: np.ndarray, reading: np.ndarray, driven: np.ndarray
     return np.asarray(spread @ reading.T / (reading @ spread @ reading.T + noise)).ravel()
 
 
-LAW = Law(
-    "limit_observer",
-    limit_observer_step,
-    LimitState,
-    LimitGains,
-    limit_observer_gains,
-    limit_observer_start,
-)
+LAW = Law("limit_observer", limit_observer_step, LimitState, LimitGains, limit_observer_gains, limit_observer_start)
