@@ -67,16 +67,6 @@ def test_the_open_loop_has_a_table_of_its_own_where_a_law_is_told_other_beliefs(
     assert wrong.open_loop.mean_error_n < shown.open_loop.mean_error_n - 0.1
 
 
-def test_show_says_which_table_the_open_loop_has(capsys):
-    believing = ("--controller.kind", "limit_observer", "--controller.model.nominal_n", "2.2")
-    with pytest.raises(SystemExit) as ended:
-        main(["effect", "show", "grating", "--speed-mm-s", "80", *believing])
-    told = capsys.readouterr()
-    assert ended.value.code == 0
-    assert "the lookup alone, of a table for f0 = 0.95 N and tau = 0.38 /um2" in told.out
-    assert "by default" not in told.err  # the model is told by a flag
-
-
 def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():
     shown = R.preview("grating", BENCH, 80.0)
     assert abs(1.0 - shown.closed_loop.contrast) < abs(1.0 - shown.open_loop.contrast)

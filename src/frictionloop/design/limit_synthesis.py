@@ -102,11 +102,11 @@ class Search:
         """Return the mean logarithm of the residual, and what Ms is beyond its limits."""
         told = belief.told(system)
         try:
-            law, there = self.response(told), system.evolve(told)
+            law = self.response(told)
         except FrictionloopError:
             return 1e3
         over = np.maximum(np.minimum(self.plants.peaks(law), 50.0) / self.peaks - 1.0, 0.0)
-        returned = self.plants.returned(law / there.controller.susceptibility_margin)
+        returned = self.plants.returned(law / margin_of(system))
         left = np.trapezoid(self.density / np.abs(returned) ** 2, self.plants.frequency_hz, axis=1)
         return float(np.mean(0.5 * np.log(left[self.plain])) + PENALTY * np.sum(over))
 
@@ -119,6 +119,12 @@ class Search:
             lambda x: self.cost(system, Belief(*np.exp(x).tolist())), start, method="Nelder-Mead", options=options
         )
         return Belief(*np.exp(found.x).tolist())
+
+
+def margin_of(system: System) -> float:
+    """Return the susceptibility that a limit observer believes, over the model's."""
+    controller: Any = system.controller
+    return float(controller.susceptibility_margin)
 
 
 def _gain(loop: LinearLoop) -> float:
@@ -159,6 +165,5 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     worst = broken(corners(system.evolve({**found, **AT_MARGIN}), wanted.limits, wanted.places, wanted.lean))
     if worst is not None:
         raise FrictionloopError(unheld("limit_observer", wanted, worst))
-    margin = there.controller.susceptibility_margin
-    said = f"these limits hold up to a finger {margin:g} times as susceptible as controller.model has it"
+    said = f"these limits hold up to a finger {margin_of(there):g} times as susceptible as controller.model has it"
     return Designed(found, (said,))

@@ -97,14 +97,14 @@ def test_a_design_asks_about_the_model_of_a_file_that_describes_the_sensor_alone
     (tmp_path / "mine.toml").write_text('schema = 1\npreset = "bench"\n[sensor]\nresonance_hz = 160.0\n')
     assert frictionloop("simulate", "mine.toml", "--duration-s", "0.01").err == ""
     (tmp_path / "mine.toml").write_text((tmp_path / "mine.toml").read_text() + "cutoff_hz = 900.0\n")
-    said = frictionloop("design", "controller", "mine.toml", "--law", "limit_observer").err
+    said = frictionloop("design", "controller", "mine.toml", "--law", "notch_pi").err
     assert said == (
         "sensor.cutoff_hz is 900 Hz, and the controller believes 1000 Hz; if it is to know: "
         "controller.model.sensor_hz = 900\n"
     )
     named = "[controller.model]\nsensor_hz = 900.0\n"
     (tmp_path / "mine.toml").write_text((tmp_path / "mine.toml").read_text() + named)
-    assert frictionloop("design", "controller", "mine.toml", "--law", "limit_observer").err == ""
+    assert frictionloop("design", "controller", "mine.toml", "--law", "notch_pi").err == ""
 
 
 @pytest.mark.slow
@@ -114,7 +114,7 @@ def test_a_design_saves_the_resonance_that_it_went_by_as_what_the_controller_bel
     answer = frictionloop("design", "controller", *words)
     assert (answer.code, answer.err) == (0, "")
     found = fl.read_toml("c.toml")
-    assert found.controller.model.resonance_hz == pytest.approx(180.0, rel=0.06)  # an observer's is best a little low
+    assert 145.0 < found.controller.model.resonance_hz <= 180.0  # an observer's is best a little low
     assert "model.resonance_hz" in answer.out
     if law == "notch_pi":
         assert found.controller.model.resonance_hz == 180.0
@@ -128,7 +128,7 @@ def test_a_design_does_not_ask_about_what_it_sets_itself():
     asked = {
         law: [line.split(" is ")[0] for line in differing(system, named, law)] for law in ("notch_pi", "limit_observer")
     }
-    assert asked == {"notch_pi": ["sensor.cutoff_hz"], "limit_observer": ["sensor.q", "sensor.cutoff_hz"]}
+    assert asked == {"notch_pi": ["sensor.cutoff_hz"], "limit_observer": []}
 
 
 def test_what_a_controller_believes_is_a_field_of_its_model():
