@@ -4,8 +4,8 @@
 
 #include "fl_fixed.h"
 
-#define FL_MAJOR 3
-#define FL_MINOR 3
+#define FL_MAJOR 4
+#define FL_MINOR 0
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
