@@ -238,7 +238,7 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
 @pytest.mark.parametrize(
     ("tokens", "said"),
     [
-        (("--law", "observr"), "law: 'observr' is unknown; did you mean observer"),
+        (("--law", "observr"), "law: 'observr' is unknown; did you mean limit_observer"),
         (("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
         (("--resonance-error", "0.6"), "resonance_error = 0.6: must be from 0 to 0.25"),
         (("--setpoint.offset_n", "2"), "saturation is the limit"),
