@@ -136,7 +136,7 @@ class OneGain(NamedTuple):
 
 @step
 def _biquad_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
-    """I += k e; u = biquad(I) - log-like bend of what is measured: two inputs, a nonlinear path, a slow estimate."""
+    """I += k e; u = biquad(I) - log-like bend of what is measured: two inputs, a nonlinear path, an estimate."""
     integral, s1, s2, _, estimate = state
     gain, low, high = gains
     integral += gain * (setpoint_n - measurement.force)
@@ -144,7 +144,7 @@ def _biquad_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
     s1, s2 = B[1] * integral - A[1] * y + s2, B[2] * integral - A[2] * y
     wanted = estimate * y - 0.3 * measurement.force * measurement.force + 0.2 * setpoint_n
     u = min(max(wanted, low), high)
-    after = BiquadState(integral, s1, s2, u, estimate + 1e-4 * (setpoint_n - measurement.force))
+    after = BiquadState(integral, s1, s2, u, estimate)
     return after, ForceCommand(u, 1.0 if u != wanted else 0.0)
 
 
@@ -155,7 +155,6 @@ BIQUAD = Law(
     OneGain,
     gains_of=lambda c: OneGain(GAIN, *clamp_of(c.model)),
     start_of=lambda c: BiquadState(0.0, 0.0, 0.0, 0.0, 1.5),
-    frozen=("estimate",),
 )
 
 
