@@ -20,7 +20,7 @@ import numpy as np
 
 import frictionloop as fl
 
-LAWS = ("lookup", "pi", "filtered_pi", "notch_pi", "observer", "super_twisting", "oracle")
+LAWS = ("lookup", "pi", "filtered_pi", "notch_pi", "limit_observer", "oracle")
 CONTACTS = ("slider", "dahl", "lugre")
 NOTCH = {"controller.kind": "notch_pi", "controller.kp": 3.8, "controller.ki": 80.0}
 GAINS = {"notch_pi": NOTCH, "filtered_pi": {"controller.kp": 0.062, "controller.ki": 134.0}}
@@ -68,7 +68,7 @@ def sweeps() -> Iterator[tuple[str, fl.System, Any, int]]:
     gains = {"controller.kp": np.linspace(0.5, 20.0, 5), "controller.ki": np.linspace(100.0, 4000.0, 5)}
     yield "grid", fl.paper(), gains, 2
     fingers = list(fl.fingers(40, 11))
-    for law in ("notch_pi", "observer"):
+    for law in ("notch_pi", "limit_observer"):
         yield (
             f"fingers under {law}",
             fl.bench().evolve(STEPS | {"controller.kind": law} | GAINS.get(law, {})),

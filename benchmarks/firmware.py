@@ -27,7 +27,7 @@ CONTROLLERS = {
     "PI": fl.bench().controller,
     "lookup": fl.LookupController(),
     "notch, fed forward, overdriven": fl.NotchPiController(**AHEAD),
-    "observer": fl.ObserverController(model=fl.bench().controller.model, delay_s=200e-6),
+    "limit observer": fl.LimitObserverController(model=fl.bench().controller.model, delay_s=200e-6),
     "six sections, fed forward, overdriven": fl.FilteredPiController(sections=(SECTION,) * 6, **AHEAD),
 }
 
@@ -79,7 +79,7 @@ def at_a_bench(address: str, system: fl.System, duration_s: float = 4.0) -> floa
 def at_benches() -> None:
     """Print how fast a simulated and an emulated board run."""
     print(f"\n{'closed loop at a simulated bench':40s} {'ticks/s':>14s} {'of real time':>14s}")
-    for name in ("notch, fed forward, overdriven", "observer"):
+    for name in ("notch, fed forward, overdriven", "limit observer"):
         system = fl.bench().evolve({"controller": CONTROLLERS[name]})
         with tempfile.TemporaryDirectory() as folder:
             image = build("teensy31", firmware_words(system).tolist(), Path(folder))

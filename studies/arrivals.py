@@ -1,4 +1,4 @@
-"""How much of twelve effects arrives under four laws, on 96 fingers that none of them was tuned on: four minutes.
+"""How much of twelve effects arrives under three laws, on 96 fingers that none of them was tuned on: three minutes.
 
 ``python -m studies.arrivals`` goes on where it was stopped, and writes what the report shows into the package
 (``src/frictionloop/report/stored``).

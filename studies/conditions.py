@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System, bench
@@ -11,31 +11,14 @@ from frictionloop.physics.fingers import Fingers, fingers
 
 CONTACTS = protocol.CONTACTS
 
-
-BELIEFS = "spring_noise", "model.resonance_hz", "model.resonance_q", "model.sensor_hz", "susceptibility_spread"
-LEARNING, MEASURED = (0.5587, 132.6, 13.69, 553.0, 3.0), (0.4438, 132.6, 13.12, 634.2, 1.05)
-
-
-def limit_observer(contact: str, measured: bool = False) -> dict[str, Any]:
-    """Return a limit observer of the bench that is told its contact, and its tau if that is measured.
-
-    As ``design_controller(bench(), "limit_observer", Wanted(sensitivity_peak=2.0))`` finds it, for a spread of 1.05 if
-    tau is measured.
-    """
-    skin: Any = bench().finger
-    compliance = 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0
-    believed = zip(BELIEFS, MEASURED if measured else LEARNING, strict=True)
-    return {
-        "controller.kind": "limit_observer",
-        "controller.compliance_um_per_n": compliance,
-        **{f"controller.{name}": value for name, value in believed},
-    }
-
-
-def told_tau(people: Fingers) -> Fingers:
-    """Return fingers whose susceptibility, dry, is what the controller believes."""
-    path = "friction.susceptibility_per_um2"
-    return Fingers(each | {f"controller.model.{path.partition('.')[2]}": each[path]} for each in people)
+LIMIT_OBSERVER = {
+    "controller.kind": "limit_observer",
+    "controller.spring_noise": 0.8264,
+    "controller.model.resonance_hz": 132.4,
+    "controller.model.resonance_q": 32.41,
+    "controller.model.sensor_hz": 519.3,
+}
+"""Of the bench, as ``design_controller(bench(), "limit_observer")`` finds it."""
 
 
 class Strokes(NamedTuple):

@@ -21,7 +21,7 @@ from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant, Steps, System, bench
 from frictionloop.physics.fingers import fingers
-from studies.conditions import CONTACTS, limit_observer
+from studies.conditions import CONTACTS, LIMIT_OBSERVER
 from studies.kept import keep
 from studies.other_friction import OTHER, OtherFriction
 
@@ -40,9 +40,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "load 20 % lower": {"motion.load_n": 0.8},
     "no roughness": {"friction.roughness_rms": 0.0},
     "position noise times 10": {"touch.position.noise_um": 10.0},
-    "exact tau, gain 20 % higher": {"gain": 1.2},
-    "exact tau, gain 20 % lower": {"gain": 0.8},
-    "told the other contact": {"contact": 1.0},
+    "susceptibility times 1.5": {"friction.susceptibility_per_um2": 1.5},
     "friction falls with a^1.8": {"other": {"exponent": 1.8}},
     "a tenth of friction stays": {"other": {"floor": 0.1}},
 }
@@ -118,14 +116,6 @@ def scaled(system: System, point: Mapping[str, Any], factors: Mapping[str, Any])
             same = {name: value for name, value in there.friction if name != "kind"}
             found |= {"friction": OtherFriction(**same, **factor)}
             continue
-        if path == "gain":
-            tau = point["friction.susceptibility_per_um2"] / factor
-            found |= {"controller.model.susceptibility_per_um2": tau, "controller.susceptibility_spread": 1.0}
-            continue
-        if path == "contact":
-            here: Any = system.finger
-            found |= {"controller.compliance_um_per_n": 50.0 if here.contact == "slider" else 0.0}
-            continue
         value: Any = system.evolve(found)
         for name in path.split("."):
             value = getattr(value, name)
@@ -140,7 +130,7 @@ def campaign(
     found = []
     drawn = fingers(5 * people, FRESH_SEED)
     for k, (history, stroke) in enumerate(histories(count, seed)):
-        system = bench().evolve({**stroke, **limit_observer(stroke["finger.contact"]), **own})
+        system = bench().evolve({**stroke, **LIMIT_OBSERVER, **own})
         able = protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
         points = [scaled(system, drawn[i], factors) for i in able]
         found += [each._replace(case={**each.case, **stroke}) for each in ringing(system, points, history, k)]

@@ -32,7 +32,7 @@ COMPILE = """
 import sys
 import frictionloop as fl
 alone, bench = sys.argv[1] == "1", fl.bench()
-kinds = ["pi", "lookup", "oracle", "notch_pi", "observer", "super_twisting"]
+kinds = ["pi", "lookup", "oracle", "notch_pi", "limit_observer"]
 steps = fl.Steps(times_s=(0.0, 0.004), levels_n=(0.5, 0.6))
 systems = [
     fl.paper(),
@@ -85,7 +85,6 @@ DEAREST = (
     "tests/unit/test_design_sensor.py",
     "tests/unit/test_digest.py",
     "tests/reference/test_linear_laws.py",
-    "tests/unit/test_super_twisting.py",
     "tests/unit/cli/test_cli_program.py",
 )
 """What takes longest, slow tests with it, comes first where files keep their order (``--no-loadscope-reorder``)."""

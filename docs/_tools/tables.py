@@ -38,8 +38,6 @@ BLOCKS: dict[str, type[Block]] = {
     "controller_lookup": fl.LookupController,
     "controller_notch": fl.NotchPiController,
     "controller_filtered": fl.FilteredPiController,
-    "controller_observer": fl.ObserverController,
-    "controller_super_twisting": fl.SuperTwistingController,
     "controller_limit_observer": fl.LimitObserverController,
     "controller_oracle": fl.OracleController,
     "model": fl.Model,
@@ -64,8 +62,6 @@ UNITS = {
     "Mohm": "MΩ",
     "urad": "µrad",
     "kg/m^3": "kg/m³",
-    "N^0.5/s": "√N/s",
-    "N/s^2": "N/s²",
 }
 WORDS = {float: "a number", int: "a whole number", str: "text", bool: "`true`, `false`"}
 

@@ -22,8 +22,7 @@ static int16_t scaled(fl_gain scale, int32_t value) {
 static uint16_t after(uint16_t at) { return at + 1 < FL_SAMPLES ? (uint16_t)(at + 1) : 0; }
 
 static int16_t flags(const fl_app *app, const fl_measurement *m, fl_force_command command) {
-    const int surprised = app->law_runs && fl_is_surprised(fl_in_force(app)->law_number, app->law_state);
-    return (int16_t)((m->valid ? 1 : 0) | (command.saturated ? 2 : 0) | app->state << 2 | app->fault << 4 | surprised << 8);
+    return (int16_t)((m->valid ? 1 : 0) | (command.saturated ? 2 : 0) | app->state << 2 | app->fault << 4);
 }
 
 void fl_keep(fl_app *app, const fl_measurement *m, int32_t setpoint, fl_force_command command) {

@@ -4,8 +4,8 @@
 
 #include "fl_fixed.h"
 
-#define FL_MAJOR 3
-#define FL_MINOR 3
+#define FL_MAJOR 4
+#define FL_MINOR 0
 #define FL_LARGEST_BODY 272
 #define FL_TICK_HZ 5000
 #define FL_SILENCE_MS 200
@@ -46,7 +46,7 @@ enum fl_channel { FL_CHANNEL_F_R, FL_CHANNEL_F_M, FL_CHANNEL_U, FL_CHANNEL_A, FL
 
 /* The parameter table: FL_WORDS words in this order. */
 typedef struct {
-    int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 observer, 5 super-twisting, 6 limit observer */
+    int32_t law_number;  /* count: control law (control/laws): 1 PI, 2 lookup, 3 filtered PI, 4 limit observer */
     fl_gain law_gains[52];  /* gain: gains of the law: see gains and start words; unused ones are 0 */
     int32_t law_start[21];  /* count: state of the law when the loop goes on: see gains and start words */
     int32_t law_low_n;  /* q28, N: lowest force command, g(a_max) by the controller's model */

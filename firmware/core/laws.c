@@ -14,9 +14,7 @@
     LAW(1, "pi", fl_pi_step, 1, 2, 0, fl_pi_begin) \
     LAW(2, "lookup", fl_open_loop_step, 1, 0, 0, 0) \
     LAW(3, "filtered_pi", fl_filtered_pi_step, 21, 52, 0, fl_filtered_pi_begin) \
-    LAW(4, "observer", fl_disturbance_observer_step, 18, 30, fl_disturbance_observer_places, 0) \
-    LAW(5, "super_twisting", fl_super_twisting_step, 21, 34, fl_super_twisting_places, 0) \
-    LAW(6, "limit_observer", fl_limit_observer_step, 14, 34, fl_limit_observer_places, 0)
+    LAW(4, "limit_observer", fl_limit_observer_step, 8, 28, fl_limit_observer_places, 0)
 
 #define BUILT_IN(number, what) (FL_LAWS_BUILT_IN >> (number) & 1 ? (what) : NULL)
 #define LAW(number, kind, step, states, gains, places, begin) \

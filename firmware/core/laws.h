@@ -4,9 +4,8 @@
 
 #include "fl_law.h"
 
-fl_step fl_pi_step, fl_open_loop_step, fl_filtered_pi_step;
-fl_step fl_disturbance_observer_step, fl_super_twisting_step, fl_limit_observer_step;
-extern const int8_t fl_disturbance_observer_places[], fl_super_twisting_places[], fl_limit_observer_places[];
+fl_step fl_pi_step, fl_open_loop_step, fl_filtered_pi_step, fl_limit_observer_step;
+extern const int8_t fl_limit_observer_places[];
 
 /* Sets the integral of a law that has one so that, with no error, it commands `force`: for closing without
  * a bump. */
@@ -15,14 +14,6 @@ fl_begin fl_pi_begin, fl_filtered_pi_begin;
 
 /* By number as fl_laws; 0 where a law has no integral. */
 extern fl_begin *const fl_begins[];
-
-/* Of the limit observer, its number here, the place of the mean square of what readings move ln L by, and its bound. */
-enum { FL_LIMIT_OBSERVER = 6, FL_MISFIT = 13, FL_MOST_MISFIT = FL_ONE / 100 };
-
-/* Whether readings move its limit by more than it states. */
-static inline int fl_is_surprised(int32_t number, const int32_t *state) {
-    return number == FL_LIMIT_OBSERVER && state[FL_MISFIT] > FL_MOST_MISFIT;
-}
 
 /* Bit n is set where law n is built in. */
 uint16_t fl_laws_built_in(void);

@@ -12,8 +12,8 @@ from studies.arrivals import FINGERS, run
 @pytest.mark.parametrize(
     ("laws", "effects"),
     [
-        (["observer"], ["bump"]),
-        pytest.param(["lookup", "observer"], ["bump", "grating"], marks=pytest.mark.soak),
+        (["retuned_pi"], ["bump"]),
+        pytest.param(["lookup", "retuned_pi"], ["bump", "grating"], marks=pytest.mark.soak),
     ],
     ids=["one", "some"],
 )

@@ -162,8 +162,6 @@ LAWS: dict[str, dict[str, Any]] = {
         "controller.kind": "filtered_pi", "controller.kp": 0.05, "controller.ki": 100.0, "controller.feedforward": True,
         "controller.overdrive": True, "controller.sections": [(0.5, 0.1, 0.1, -0.4, 0.1)] * 6,
     },
-    "observer": {"controller.kind": "observer"},
-    "super_twisting": {"controller.kind": "super_twisting"},
     "limit_observer": {"controller.kind": "limit_observer"},
 }  # fmt: skip
 

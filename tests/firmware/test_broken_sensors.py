@@ -16,7 +16,7 @@ A law that answers a hum bends it, or rings with it.
 """
 
 
-@pytest.mark.parametrize("law", ["notch_pi", "observer"])
+@pytest.mark.parametrize("law", ["notch_pi", "limit_observer"])
 @pytest.mark.parametrize("name", FAILURES)
 def test_a_broken_sensor_is_told_and_the_plate_comes_to_rest(name: str, law: str):
     failure = FAILURES[name]

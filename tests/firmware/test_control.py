@@ -72,8 +72,7 @@ LAWS = {
     "lookup": system("lookup"),
     "notch": system("notch_pi"),
     "feed-forward": system("notch_pi", feedforward=True),
-    "observer": system("observer"),
-    "super-twisting": system("super_twisting"),
+    "limit observer": system("limit_observer"),
 }
 
 

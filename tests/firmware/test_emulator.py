@@ -50,7 +50,7 @@ def test_the_identity_is_told(board):
 
 
 @pytest.mark.parametrize(
-    ("law", "period"), [*((law, PERIOD) for law in ("pi", "notch_pi", "super_twisting")), ("pi", 942)]
+    ("law", "period"), [*((law, PERIOD) for law in ("pi", "notch_pi", "limit_observer")), ("pi", 942)]
 )
 def test_every_duty_is_the_host_librarys(law, period, images, law_words, tmp_path):
     """The same bits in the processor's carrier as in this machine's library, compare value by compare value."""

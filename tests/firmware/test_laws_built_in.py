@@ -16,7 +16,7 @@ def symbols(image) -> str:
 
 
 def test_by_default_all_are_built_in(images):
-    for name in ("pi", "open_loop", "filtered_pi", "disturbance_observer", "super_twisting", "limit_observer"):
+    for name in ("pi", "open_loop", "filtered_pi", "limit_observer"):
         assert f"fl_{name}_step" in symbols(images("pi"))
 
 
@@ -39,7 +39,10 @@ def test_all_are_where_none_is_named(law_words):
     ("laws", "says"),
     [
         (["pi", "pid"], r"^laws = 'pid': the firmware has pi, lookup, filtered_pi, .*notch_pi$"),
-        (["observer", "lookup"], r"^laws = observer, lookup: the image is to run pi, which must be among them$"),
+        (
+            ["limit_observer", "lookup"],
+            r"^laws = limit_observer, lookup: the image is to run pi, which must be among them$",
+        ),
         ([], r"^laws = : the image is to run pi"),
     ],
 )
@@ -51,15 +54,15 @@ def test_bad_choices_are_one_line(law_words, tmp_path, laws, says):
 
 def test_a_device_tells_its_laws_and_refuses_others(law_words, tmp_path):
     pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-    some = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi", "observer"])
+    some = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi"])
     with fl.connect(f"emulated:{some.elf}") as device:
-        assert device.info.laws == ("pi", "lookup", "filtered_pi", "observer")
-        device.set("law.number", 5)
+        assert device.info.laws == ("pi", "lookup", "filtered_pi")
+        device.set("law.number", 4)
         with pytest.raises(Refused) as refused:
             device.commit()
     assert str(refused.value) == (
-        "commit: the device refuses law.number = 5, out of range; must be a law of its image: 1 pi, 2 lookup, "
-        "3 filtered_pi, 4 observer (firmware build --laws super_twisting builds super_twisting in)"
+        "commit: the device refuses law.number = 4, out of range; must be a law of its image: 1 pi, 2 lookup, "
+        "3 filtered_pi (firmware build --laws limit_observer builds limit_observer in)"
     )
 
 

@@ -57,7 +57,7 @@ def qemu(image, timeout_s=100):
 
 
 @needs_qemu
-@pytest.mark.parametrize("law", ["notch_pi", pytest.param("super_twisting", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("law", ["notch_pi", pytest.param("limit_observer", marks=pytest.mark.slow)])
 def test_the_digest_in_the_timers_interrupt_is_the_hosts(law, images, scenario):
     ran = qemu(images(law, board="mps2-scenario").elf)
     assert ran.pop("late") == 0
@@ -102,7 +102,7 @@ def test_a_flipped_bit_of_the_image_is_refused_at_boot(what, flips, images, scen
 
 @pytest.mark.slow
 @needs_qemu
-@pytest.mark.parametrize("law", ["pi", "lookup", "observer", "super_twisting"])
+@pytest.mark.parametrize("law", ["pi", "lookup", "limit_observer"])
 def test_so_it_is_with_every_other_law(law, images, scenario):
     ran = qemu(images(law, board="mps2-scenario").elf)
     assert {name: ran[name] for name in ("drives", "bytes", "sent", "late")} == {**scenario(law), "late": 0}
@@ -110,7 +110,7 @@ def test_so_it_is_with_every_other_law(law, images, scenario):
 
 def test_the_scenario_depends_on_the_law(scenario):
     """A digest that is the same for different laws would show nothing."""
-    digests = [scenario(law)["drives"] for law in ("lookup", "pi", "notch_pi", "observer", "super_twisting")]
+    digests = [scenario(law)["drives"] for law in ("lookup", "pi", "notch_pi", "limit_observer")]
     assert len(set(digests)) == len(digests)
 
 

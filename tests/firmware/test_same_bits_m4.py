@@ -12,7 +12,7 @@ from frictionloop.device.host_board import HostBoard, Sample
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 
 PERIOD = 783
-LAWS = ["pi", "lookup", "notch_pi", "observer", "super_twisting", "limit_observer"]
+LAWS = ["pi", "lookup", "notch_pi", "limit_observer"]
 TICKS = [pytest.param(1000, marks=pytest.mark.slow), pytest.param(4000, marks=pytest.mark.soak)]
 
 

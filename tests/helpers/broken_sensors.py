@@ -103,7 +103,7 @@ FAILURES = {
 }
 
 
-LAWS = ("notch_pi", "observer", "super_twisting", "pi", "lookup")
+LAWS = ("notch_pi", "limit_observer", "pi", "lookup")
 
 
 def bench(law: str, force_n: float = 0.5) -> fl.System:
@@ -119,7 +119,7 @@ def bench(law: str, force_n: float = 0.5) -> fl.System:
 def slid(number: int, seed: int = FIRST) -> fl.System:
     """Return one of many benches: a law, a force, a speed and a finger of a population."""
     finger = population(seed)[37 * number % 1000]
-    return bench(LAWS[number % 5], (0.4, 0.5, 0.6, 0.8)[number % 4]).evolve(
+    return bench(LAWS[number % len(LAWS)], (0.4, 0.5, 0.6, 0.8)[number % 4]).evolve(
         finger | {"motion.speed_mm_s": (20.0, 40.0, 80.0)[number % 3]}
     )
 

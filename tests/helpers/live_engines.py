@@ -7,7 +7,7 @@ import numpy as np
 import frictionloop as fl
 from frictionloop.device.live_engine import CHANNELS
 
-GRATING = fl.bench().evolve({"setpoint": {"kind": "effect"}, "controller.kind": "observer"})
+GRATING = fl.bench().evolve({"setpoint": {"kind": "effect"}, "controller.kind": "limit_observer"})
 
 
 class Echo:

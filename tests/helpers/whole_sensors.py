@@ -20,7 +20,7 @@ from frictionloop.quantities.schema import named, parameter_words
 TICK_HZ = 5000
 FINGERS, EACH_S = 1000, 36.0
 """Ten hours."""
-LAWS = ("notch_pi", "observer", "super_twisting", "pi", "lookup", "notch_pi")
+LAWS = ("notch_pi", "limit_observer", "pi", "lookup", "notch_pi")
 REPLAYED = Path(__file__).parents[1] / "firmware" / "replayed.c"
 
 

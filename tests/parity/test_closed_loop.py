@@ -13,8 +13,6 @@ SYSTEMS = {
     "notch, fed forward and overdriven": fl.bench().evolve(
         {"controller": fl.NotchPiController(delay_s=200e-6, feedforward=True, overdrive=True, model=MODEL)}
     ),
-    "observer": fl.bench().evolve({"controller.kind": "observer"}),
-    "super-twisting": fl.bench().evolve({"controller.kind": "super_twisting"}),
     "limit observer": fl.bench().evolve({"controller.kind": "limit_observer"}),
     "lookup": fl.bench().evolve({"controller": fl.LookupController(delay_s=200e-6, model=MODEL)}),
 }

@@ -13,8 +13,8 @@ from frictionloop.firmware.compiled import state_places
 MODEL = fl.bench().controller.model
 CONTROLLERS = {
     "bristle": LimitObserverController(delay_s=200e-6, model=MODEL),
-    "slider, half a period of delay": LimitObserverController(delay_s=100e-6, compliance_um_per_n=0.0, model=MODEL),
-    "soft, nothing learnt": LimitObserverController(compliance_um_per_n=300.0, susceptibility_spread=1.0, model=MODEL),
+    "slider, half a period of delay": LimitObserverController(delay_s=100e-6, slip_length_um=0.0, model=MODEL),
+    "soft, no margin": LimitObserverController(slip_length_um=180.0, susceptibility_margin=1.0, model=MODEL),
 }
 FORCE_N = 2e-5
 """Allowed difference of the force command: a tenth of what the firmware may differ by."""
@@ -43,10 +43,7 @@ def allowed(controller):
 
 def check(controller, difference, states):
     assert np.max(np.abs(difference)) < FORCE_N
-    slow = LimitState._fields.index("slow_limit")
-    within = allowed(controller)
-    within[slow] = within[LimitState._fields.index("limit")]
-    assert np.all(np.max(np.abs(states), axis=0) <= within)
+    assert np.all(np.max(np.abs(states), axis=0) <= allowed(controller))
     # Nearly all are far closer: a root near 0 and a force of 0.1 N are seldom.
     assert np.all(np.quantile(np.abs(states), 0.99, axis=0) <= 300 * PLACES)
 

@@ -29,8 +29,6 @@ CONTROLLERS = {
     "pi": fl.bench().controller,
     "lookup": fl.LookupController(overdrive=True, model=MODEL),
     "notch": fl.NotchPiController(delay_s=330e-6, **AHEAD),
-    "observer": fl.bench().evolve({"controller.kind": "observer"}).controller,
-    "super-twisting": fl.bench().evolve({"controller.kind": "super_twisting"}).controller,
     "limit observer": fl.bench().evolve({"controller.kind": "limit_observer"}).controller,
     "six sections": fl.FilteredPiController(sections=SECTIONS, kp=12.8, ki=531.0, **AHEAD),
 }

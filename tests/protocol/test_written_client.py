@@ -83,8 +83,6 @@ LAWS = {
     "pi": fl.RETUNED,
     "lookup": {"controller.kind": "lookup"},
     "filtered_pi": {"controller.kind": "notch_pi", "controller.feedforward": True},
-    "observer": {"controller.kind": "observer"},
-    "super_twisting": {"controller.kind": "super_twisting"},
     "limit_observer": {"controller.kind": "limit_observer"},
 }
 

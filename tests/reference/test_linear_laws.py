@@ -31,19 +31,12 @@ TONES_HZ = np.array([3, 17, 41, 89, 137, 149, 211, 307, 499])
 """Whole periods in SCORE_S, on both sides of the resonance."""
 MEAN_N, MEAN_D_N = 0.6, 0.05
 OPEN = {"kind": "lookup", "delay_s": 200e-6}
-BELIEVED = {
-    "controller.model.nominal_n": 2.2,
-    "controller.model.sensor_hz": 350.0,
-    "controller.model.resonance_hz": 139.0,
-}
-"""Of the laws on the linear observer, as in the comparison of laws."""
 LAWS: dict[str, dict[str, Any]] = {
     "pi": fl.RETUNED,
     "pi, late by a fraction": {"controller.kp": 0.02, "controller.ki": 50.0, "controller.delay_s": 1.3e-4},
     "notch_pi": {**DESIGNED_NOTCH, "controller.overdrive": False, "controller.feedforward": False},
     "notch_pi, overdrive and feed-forward": dict(DESIGNED_NOTCH),
-    "observer": {"controller.kind": "observer", **BELIEVED},
-    "super-twisting": {"controller.kind": "super_twisting", **BELIEVED},
+    "limit_observer": {"controller.kind": "limit_observer"},
     "lookup": {"controller": OPEN},
     "lookup with overdrive": {"controller": OPEN | {"overdrive": True}},
 }
@@ -143,7 +136,7 @@ class OneGain(NamedTuple):
 
 @step
 def _biquad_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-untyped-def]
-    """I += k e; u = biquad(I) - log-like bend of what is measured: two inputs, a nonlinear path, a slow estimate."""
+    """I += k e; u = biquad(I) - log-like bend of what is measured: two inputs, a nonlinear path, an estimate."""
     integral, s1, s2, _, estimate = state
     gain, low, high = gains
     integral += gain * (setpoint_n - measurement.force)
@@ -151,7 +144,7 @@ def _biquad_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no-
     s1, s2 = B[1] * integral - A[1] * y + s2, B[2] * integral - A[2] * y
     wanted = estimate * y - 0.3 * measurement.force * measurement.force + 0.2 * setpoint_n
     u = min(max(wanted, low), high)
-    after = BiquadState(integral, s1, s2, u, estimate + 1e-4 * (setpoint_n - measurement.force))
+    after = BiquadState(integral, s1, s2, u, estimate)
     return after, ForceCommand(u, 1.0 if u != wanted else 0.0)
 
 
@@ -162,7 +155,6 @@ BIQUAD = Law(
     OneGain,
     gains_of=lambda c: OneGain(GAIN, *clamp_of(c.model)),
     start_of=lambda c: BiquadState(0.0, 0.0, 0.0, 0.0, 1.5),
-    frozen=("estimate",),
 )
 
 

@@ -18,8 +18,8 @@ def changed_by(fields):
 
 @pytest.mark.parametrize(
     "kinds",
-    [{}, {"controller.kind": "filtered_pi", "disturbance.kind": "steps"}, {"controller.kind": "observer"}],
-    ids=["grating", "lists", "observer"],
+    [{}, {"controller.kind": "filtered_pi", "disturbance.kind": "steps"}, {"controller.kind": "limit_observer"}],
+    ids=["grating", "lists", "limit_observer"],
 )
 def test_every_parameter_has_a_field(kinds):
     system = GRATING.evolve(kinds)

@@ -66,7 +66,7 @@ def test_the_session_goes_on_until_the_other_loop_is_ready(monkeypatch):
 
     room, _ = run(asked(Slow(), monkeypatch, meanwhile))
     assert room.session.engine.system == GRATING.evolve({"friction.nominal_n": 1.1, "controller.kind": "pi"})
-    assert [each.controller.kind for each in room.before] == ["observer", "observer"]
+    assert [each.controller.kind for each in room.before] == ["limit_observer", "limit_observer"]
 
 
 @pytest.mark.parametrize("error", [FrictionloopError("no such loop"), ValueError("no such loop")])

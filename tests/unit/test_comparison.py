@@ -210,21 +210,22 @@ def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_
 
 
 LATE = {"controller.delay_s": 1.9e-3}
-"""More than nine periods: an observer cannot."""
+"""More than one period: a limit observer cannot."""
 
 
 def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypatch):
-    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "observer", "oracle")}
+    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "limit_observer", "oracle")}
     monkeypatch.setattr(entrants, "ENTRANTS", cheap)
     ran = short(laws=None, system=fl.bench().evolve(LATE))
     assert list(ran.laws) == ["lookup", "oracle"]
-    assert list(ran.left_out) == ["observer"] and "delay_s = 0.0019 s must be less" in ran.left_out["observer"]
+    assert list(ran.left_out) == ["limit_observer"] and "at most one control period" in ran.left_out["limit_observer"]
 
 
 def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
     monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
     with pytest.raises(FrictionloopError, match="delay_s"):
-        short(laws=["notch_pi", "observer"], system=fl.bench().evolve(LATE))
+        late = {"mine": lambda _: {"controller.kind": "limit_observer"}}
+        short(laws=late | {"notch_pi": entrants.ENTRANTS["notch_pi"]}, system=fl.bench().evolve(LATE))
 
 
 @pytest.mark.slow

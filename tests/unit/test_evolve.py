@@ -98,7 +98,7 @@ def test_a_signal_of_a_new_kind_starts_from_its_defaults():
     assert PAPER.evolve({"setpoint.kind": "constant"}).setpoint == fl.Constant()
 
 
-@pytest.mark.parametrize("kind", ["lookup", "filtered_pi", "notch_pi", "observer", "super_twisting", "limit_observer"])
+@pytest.mark.parametrize("kind", ["lookup", "filtered_pi", "notch_pi", "limit_observer"])
 def test_a_law_of_a_new_kind_keeps_the_bench_and_no_gains(kind):
     told = {"controller.rate_hz": 4000.0, "controller.delay_s": 1e-4, "controller.jitter_s": 1e-6}
     told |= {"controller.model.resonance_hz": 120.0, "controller.model.nominal_n": 0.7}

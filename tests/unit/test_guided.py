@@ -8,7 +8,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.loop.guided import MOST, Guided
 
-CALM = {"motion.tremor_um": 0.0, "controller.kind": "observer"}
+CALM = {"motion.tremor_um": 0.0, "controller.kind": "limit_observer"}
 BENCH = fl.bench().evolve({"setpoint": {"kind": "effect"}, **CALM})
 
 

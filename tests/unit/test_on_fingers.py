@@ -85,7 +85,7 @@ def test_loads_asked_for_replace_the_load_of_each_finger():
 
 
 def test_a_law_of_higher_order_has_its_own_response():
-    observer = fl.bench().evolve({"controller.kind": "observer", "controller.bandwidth_hz": 4.0})
+    observer = fl.bench().evolve({"controller.kind": "limit_observer", "controller.model.resonance_hz": 132.0})
     found = check_fingers(observer, PEOPLE[:2], FEW)
     for k, person in enumerate(PEOPLE[:2]):
         alone = max(corners(observer.evolve(person), FEW.limits), key=lambda each: each.excess)

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.cli import main
@@ -13,10 +14,10 @@ from frictionloop.perception.thresholds import force_threshold_n
 from frictionloop.quantities import FrictionloopError
 
 R = fl.rendering
-BENCH = fl.bench().evolve({"controller.kind": "observer"})
+BENCH = fl.bench().evolve(DESIGNED_NOTCH)
 IDEAL = {
     "motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "motion.load_drift": 0.0, "touch.position.noise_um": 0.0,
-    "touch.load.noise_n": 0.0, "controller.kind": "observer", "finger.kind": "rigid", "friction.kind": "gaussian",
+    "touch.load.noise_n": 0.0, "controller.kind": "limit_observer", "finger.kind": "rigid", "friction.kind": "gaussian",
     "disturbance.offset_n": 0.0, "controller.delay_s": 0.0,
 }  # fmt: skip
 
@@ -54,7 +55,7 @@ def test_the_plate_takes_contrast_open_loop_as_its_low_pass_does():
 
 
 def test_the_open_loop_has_a_table_of_its_own_where_a_law_is_told_other_beliefs():
-    """An observer that believes twice the friction would vibrate far too much open loop."""
+    """A model with twice the friction would vibrate far too much open loop."""
     tuned = BENCH.evolve({"controller.model.nominal_n": 2.2})
     shown = R.preview("grating", tuned, 80.0, table=BENCH.controller.model)
     plain = R.preview("grating", BENCH, 80.0)
@@ -64,16 +65,6 @@ def test_the_open_loop_has_a_table_of_its_own_where_a_law_is_told_other_beliefs(
     wrong = R.preview("grating", tuned, 80.0)
     assert wrong.table.nominal_n == 2.2
     assert wrong.open_loop.mean_error_n < shown.open_loop.mean_error_n - 0.1
-
-
-def test_show_says_which_table_the_open_loop_has(capsys):
-    believing = ("--controller.kind", "observer", "--controller.model.nominal_n", "2.2")
-    with pytest.raises(SystemExit) as ended:
-        main(["effect", "show", "grating", "--speed-mm-s", "80", *believing])
-    told = capsys.readouterr()
-    assert ended.value.code == 0
-    assert "the lookup alone, of a table for f0 = 0.95 N and tau = 0.38 /um2" in told.out
-    assert "by default" not in told.err  # the model is told by a flag
 
 
 def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():

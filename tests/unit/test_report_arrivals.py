@@ -36,13 +36,13 @@ def test_its_table_has_a_column_for_each_law_and_the_spread_first():
     assert table[0] == ("between fingers (mN)", *(f"{1e3 * found.middle(law, 'spread_n'):.0f}" for law in found.laws))
     assert heads == ("", *(LAWS[law] for law in found.laws))
     grating = next(row for row in table if row[0] == "grating")
-    percents = [100 * each for each in found.laws["observer"]["grating"]["contrast"]]
-    assert grating[1 + list(found.laws).index("observer")] == " ".join(f"{each:.0f}" for each in percents)
+    percents = [100 * each for each in found.laws["notch_pi"]["grating"]["contrast"]]
+    assert grating[1 + list(found.laws).index("notch_pi")] == " ".join(f"{each:.0f}" for each in percents)
 
 
 def test_it_is_drawn_with_a_panel_for_each_effect():
     found = stored()
     figure = figure_arrivals(found)
     assert [axes.get_title("left") for axes in figure.axes[1:]] == found.effects
-    line = figure.axes[1 + found.effects.index("rough")].lines[1 + list(found.laws).index("observer")]
-    assert line.get_ydata() == pytest.approx(found.laws["observer"]["rough"]["contrast"])
+    line = figure.axes[1 + found.effects.index("rough")].lines[1 + list(found.laws).index("notch_pi")]
+    assert line.get_ydata() == pytest.approx(found.laws["notch_pi"]["rough"]["contrast"])

@@ -20,10 +20,7 @@ LAWS = {
     "pi": fl.RETUNED,
     "notch_pi": {"controller.kind": "notch_pi"},
     "notch_pi, ahead": {"controller.kind": "notch_pi"} | MOVING,
-    "observer": {"controller.kind": "observer"},
-    "super_twisting": {"controller.kind": "super_twisting", "controller.model.sensor_hz": 350.0},
     "limit_observer": {"controller.kind": "limit_observer"},
-    "super_twisting, plain": {"controller.kind": "super_twisting", "controller.overdrive": False},
 }
 
 
@@ -116,7 +113,7 @@ def test_a_loop_that_is_right_goes_on_as_if_nothing_were():
 
 
 def test_lanes_of_a_sweep_have_the_bits_of_a_run_alone():
-    ends, system = [0.0, 0.1, 0.25], BENCH.evolve(LAWS["super_twisting"])
+    ends, system = [0.0, 0.1, 0.25], BENCH.evolve(LAWS["limit_observer"])
     grid = fl.sweep(system, {"controller.open_until_s": ends}, DURATION_S, seeds=2, n_jobs=1, progress=False)
     for k, end in enumerate(ends):
         run = fl.simulate(system.evolve({"controller.open_until_s": end}), DURATION_S, seed=1)

@@ -26,8 +26,7 @@ def law_space(system: System, loop: Elements, plant: SampledPlant) -> StateSpace
     x[k+1] = A x[k] + B [f_r, f_m][k], [u, c][k] = C x[k] + D [f_r, f_m][k], where c is what the plant gets of the
     force command u: the same, or behind the overdrive c = (u[k] - p u[k-1])/(1 - p), which in amplitude is
     (a_w - p a)/(1 - p) (control/lookup). PI has it in closed form; of any other law it is the Jacobian of the
-    compiled step at rest (analysis/rest) at the finger's steady speed and load; the slow states that it lists as
-    ``frozen`` keep the values they start with.
+    compiled step at rest (analysis/rest) at the finger's steady speed and load.
 
     Parameters
     ----------

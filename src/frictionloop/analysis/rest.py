@@ -40,14 +40,10 @@ FINEST = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-15)
 
 @dataclass(frozen=True, eq=False)
 class LawStep:
-    """(x, f_r, f_m) -> (x', u) of a law under a finger that slides steadily; x without the frozen states."""
+    """(x, f_r, f_m) -> (x', u) of a law under a finger that slides steadily."""
 
     law: Law
     gains: Any
-    whole: Array
-    """All states; the frozen ones keep these values."""
-    free: Array
-    """Indices of the others."""
     speed_m_s: float
     load_n: float
     period_s: float
@@ -58,11 +54,9 @@ class LawStep:
 
     def run(self, point: Array) -> tuple[Array, bool]:
         """Return x' and u, and whether the law says that it is saturated."""
-        state = self.whole.copy()
-        state[self.free] = point[:-2]
         measured = Measurement(float(point[-1]), 0.0, self.speed_m_s, self.load_n, 1.0)
-        after, u, saturated = self.tick(state.tolist(), measured, float(point[-2]))
-        return np.append(np.array(after)[self.free], u), saturated
+        after, u, saturated = self.tick(point[:-2].tolist(), measured, float(point[-2]))
+        return np.append(after, u), saturated
 
     def opened(self) -> LawStep:
         """Return the step with its clamp taken away."""
@@ -106,13 +100,11 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant) -> Rest:
     controller, model = system.controller, system.controller.model
     law, motion = law_of(controller), system.motion
     start = np.array(trees.flat(law.start_for(controller)), dtype=float)
-    frozen = [trees.names(law.state).index(name) for name in law.frozen]
-    free = np.setdiff1d(np.arange(start.size), frozen).astype(int)
     speed, load = (1e-3 * motion.speed_mm_s, motion.load_n) if isinstance(motion, Strokes) else (0.0, 0.0)
-    step = LawStep(law, law.gains_for(controller), start, free, speed, load, plant.period_s)
+    step = LawStep(law, law.gains_for(controller), speed, load, plant.period_s)
     wanted = _command_n(model, loop.amplitude_um)
     measured = loop.force_n + mean_disturbance_n(system)
-    first = np.append(start[free], [measured, measured])
+    first = np.append(start, [measured, measured])
     what, saturated = f'controller.kind = "{controller.kind}"', False
     for begin in _beginnings(step, first, wanted, plant):
         point = _settled(step, begin, wanted)
@@ -162,11 +154,9 @@ def _settled(step: LawStep, begin: Array, wanted: float) -> Array | None:
 
 def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant, gain: float) -> Array:
     """Return where the law is after a run against the linear plant, its gain times a factor; at rest it ends early."""
-    space, point, law = plant.state_space(), first.copy(), step.whole.copy()
+    space, point = plant.state_space(), first.copy()
     state, f_m, drive = np.zeros(len(space.A)), gain * space.C[1], space.B[:, 0]
-    free = step.free.tolist()
-    law[free] = first[:-2]
-    before, frozen = law.tolist(), [(k, law[k].item()) for k in set(range(len(law))) - set(free)]
+    before = first[:-2].tolist()
     # Tens of thousands of ticks: the step is called on plain numbers, without what `run` does to arrays.
     for k in range(round(SETTLE_S / plant.period_s)):
         measured = Measurement(float(first[-1] + f_m @ state), 0.0, step.speed_m_s, step.load_n, 1.0)
@@ -174,13 +164,11 @@ def _after_a_run(step: LawStep, first: Array, wanted: float, plant: SampledPlant
         moved = space.A @ state + drive * (u - wanted)
         if not all(map(math.isfinite, (*reached, u))):
             return first
-        for n, value in frozen:
-            reached[n] = value
         settled = k % LOOK_TICKS == 0 and _rests(before, reached) and _rests(state, moved)
         before, state = reached, moved
         if settled:
             break
-    point[:-2] = [before[k] for k in free]
+    point[:-2] = before
     point[-1] = first[-1]
     return point
 

@@ -15,7 +15,6 @@ from frictionloop.cli.scores import between
 if TYPE_CHECKING:
     import xarray as xr
 
-    from frictionloop.loop.told import Beyond
     from frictionloop.parameters import System
 
 UNREACHED = 0.9
@@ -35,14 +34,6 @@ AGAIN = (
 )
 AT_CEILING, FAR_N = 0.2, 0.02
 """Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
-
-BEYOND = {
-    "surprised": (0.005, "readings surprised the limit observer, and it held its least gain: resonance, delay or "
-    "contact are not as it is told"),
-    "bound": (0.3, "the susceptibility that the limit observer learns was at its bound, "
-    "controller.susceptibility_spread"),
-}  # fmt: skip
-"""Least share of the time that is told (chosen: 1 % rounded; more than leaving the bound takes), and the words."""
 
 
 def too_late(system: System, metrics: dict[str, float]) -> list[str]:
@@ -84,22 +75,6 @@ def lines(found: Ringing, metrics: dict[str, float], swings: bool = False) -> li
     elif found.law != "pi":
         said += textwrap.wrap(AGAIN, WIDTH)
     return said
-
-
-def beyond_lines(found: Beyond | None) -> list[str]:
-    """Return a sentence for each condition that a limit observer left for long enough."""
-    return _beyond(found._asdict() if found else {})
-
-
-def surprised_lines(share: float) -> list[str]:
-    """Return what is told where the device itself says for how much of the time readings surprised its law."""
-    return _beyond({"surprised": share})
-
-
-def _beyond(shares: dict[str, float]) -> list[str]:
-    told = [(shares[name], what) for name, (least, what) in BEYOND.items() if shares.get(name, 0.0) >= least]
-    said = [f"For {share:.0%} of the time {what}." for share, what in told]
-    return [line for each in said for line in textwrap.wrap(each, WIDTH)]
 
 
 def _gains(found: Ringing) -> str:

@@ -26,7 +26,7 @@ EXAMPLES = r"""Examples
   frictionloop compare --fingers 50 --laws lookup,retuned_pi --speeds 20 \
       --csv scores.csv --plots figures
   frictionloop compare --effects grating,bump --fingers 26 \
-      --laws lookup,notch_pi,observer
+      --laws lookup,notch_pi,limit_observer
 """
 MOST_FINGERS = 1_000_000
 DURATION_S = 11.0
@@ -68,8 +68,8 @@ def command(
     seed
         Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.
     laws
-        Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, hinf and lqg
-        (filtered_pi), observer, super_twisting, oracle and clairvoyant (oracle).
+        Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, limit_observer,
+        hinf and lqg (filtered_pi), oracle and clairvoyant (oracle).
     speeds
         Speeds of the strokes in mm/s.
     effects

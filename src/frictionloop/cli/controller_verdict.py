@@ -21,7 +21,6 @@ from frictionloop.cli.controller_holds import (
 from frictionloop.cli.other_fingers import LOWERED
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
-from frictionloop.design.limit_linear import TOLD
 from frictionloop.firmware.board_fit import misfits_of_gains
 from frictionloop.parameters import Skin, Strokes
 
@@ -35,7 +34,6 @@ Row = tuple[str, ...]
 NOT_THERE = "Do not use it there: it was not designed for it."
 BOTH = " `--contacts {}` designs for both contacts."
 ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
-OTHER = " It is told its contact: `--finger.contact {}` designs for the other."
 FASTER = " If fingers stroke so, `--speeds {:g},{:g}` designs for it; slower and faster ones are looked at too."
 MORE = "`--fingers {}` with this command {} so many random fingers too"
 LESS = " `frictionloop design check` says how much less gain would hold there."
@@ -111,8 +109,6 @@ def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool
     here = {each.loop.system.finger.contact for each in found if isinstance(each.loop.system.finger, Skin)}
     missing = {each.contact for each in places} - here
     hints = BOTH.format(",".join(sorted(here | missing))) if missing and len(here) == 1 and not in_vain else ""
-    if missing and found[0].loop.system.controller.kind == TOLD:
-        hints = OTHER.format(min(missing))
     own = [each.loop.system.motion.speed_mm_s for each in found if isinstance(each.loop.system.motion, Strokes)]
     speeds = [speed for each in places if each.contact not in missing for speed in each.speeds_mm_s]
     others = [speed for speed in speeds if not min(own) <= speed <= max(own)] if own else []

@@ -58,7 +58,6 @@ def command(
         saved_controller,
     )
     from frictionloop.design.checking import check_controller, loops
-    from frictionloop.design.limit_linear import learnt
     from frictionloop.design.over import with_longest_contact
     from frictionloop.parameters import write_toml
 
@@ -75,7 +74,7 @@ def command(
         found = check_controller(system, wanted)
     many = others.look(system, people, wanted)
     with screen.waiting("checking a fully moist finger"):
-        moist = controller_also.fully_moist(learnt(system), wanted)
+        moist = controller_also.fully_moist(system, wanted)
     designed = saved_controller.by_file(file, must, others)
     shown = flags.again(file, preset, overrides, lambda path, _: path in ("controller.kp", "controller.ki"), "bench")
     given = flags.again(file, preset, overrides, _of_the_law, "bench")

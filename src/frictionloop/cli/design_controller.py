@@ -55,7 +55,7 @@ def command(
     Parameters
     ----------
     law
-        Control law: notch_pi, pi, observer, super_twisting, limit_observer, hinf or lqg; notch_pi if not given, pi for
+        Control law: notch_pi, pi, limit_observer, hinf or lqg; notch_pi if not given, pi for
         a force sensor without a resonance.
     out
         Write the system with its new controller here (.toml).

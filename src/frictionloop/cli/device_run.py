@@ -113,7 +113,6 @@ def command(
         rings = None if open_loop else advice.ringing(run, mask, metrics)
         largest_um = system.plate.max_amplitude_um
         limited = advice_text.at_ceiling(run, mask, system.board.ceiling_um or largest_um, largest_um)
-        limited += advice_text.surprised_lines(found["surprised"])
     if json:
         screen.show_json({**found, "ringing": ringing.as_json(rings), "saved": {"run": out, "plot": plot}})
         return
@@ -161,7 +160,6 @@ def summary(run: xr.Dataset) -> dict[str, Any]:
     names = ("lost_samples", "gaps", "reconnects", "broken_frames", "missed_frames")
     lost = {name: run.attrs[name] for name in names if name in run.attrs}
     about = {"samples": run.sizes["time"], "counted": float(counts.mean()), "measured_rms_error_n": rms, **lost}
-    about["surprised"] = run.attrs.get("surprised_samples", 0) / max(run.sizes["time"], 1)
     if "f_a" in run and counts.any():
         inner = (run["f_a"] - run["f_r"]).values[counts]
         about["rms_error_n"] = float(np.sqrt(np.nanmean(inner**2)))

@@ -12,7 +12,6 @@ from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
     from frictionloop.parameters import System
-    from frictionloop.parameters.timing import Model
 
 ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
 LIST_EXAMPLES = r"""Examples
@@ -46,8 +45,6 @@ PATH = ("setpoint.track.", "setpoint.position")
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
 LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
-ON_BELIEFS = ("observer", "super_twisting", "limit_observer")
-"""Laws that follow better with other beliefs than the bench's, which no lookup table should have (docs/controllers)."""
 
 
 def list_effects(*, json: flags.Json = False) -> None:
@@ -95,17 +92,16 @@ def show(
     checks.check_count("seed", seed, 0)
     checks.check_count("fingers", fingers, 0, 1000)
     wanted, system, origin = _given(effect, file, preset, overrides)
-    table = _own_table(system, file, preset)
     with screen.waiting("simulating"):
         from frictionloop.cli import effect_text
         from frictionloop.preview import people, preview
 
-        shown = preview(wanted, system, speed_mm_s, seed, table=table)
+        shown = preview(wanted, system, speed_mm_s, seed)
         crowd = None
         if fingers:
             from frictionloop.physics.fingers import fingers as drawn
 
-            crowd = people(wanted, system, drawn(fingers, seed), speed_mm_s, seed, table=table)
+            crowd = people(wanted, system, drawn(fingers, seed), speed_mm_s, seed)
     if plot is not None:
         from frictionloop.report.plot import plot as draw
 
@@ -233,16 +229,6 @@ def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | Non
         kind = {} if system.setpoint.kind == "effect" else {"setpoint.kind": "effect"}
         system, origin = system.evolve(kind | values), flags.changed(origin, values)
     return effect, system, origin
-
-
-def _own_table(system: System, file: Path | None, preset: Any) -> Model | None:
-    """Return what the file or the preset believes, for the open loop of a law that flags may tell other beliefs."""
-    if system.controller.kind not in ON_BELIEFS:
-        return None
-    from frictionloop.parameters import preset as named
-    from frictionloop.parameters import read_toml
-
-    return (read_toml(file) if file else named(preset or "bench")).controller.model
 
 
 def _system(file: Path | None, preset: Any, overrides: list[str]) -> tuple[System, str]:

@@ -66,7 +66,7 @@ def build(
     board
         teensy31, or mps2 or mps2-scenario for qemu-system-arm.
     laws
-        Kinds of controller that the image has, with commas: pi,notch_pi,observer; all by default. filtered_pi also
+        Kinds of controller that the image has, with commas: pi,notch_pi; all by default. filtered_pi also
         runs notch_pi.
     """
     all_needed("ziglang", "elftools", "cobs", "fastcrc", "intelhex")

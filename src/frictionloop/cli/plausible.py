@@ -67,9 +67,9 @@ BELIEVED = {
 }
 """Of ``controller.model``: the plant's value, and the parameters that decide it."""
 AMPLITUDES = ("controller.model.max_amplitude_um", ("plate.max_amplitude_um",))
-OBSERVING = {"observer", "super_twisting", "limit_observer"}
-"""Kinds of laws that compute with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
-SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}} | {law: {"resonance_hz"} for law in OBSERVING}
+OBSERVING = "limit_observer"
+"""The kind of law that computes with all of these; others do with feed-forward, and with ``plate_hz`` for overdrive."""
+SET_BY_DESIGN = {"notch_pi": {"resonance_hz", "resonance_q"}, OBSERVING: {"resonance_hz", "resonance_q", "sensor_hz"}}
 """What a design takes from the sensor and saves."""
 
 
@@ -122,7 +122,7 @@ def differing(system: System, named: Collection[str], designed: str | None = Non
 
 def _used(system: System, designed: str | None) -> Collection[str]:
     controller: Any = system.controller
-    if designed != "pi" and (designed or controller.kind in OBSERVING or getattr(controller, "feedforward", False)):
+    if designed != "pi" and (designed or controller.kind == OBSERVING or getattr(controller, "feedforward", False)):
         return BELIEVED
     return ["plate_hz"] if designed is None and getattr(controller, "overdrive", False) else []
 

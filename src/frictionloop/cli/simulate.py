@@ -101,13 +101,12 @@ def command(
         unscored,
     )
     from frictionloop.loop.record import VARIABLES
-    from frictionloop.loop.told import beyond
 
     with screen.waiting("scoring"):
         metrics, mask = scores.metrics_of(run, score_from_s), scores.scored_periods(run, score_from_s)
         opened_n = scores.open_error_n(run, mask)
         rings, unreached = advice.ringing(run, mask, metrics), advice_text.out_of_reach(run, mask)
-        left, bands = beyond(run), bands_asked.by_band(run, mask, edges_hz)
+        bands = bands_asked.by_band(run, mask, edges_hz)
         said = [*recorded_units.asked(system, "name", "small", "contact"), *recorded_units.negative(system)]
         said += recorded_units.resampled(system)
         said += bands_asked.notes(run, mask, bands)
@@ -128,7 +127,6 @@ def command(
         result |= {"steps": [each._asdict() for each in times], "ringing": ringing.as_json(rings)}
         result |= {} if math.isnan(opened_n) else {"open_loop": {"rms_error": opened_n}}
         result |= {"bands": bands} if bands else {}
-        result |= {"beyond": left._asdict()} if left else {}
         read = {name: each._asdict() for name, each in recorded_units.recordings(system).items()}
         result |= {"recording": {**read, "notes": " ".join([*unreached, *said])}} if read else {}
         screen.show_json(result | {"saved": saved, "elapsed_s": elapsed_s})
@@ -147,7 +145,6 @@ def command(
         *([*late, ""] if (late := advice_text.too_late(system, metrics)) else []),
         *([*unreached, ""] if unreached else []),
         *([*one, ""] if one else []),
-        *([*conditions, ""] if (conditions := advice_text.beyond_lines(left)) else []),
         *([*said, ""] if said else []),
         f"{duration_s:g} s of signal, {periods} control periods, simulated in {screen.seconds(elapsed_s)}",
         *screen.saved(saved, there),

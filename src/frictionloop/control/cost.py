@@ -19,13 +19,11 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1763, 3341),
-    "lookup": WorstTick(1743, 3274),
-    "notch_pi": WorstTick(2571, 4464),
-    "filtered_pi": WorstTick(3484, 5677),
-    "observer": WorstTick(2170, 4271),
-    "super_twisting": WorstTick(2355, 4639),
-    "limit_observer": WorstTick(2535, 4971),
+    "pi": WorstTick(1752, 3322),
+    "lookup": WorstTick(1732, 3257),
+    "notch_pi": WorstTick(2560, 4443),
+    "filtered_pi": WorstTick(3473, 5656),
+    "limit_observer": WorstTick(2381, 4634),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 

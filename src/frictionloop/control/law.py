@@ -63,8 +63,6 @@ class Law(metaclass=Brief):
     """Controller parameters -> gains; without it they are the parameters of the same names."""
     start_of: Callable[[Any], Any] | None = None
     """Controller parameters -> state at t = 0; all zero without it."""
-    frozen: tuple[str, ...] = ()
-    """Names of slow states (estimates of the finger), which the linear analysis holds where they are."""
     begin: Any = None
     """``begin(state, force_n, setpoint_n, gains) -> state`` that commands this force without an error, as the loop
     closes; None of a law that has no integral."""

@@ -5,17 +5,15 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from frictionloop.control.disturbance_observer import OBSERVER_LAW
 from frictionloop.control.filtered_pi import FILTERED_PI_LAW
 from frictionloop.control.law import Law
 from frictionloop.control.limit_observer import LAW as LIMIT_OBSERVER_LAW
 from frictionloop.control.lookup import LOOKUP_LAW
 from frictionloop.control.pi import PI_LAW
-from frictionloop.control.super_twisting import LAW as SUPER_TWISTING_LAW
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.quantities import FrictionloopError
 
-NUMBERED = (PI_LAW, LOOKUP_LAW, FILTERED_PI_LAW, OBSERVER_LAW, SUPER_TWISTING_LAW, LIMIT_OBSERVER_LAW)
+NUMBERED = (PI_LAW, LOOKUP_LAW, FILTERED_PI_LAW, LIMIT_OBSERVER_LAW)
 """Those that the firmware has too, the first with number 1 (firmware/core/laws.c)."""
 LAWS: dict[str, Law] = {law.kind: law for law in NUMBERED} | {"notch_pi": FILTERED_PI_LAW}
 """By the kind of ``controller``; the notch is one section of a filtered PI."""

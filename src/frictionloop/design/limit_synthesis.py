@@ -1,13 +1,14 @@
 """The limit observer within margins: what it is made to believe of the sensor, for both contacts and all speeds.
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
-(studies/pages/beliefs.md). These three, and how much its springs are driven, are those with the least residual of
-friction noise within the limits on Ms, at the loop gain that there is and at the largest (`largest_gain`).
+(docs/loop-gain.md). These three, and how much its springs are driven, are those with the least residual of
+friction noise on the finger of the bench, within the limits on Ms on one `susceptibility_margin` times as
+susceptible.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -15,11 +16,12 @@ import numpy as np
 from scipy.optimize import minimize
 
 from frictionloop.analysis.disturbance import touch_spectrum
+from frictionloop.analysis.elements import linearise_contact
+from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.design.corners import Corner, band_of, broken, corners
+from frictionloop.design.corners import band_of, broken, corners
 from frictionloop.design.elsewhere import FASTER
-from frictionloop.design.limit_linear import compliance_of, knowing, lag_of, largest_gain, small_signals
 from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.wanted import Designed, Wanted, unheld
@@ -30,6 +32,8 @@ GUARD = 0.985
 """Share of a limit on Ms that is used: |S| is looked at on a grid, and forces in between are not."""
 PENALTY, TRIES = 3.0, 150
 """Of an excess of Ms by its limit's size, in the logarithm of the residual, and most beliefs tried (chosen)."""
+AT_MARGIN = {"controller.susceptibility_margin": 1.0}
+"""The loop of a finger that is as much more susceptible as the law allows for: its loop gain is 1."""
 
 
 class Belief(NamedTuple):
@@ -45,7 +49,6 @@ class Belief(NamedTuple):
         sensor: Any = system.sensor
         return {
             "controller.kind": "limit_observer",
-            "controller.compliance_um_per_n": compliance_of(system),
             "controller.spring_noise": float(f"{self.spring_noise:.4g}"),
             "controller.model.resonance_hz": float(f"{self.resonance * sensor.resonance_hz:.4g}"),
             "controller.model.resonance_q": float(f"{self.q * sensor.q:.4g}"),
@@ -55,11 +58,11 @@ class Belief(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Loops of both contacts, and what of friction noise a belief leaves there."""
+    """Loops on all contacts, and what of friction noise a belief leaves there."""
 
-    system: System
+    loops: list[LinearLoop]
     plants: Plants
-    lags: tuple[float, ...]
+    """Each with a gain of 1 at low frequencies."""
     peaks: Array
     """Largest Ms of each loop."""
     plain: Array
@@ -72,62 +75,81 @@ class Search:
         """Return the search for a bench."""
         cases = shifted(_loops(system, wanted), wanted.limits)
         loops = [loop for loop, _, _ in cases]
-        plants = Plants.of(loops, overdrive=True)
-        gains = np.array([loop.elements.plate.num[-1] / loop.elements.plate.den[-1] for loop in loops])
-        lags = tuple(lag_of(loop) for loop in loops)
-        turn = 2.0 * math.pi * plants.frequency_hz / plants.rate_hz
-        noise = np.array([touch_spectrum(loop.system, 0.0)(plants.frequency_hz) for loop in loops])
+        plants = Plants.of(loops)
+        contacts = [linearise_contact(loop.system, loop.elements.force_n) for loop in loops]
+        noise = [
+            touch_spectrum(loop.system, 0.0)(plants.frequency_hz) * np.abs(contact.response(plants.frequency_hz)) ** 2
+            for loop, contact in zip(loops, contacts, strict=True)
+        ]
         return cls(
-            system,
-            replace(plants, responses=plants.responses / gains[:, None]),
-            lags,
+            loops,
+            replace(plants, responses=plants.responses / np.array([[_gain(loop)] for loop in loops])),
             GUARD * np.array([peak for _, _, peak in cases]),
             np.array([off == 0.0 for _, off, _ in cases]),
-            noise / (1.0 + (np.array(lags)[:, None] * turn) ** 2),
+            np.array(noise),
         )
 
-    def response(self, belief: Belief) -> Complex:
-        """Return the law at each loop."""
-        c: Any = self.system.evolve(belief.told(self.system)).controller
-        at = {
-            lag: small_signals(c.model, c.rate_hz, c.bandwidth_hz, c.spring_noise, lag)
-            .response(self.plants.frequency_hz)[:, 0, 0]
-            for lag in set(self.lags)
-        }  # fmt: skip
-        return np.array([at[lag] for lag in self.lags])
+    def response(self, told: Mapping[str, Any]) -> Complex:
+        """Return the law at each loop, of loop gain 1: it is the same at every force, and one at each speed."""
+        found: dict[float, Complex] = {}
+        for loop in sorted(self.loops, key=lambda each: each.elements.occluded):
+            if (speed := _speed(loop)) not in found:
+                law = law_space(loop.system.evolve({**told, **AT_MARGIN}), loop.elements, loop.plant)
+                found[speed] = -_gain(loop) * law.response(self.plants.frequency_hz)[:, 1, 1]
+        return np.array([found[_speed(loop)] for loop in self.loops])
 
-    def cost(self, x: Array) -> float:
+    def cost(self, system: System, belief: Belief) -> float:
         """Return the mean logarithm of the residual, and what Ms is beyond its limits."""
+        told = belief.told(system)
         try:
-            law = self.response(Belief(*np.exp(x).tolist()))
+            law = self.response(told)
         except FrictionloopError:
             return 1e3
-        over = sum(
-            np.sum(np.maximum(np.minimum(self.plants.peaks(gain * law), 50.0) / self.peaks - 1.0, 0.0))
-            for gain in {1.0, largest_gain(self.system)}
-        )
-        left = np.trapezoid(self.density / np.abs(self.plants.returned(law)) ** 2, self.plants.frequency_hz, axis=1)
-        return float(np.mean(0.5 * np.log(left[self.plain])) + PENALTY * over)
+        over = np.maximum(np.minimum(self.plants.peaks(law), 50.0) / self.peaks - 1.0, 0.0)
+        returned = self.plants.returned(law / margin_of(system))
+        left = np.trapezoid(self.density / np.abs(returned) ** 2, self.plants.frequency_hz, axis=1)
+        return float(np.mean(0.5 * np.log(left[self.plain])) + PENALTY * np.sum(over))
 
-    def best(self) -> Belief:
+    def best(self, system: System) -> Belief:
         """Return the belief of least cost (Nelder and Mead)."""
         start = np.log(np.array(Belief()))
         simplex = start + np.vstack([np.zeros(4), np.diag([0.03, 0.4, 0.2, 0.4])])
         options = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 1e-4, "maxfev": TRIES}
-        return Belief(*np.exp(minimize(self.cost, start, method="Nelder-Mead", options=options).x).tolist())
+        found = minimize(
+            lambda x: self.cost(system, Belief(*np.exp(x).tolist())), start, method="Nelder-Mead", options=options
+        )
+        return Belief(*np.exp(found.x).tolist())
+
+
+def margin_of(system: System) -> float:
+    """Return the susceptibility that a limit observer believes, over the model's."""
+    controller: Any = system.controller
+    return float(controller.susceptibility_margin)
+
+
+def _gain(loop: LinearLoop) -> float:
+    """Return the force per command of a loop at low frequencies."""
+    plate = loop.elements.plate
+    return float(plate.num[-1] / plate.den[-1])
+
+
+def _speed(loop: LinearLoop) -> float:
+    motion: Any = loop.system.motion
+    return float(motion.speed_mm_s)
 
 
 def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
     """Return loops at forces, moistures and speeds, on both contacts."""
     plain = system.evolve({"controller.kind": "pi"})
     contacts, speeds, loads = wanted.places
-    if not speeds and isinstance(system.motion, Strokes):
-        speeds = tuple(system.motion.speed_mm_s * faster for faster in FASTER)
+    if not speeds:
+        motion: Any = system.motion
+        speeds = tuple(motion.speed_mm_s * faster for faster in FASTER)
     return band_of(plain, Over(contacts, speeds, loads))
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:
-    """Limit observer of least residual, its margins those of the largest loop gain (`largest_gain`).
+    """Limit observer of least residual, its limits held up to a loop gain of 1.
 
     Raises
     ------
@@ -138,19 +160,10 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
         raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": a limit observer needs a "suspended" one')
     if not (isinstance(system.motion, Strokes) and hasattr(system.friction, "susceptibility_per_um2")):
         raise FrictionloopError("system: a limit observer is designed for a finger that strokes")
-    system.evolve({"controller.kind": "limit_observer"})  # a delay that does not fit is refused here
-    found = Search.of(system, wanted).best().told(system)
-    at: list[Corner] = []
-    for there in Over(wanted.touched).systems(system.evolve(found)):
-        at += corners(knowing(there), wanted.limits, wanted.places._replace(contacts=()))
-    worst = broken(at)
+    there = system.evolve({"controller.kind": "limit_observer"})  # a delay that does not fit is refused here
+    found = Search.of(there, wanted).best(there).told(system)
+    worst = broken(corners(system.evolve({**found, **AT_MARGIN}), wanted.limits, wanted.places, wanted.lean))
     if worst is not None:
         raise FrictionloopError(unheld("limit_observer", wanted, worst))
-    gain = largest_gain(system)
-    said = (
-        f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here and 0 on "
-        f"a slider, and of a loop gain {gain - 1:.0%} above that of a known finger; at the start it is less"
-        if gain > 1.0
-        else "margins are those of the contact and of the susceptibility that are told; it learns nothing"
-    )
-    return Designed(found, (said,), tuple(at))
+    said = f"these limits hold up to a finger {margin_of(there):g} times as susceptible as controller.model has it"
+    return Designed(found, (said,))

@@ -15,7 +15,6 @@ from frictionloop.analysis.reach import ROUNDING, missed
 from frictionloop.design.corners import MET, cases_of, load_of, occlusions
 from frictionloop.design.held import ENDS, SEARCHED
 from frictionloop.design.least_gain import laws_on, least_gain
-from frictionloop.design.limit_linear import learnt
 from frictionloop.design.plants import Plants
 from frictionloop.design.wanted import Wanted
 from frictionloop.loop.progress import progress_bar
@@ -106,7 +105,7 @@ def check_fingers(
         try:
             for person in people:
                 try:
-                    found.append(_of(learnt(system.evolve(dict(person))), must))
+                    found.append(_of(system.evolve(dict(person)), must))
                 except FrictionloopError as error:
                     found.append(_Found(unseen=str(error)))
                 bar()

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.design.corners import band_of
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.held import ENDS, LOADS, Synthesis, check_places, held_between
 from frictionloop.design.leaning import leaning
-from frictionloop.design.limit_linear import TOLD, learnt
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -26,9 +24,6 @@ LEAST_KI = 2.0 * math.pi * LOWEST_HZ
 """Least ki worth having, 1/s: with less nothing above 1 Hz, where touch begins to count, is lowered."""
 MODEL_ERROR = 0.3
 """Share of the set-point that feed-forward leaves to the feedback: spread of tau over fingers (assumed)."""
-SLOW = 0.1
-"""Share of the resonance below which an observer's bandwidth is called slow: a PI gets there (assumed)."""
-SMALL_SIGNALS = "margins are those of small signals, inside the sliding mode"
 
 
 def notch_pi(system: System, wanted: Wanted) -> Designed:
@@ -49,26 +44,6 @@ def pi(system: System, wanted: Wanted) -> Designed:
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
-
-
-def observer(system: System, wanted: Wanted) -> Designed:
-    """Disturbance observer: bandwidth and believed resonance with the least residual."""
-    return _observing("observer", system, wanted)
-
-
-def super_twisting(system: System, wanted: Wanted) -> Designed:
-    """Super-twisting on the same observer; its small-signal loop is that of the sliding mode reached."""
-    return _observing("super_twisting", system, wanted, f"{SMALL_SIGNALS}; k1 and k2 stay as they are")
-
-
-def _observing(kind: str, system: System, wanted: Wanted, *said: str) -> Designed:
-    """Return a law on the linear observer, tuned within the limits."""
-    from frictionloop.design.observed import tune_observer
-
-    spectrum, notes = _spectrum(system, MODEL_ERROR)
-    with _in_terms_of(wanted):
-        found = tune_observer(system, kind, wanted.limits, spectrum, wanted.places)
-    return Designed(found, (*notes, *_slow(system, found), *said))
 
 
 def hinf(system: System, wanted: Wanted) -> Designed:
@@ -95,8 +70,6 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
 SYNTHESES: dict[str, Synthesis] = {
     "notch_pi": notch_pi,
     "pi": pi,
-    "observer": observer,
-    "super_twisting": super_twisting,
     "limit_observer": limit_observer,
     "hinf": hinf,
     "lqg": lqg,
@@ -143,11 +116,7 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
 
 def _designed(system: System, name: str, asked: Wanted) -> Designed:
     found, at = held_between(system, name, SYNTHESES[name], asked)
-    over = asked.over(ENDS, LOADS)
-    if name == TOLD:
-        over = over._replace(contacts=())
-        at = [each for each in at if each.loop.system.finger == system.finger]
-    more = elsewhere(learnt(system.evolve(found.overrides)), asked.limits, over, asked.lean)
+    more = elsewhere(system.evolve(found.overrides), asked.limits, asked.over(ENDS, LOADS), asked.lean)
     return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.unseen))
 
 
@@ -166,19 +135,6 @@ def _in_terms_of(wanted: Wanted) -> Iterator[None]:
 def _plain(system: System) -> System:
     """Return the loop with a law whose operating points need no Jacobian."""
     return system.evolve({"controller.kind": "pi"})
-
-
-def _slow(system: System, found: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what to say of an observer whose bandwidth the resonance keeps low: why, and which law gets further."""
-    sensor, bandwidth_hz = system.sensor, found["controller.bandwidth_hz"]
-    if not isinstance(sensor, SuspendedSensor) or bandwidth_hz > SLOW * sensor.resonance_hz:
-        return ()
-    return (
-        f"slow: this law follows what its model does not know to some {bandwidth_hz:.2g} Hz only. It takes the "
-        f"resonance of {sensor.resonance_hz:g} Hz away by its model; with the resonance off, or believed low to be "
-        "safe from that, a wider bandwidth breaks the limits on Ms. --law notch_pi is held to the same limits and "
-        "gets further.",
-    )
 
 
 def _check_notch(system: System) -> None:

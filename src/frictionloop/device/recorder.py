@@ -131,8 +131,3 @@ def state_of(flags: np.ndarray) -> np.ndarray:
 def fault_of(flags: np.ndarray) -> np.ndarray:
     """Return the fault in the channel `flags`."""
     return flags.astype(np.int32) >> 4 & 15
-
-
-def surprised_of(flags: np.ndarray) -> np.ndarray:
-    """Return where readings moved a limit observer's limit by more than it states, from the channel `flags`."""
-    return (flags.astype(np.int32) >> 8 & 1).astype(bool)

@@ -12,7 +12,7 @@ import xarray as xr
 
 from frictionloop.device.counted import counted
 from frictionloop.device.link import Link
-from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder, surprised_of
+from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder
 from frictionloop.loop.record import VARIABLES, load, provenance
 from frictionloop.loop.spool import Column, DiskFull, Spool
 from frictionloop.parameters import SCHEMA, System
@@ -24,7 +24,7 @@ TOLD = {"a": ("um", "amplitude command, zero-to-peak")}
 BOOLS = ("saturated", "sliding", "scored")
 SPOOL_S = 1.0
 """So often what was recorded goes into the file: no more is lost when the process is killed."""
-COUNTS = ("lost_samples", "gaps", "dropped_samples", "implausible_samples", "surprised_samples", "start_tick")
+COUNTS = ("lost_samples", "gaps", "dropped_samples", "implausible_samples", "start_tick")
 
 
 class Recording:
@@ -34,7 +34,7 @@ class Recording:
         self, path: str | os.PathLike[str], recorder: Recorder, link: Link, system: System | None, attrs: dict[str, Any]
     ) -> None:
         self._recorder, self._link, self._system = recorder, link, system
-        self._lost = self._gaps = self._surprised = 0
+        self._lost = self._gaps = 0
         self._ends_there = True
         self._every = max(round(SPOOL_S * TICK_HZ / recorder.decimation), 1)
         # A bench that is simulated knows the force on the finger; a device's line knows none.
@@ -73,7 +73,6 @@ class Recording:
         raw, there = recorder.take_rows(until)
         self._lost += int(np.count_nonzero(~there))
         self._gaps += int(np.count_nonzero(np.diff(np.concatenate([[self._ends_there], there]).astype(np.int8)) < 0))
-        self._surprised += int(np.count_nonzero(there & surprised_of(raw[:, FLAGS])))
         self._ends_there = bool(there[-1])
         self.spool.append(self._columns(raw, there, first), self._counts())
 
@@ -93,7 +92,7 @@ class Recording:
     def _counts(self) -> dict[str, int]:
         recorder = self._recorder
         start = -1 if recorder.start_tick is None else recorder.start_tick
-        found = self._lost, self._gaps, recorder.dropped, recorder.implausible, self._surprised, start
+        found = self._lost, self._gaps, recorder.dropped, recorder.implausible, start
         return dict(zip(COUNTS, found, strict=True))
 
 

@@ -16,12 +16,6 @@ from frictionloop.firmware.known import check_known
 from frictionloop.firmware.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
 from frictionloop.firmware.quantised_filtered import filtered_gains, filtered_state_places
 from frictionloop.firmware.quantised_limit import LIMIT_PLACES, limit_observer_quantised
-from frictionloop.firmware.quantised_observer import (
-    OBSERVER_PLACES,
-    SUPER_TWISTING_PLACES,
-    disturbance_observer_quantised,
-    super_twisting_quantised,
-)
 from frictionloop.firmware.words import filled
 from frictionloop.parameters import Model, System
 from frictionloop.quantities import FrictionloopError
@@ -33,8 +27,6 @@ FORMS: dict[str, Quantised] = {
     "pi": Quantised(pi_gains, lambda c: (28,)),
     "lookup": Quantised(lambda c: (), lambda c: (28,)),
     "filtered_pi": Quantised(filtered_gains, filtered_state_places),
-    "observer": Quantised(disturbance_observer_quantised, lambda c: OBSERVER_PLACES),
-    "super_twisting": Quantised(super_twisting_quantised, lambda c: SUPER_TWISTING_PLACES),
     "limit_observer": Quantised(limit_observer_quantised, lambda c: LIMIT_PLACES),
 }
 """Laws that the firmware has, by the kind of `LAWS`."""

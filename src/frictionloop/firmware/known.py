@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from frictionloop.control.limit_observer import LimitObserverController
-from frictionloop.control.super_twisting import SuperTwistingController
 from frictionloop.parameters import (
     Board,
     FilteredPiController,
@@ -11,14 +10,12 @@ from frictionloop.parameters import (
     LookupController,
     Model,
     NotchPiController,
-    ObserverController,
     PiController,
     PositionSensor,
     System,
     Timing,
     Touch,
 )
-from frictionloop.parameters.controller import Observing
 from frictionloop.parameters.filtered import FeedForward
 from frictionloop.parameters.represented import Represented
 
@@ -32,11 +29,7 @@ FIRMWARE = Represented(
         FeedForward: "kp ki feedforward overdrive",
         FilteredPiController: "kind sections",
         NotchPiController: "kind kp ki notch_hz notch_depth notch_width",
-        Observing: "bandwidth_hz overdrive",
-        ObserverController: "kind",
-        SuperTwistingController: "kind k1 k2",
-        LimitObserverController: "kind compliance_um_per_n bandwidth_hz spring_noise skin_stiffness_n_m "
-        "susceptibility_spread learning_s",
+        LimitObserverController: "kind slip_length_um susceptibility_margin bandwidth_hz spring_noise",
         Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
         "table_um2",
         Touch: "position load",

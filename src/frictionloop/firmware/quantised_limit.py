@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from frictionloop.control.limit_observer import limit_observer_gains
-from frictionloop.control.limit_step import LARGEST_LOG2, MEMORY_S, SLOW_HZ, WINDOW_S
+from frictionloop.control.limit_step import LARGEST_LOG2
 from frictionloop.firmware.quantised import ROW, Gain, to_fixed, to_places
 
-LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0, 28, 26, 26, 25, 0, 28)
+LIMIT_PLACES = (28, 28, 26, 28, 24, 24, 24, 0)
 CORRECTING = 24
 """Binary places of gains on an innovation; of what they have more per period of T, 28."""
 
@@ -20,7 +19,7 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
     Raises
     ------
     FrictionloopError
-        When one does not fit: the largest amplitude must be below 8 um, tau/ln 2 above 1/32 um^-2 and below 8/spread,
+        When one does not fit: the largest amplitude must be below 8 um, tau/ln 2 above 1/32 um^-2 and below 8/margin,
         and what the most vibration takes of log2 L below 27.
     """
     own, dt = limit_observer_gains(controller), 1.0 / controller.rate_hz
@@ -32,23 +31,15 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
         "1/(1 - decay of the believed plate)": (1.0 / (1.0 - decay), 24),
     }  # fmt: skip
     after = {
-        "controller.compliance_um_per_n": (own.compliance, 20), "period in us": (1e6 * dt, 20),
-        "rise in a period": (own.skin * dt, 28), "controller.model.max_amplitude_um": (own.most_um, 28),
-        "its square": (own.most_um**2, 25), "log2 of controller.model.nominal_n": (own.log2_nominal, 26),
-        "ln 2 / tau": (1.0 / own.model_fall, 26), "tau / ln 2": (own.model_fall, 28),
-        "the least of it": (own.model_fall / own.spread, 28), "the most of it": (own.model_fall * own.spread, 28),
+        "controller.slip_length_um": (own.slip_um, 20), "period in us": (1e6 * dt, 20),
+        "controller.model.max_amplitude_um": (own.most_um, 28), "its square": (own.most_um**2, 25),
+        "log2 of controller.model.nominal_n": (own.log2_nominal, 26), "ln 2 / tau": (1.0 / own.model_fall, 26),
+        "tau / ln 2": (own.model_fall, 28), "controller.susceptibility_margin times it": (own.fall, 28),
     }  # fmt: skip
-    times = {"controller.learning_s": 1.0 / own.learn, "slow": 0.5 / math.pi / SLOW_HZ, "memory": MEMORY_S}
-    rates = {name: dt / time for name, time in (times | {"window": WINDOW_S}).items()}
-    taken = own.model_fall * own.spread * own.most_um**2
-    to_places(
-        taken + LARGEST_LOG2,
-        26,
-        "tau / ln 2 times controller.susceptibility_spread times the square of max_amplitude_um",
-    )
+    taken = "controller.susceptibility_margin times tau / ln 2 times the square of max_amplitude_um"
+    to_places(own.fall * own.most_um**2 + LARGEST_LOG2, 26, taken)
     return (
         *(to_fixed(value, places, name) for name, (value, places) in (before | sensor).items()),
         *(to_fixed(getattr(own, name), 28 if name.endswith("s") else CORRECTING, name) for name in corrections),
         *(to_fixed(value, places, name) for name, (value, places) in after.items()),
-        *(to_fixed(value, 32, name) for name, value in rates.items()),
     )

@@ -4,7 +4,6 @@ from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import (
     Controller,
     LookupController,
-    ObserverController,
     OracleController,
     PiController,
 )

@@ -13,7 +13,7 @@ _UNITS = {
     **{"pa": "Pa", "mpa": "MPa", "gpa": "GPa", "count": "count", "counts": "counts"},
 }
 """Units by the word that stands for them at the end of a name."""
-_UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s", "k1": "N^0.5/s", "k2": "N/s^2"}
+_UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s"}
 
 
 class FrictionloopError(ValueError, metaclass=Brief):

@@ -1,4 +1,4 @@
-"""How much of effects arrives under four laws on many fingers, as a stored study has found it.
+"""How much of effects arrives under three laws on many fingers, as a stored study has found it.
 
 The report runs none of it: ``python -m studies.arrivals`` does, and writes the file in ``report/stored``.
 """
@@ -22,7 +22,6 @@ LAWS = {
     "lookup": "open loop",
     "retuned_pi": "re-tuned PI",
     "notch_pi": "notch and feed-forward",
-    "observer": "observer",
 }
 """Laws that are told of, by the name of the entrant."""
 EFFECTS = (

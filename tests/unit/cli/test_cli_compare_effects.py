@@ -12,7 +12,7 @@ from frictionloop.design.comparison.effects import arrived, compare_effects
 from frictionloop.design.comparison.protocol import able, population
 
 R = fl.rendering
-WORDS = ("compare", "--fingers", "6", "--speeds", "80", "--laws", "lookup,observer")
+WORDS = ("compare", "--fingers", "6", "--speeds", "80", "--laws", "lookup,limit_observer")
 
 
 def test_a_system_whose_set_point_is_an_effect_is_compared_on_it(frictionloop):
@@ -20,7 +20,7 @@ def test_a_system_whose_set_point_is_an_effect_is_compared_on_it(frictionloop):
     fl.write_toml(fl.bench().evolve({"setpoint.kind": "effect", "setpoint.effect": bump}), "mine.toml")
     found = frictionloop("compare", "mine.toml", *WORDS[1:], "--json", "--csv", "s.csv").json()["scores"]
     assert [(row["law"], row["effect"], row["speed_mm_s"]) for row in found] == [
-        (law, "setpoint", 80.0) for law in ("lookup", "observer")
+        (law, "setpoint", 80.0) for law in ("lookup", "limit_observer")
     ]
     opened, closed = found
     assert abs(closed["contrast"] - 1.0) < 0.05 < abs(opened["contrast"] - 1.0)
@@ -34,11 +34,11 @@ def test_a_system_whose_set_point_is_an_effect_is_compared_on_it(frictionloop):
 
 
 def test_a_cell_is_of_the_capable_fingers_each_on_its_own_device():
-    law = {"controller.kind": "observer"}
+    law = {"controller.kind": "limit_observer"}
     cell = arrived(fl.bench(), "grating", law, 80.0, 6, 11)
     people = population(fl.bench(), 6, 11)
     some = [each for each, counts in zip(people, able(fl.bench(), people, 80.0), strict=True) if counts]
-    table = R.arrivals(["grating"], fl.bench(), some, (80.0,), laws={"observer": law})
+    table = R.arrivals(["grating"], fl.bench(), some, (80.0,), laws={"limit_observer": law})
     assert cell["fingers"] == len(some)
     assert cell["spread_n"] == float(table.spread.squeeze())
     for name in ("contrast", "error_felt", "pattern_felt"):

@@ -127,8 +127,7 @@ def test_the_cost_is_the_one_that_was_traced(frictionloop, tmp_path, kind):
 def test_the_table_of_the_laws_costs_is_the_one_in_use():
     text = (firmware_folder() / "README.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ([A-Za-z-]+)[^|]* \| (\d+) \| (\d+) \|$", text, re.M)
-    names = {"PI": "pi", "notch": "notch_pi", "filtered": "filtered_pi", "super-twisting": "super_twisting"}
-    names["limit-observer"] = "limit_observer"
+    names = {"PI": "pi", "notch": "notch_pi", "filtered": "filtered_pi", "limit-observer": "limit_observer"}
     told = {names.get(name, name): (int(instructions), int(cycles)) for name, instructions, cycles in rows}
     assert told == WORST_TICK
 

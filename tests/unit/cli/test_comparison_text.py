@@ -128,8 +128,8 @@ def test_no_law_is_recommended_that_is_not_known_to_be_stable(peak):
 
 
 def test_a_law_whose_margins_nobody_knows_is_not_recommended():
-    rows, margins = rows_of({"notch_pi": 0.036, "observer": 0.005})
-    known = [row for row in margins if row["law"] != "observer"]
+    rows, margins = rows_of({"notch_pi": 0.036, "limit_observer": 0.005})
+    known = [row for row in margins if row["law"] != "limit_observer"]
     assert recommendation(rows, known).startswith("Recommended: notch_pi.")
 
 

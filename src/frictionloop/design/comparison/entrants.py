@@ -6,7 +6,6 @@ bench's, and has to bear what is there.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -36,25 +35,6 @@ def retuned_pi(system: System) -> Overrides:
     return {"controller.kind": "pi", **retune(plain).overrides}
 
 
-def believing_much(law: str) -> Entrant:
-    """Return a law on the linear observer that believes more friction and slower electronics than there are.
-
-    Best of some 150 settings on `fingers(100, 3)` of ``bench()``, relative to its description: by the margins that the
-    other laws hold it would follow 5 Hz (`design.synthesis`), and be worse than a PI.
-    """
-
-    def entrant(system: System) -> Overrides:
-        model = system.controller.model
-        return {
-            "controller.kind": law,
-            "controller.model.nominal_n": min(2.3 * model.nominal_n, getattr(system.sensor, "range_n", math.inf)),
-            "controller.model.resonance_hz": 0.96 * model.resonance_hz,
-            "controller.model.sensor_hz": 0.35 * model.sensor_hz,
-        }
-
-    return entrant
-
-
 def designed(law: str) -> Entrant:
     """Return the entrant of a law in `SYNTHESES`, designed on the bench with the contact that it has."""
 
@@ -67,15 +47,13 @@ def designed(law: str) -> Entrant:
     return entrant
 
 
-DESIGNED = {law: designed(law) for law in ("notch_pi", "hinf", "lqg")}
+DESIGNED = {law: designed(law) for law in ("notch_pi", "limit_observer", "hinf", "lqg")}
 """Those whose synthesis takes from some seconds to half a minute."""
 ENTRANTS: dict[str, Entrant] = {
     "lookup": lambda system: {"controller.kind": "lookup"},
     "printed_pi": printed_pi,
     "retuned_pi": retuned_pi,
     **DESIGNED,
-    "observer": believing_much("observer"),
-    "super_twisting": believing_much("super_twisting"),
     "oracle": lambda system: {"controller.kind": "oracle", "controller.preview": False},
     "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
 }

@@ -10,13 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, PercentFormatter
 
 from frictionloop.report.arrivals import LAWS, Arrivals
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, new_figure, styled
+from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, new_figure, styled
 
 LOOKS: dict[str, dict[str, Any]] = {
     "lookup": {"color": GREY, "ls": (0, (1, 1)), "marker": "o"},
     "retuned_pi": {"color": ORANGE, "ls": (0, (5, 1.5)), "marker": "s"},
     "notch_pi": {"color": BLUE, "ls": "-", "marker": "D"},
-    "observer": {"color": VERMILLION, "ls": (0, (4, 1, 1, 1)), "marker": "^"},
 }
 """Line of each law, told apart in grey too."""
 COLUMNS = 4
