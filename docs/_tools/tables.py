@@ -41,7 +41,6 @@ BLOCKS: dict[str, type[Block]] = {
     "controller_observer": fl.ObserverController,
     "controller_super_twisting": fl.SuperTwistingController,
     "controller_limit_observer": fl.LimitObserverController,
-    "controller_oracle": fl.OracleController,
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""

@@ -5,7 +5,6 @@ from frictionloop.parameters.controller import (
     Controller,
     LookupController,
     ObserverController,
-    OracleController,
     PiController,
 )
 from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml

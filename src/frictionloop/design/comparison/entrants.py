@@ -67,7 +67,7 @@ def designed(law: str) -> Entrant:
     return entrant
 
 
-DESIGNED = {law: designed(law) for law in ("notch_pi", "hinf", "lqg")}
+DESIGNED = {law: designed(law) for law in ("notch_pi", "hinf")}
 """Those whose synthesis takes from some seconds to half a minute."""
 ENTRANTS: dict[str, Entrant] = {
     "lookup": lambda system: {"controller.kind": "lookup"},
@@ -76,12 +76,8 @@ ENTRANTS: dict[str, Entrant] = {
     **DESIGNED,
     "observer": believing_much("observer"),
     "super_twisting": believing_much("super_twisting"),
-    "oracle": lambda system: {"controller.kind": "oracle", "controller.preview": False},
-    "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
 }
 """Every entrant by name; one more is one more line."""
-ORACLE, CLAIRVOYANT = "oracle", "clairvoyant"
-"""Names of the two entrants, if they are there, that know the plant: by its present alone, and ahead of time."""
 
 
 def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict[str, Entrant]:
