@@ -38,7 +38,7 @@ def whole(path: Path = RUNS) -> rooms.Comparison:
     ran = rooms.compare(bench(), path=path, resume=path.exists())
     for name, preview in REFERENCES.items():
         with deciding(preview) as own:
-            laws = {law: _given(found) for law, found in (ran.laws | {name: own}).items()}
+            laws = {law: _given(found) for law, found in {**ran.laws, name: own}.items()}
             ran = rooms.compare(bench(), laws=laws, path=path, resume=True)
     return ran
 

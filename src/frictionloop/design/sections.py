@@ -79,7 +79,8 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
         shape = so_far * np.polyval(b[::-1], back) / np.polyval(a[::-1], back)
         size = max(float(np.abs(shape).max()), float(np.abs(b).max()) / LARGEST)
         so_far, gain = shape / size, gain * size
-        sections.append((*map(float, b / size), *map(float, a[1:])))
+        b0, b1, b2, a1, a2 = map(float, (*(b / size), *a[1:]))
+        sections.append((b0, b1, b2, a1, a2))
     if gain < 0.0 and sections:  # as with a zero beyond z = 1: the first section turns the sign, not the PI
         b0, b1, b2, a1, a2 = sections[0]
         sections[0], gain = (-b0, -b1, -b2, a1, a2), -gain

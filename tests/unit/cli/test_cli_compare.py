@@ -47,7 +47,7 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
             else:
                 assert got[name] == value
     assert found["laws"]["retuned_pi"] == {"controller.kind": "pi", **fl.RETUNED}
-    assert (found["seed"], found["fingers"], found["below_clairvoyant"]) == (0, 2, None)
+    assert (found["seed"], found["fingers"]) == (0, 2)
     with open("s.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
     assert len(table) == len(rows) + 8 * len(found["margins"])
