@@ -20,7 +20,7 @@ import numpy as np
 
 import frictionloop as fl
 
-LAWS = ("lookup", "pi", "filtered_pi", "notch_pi", "limit_observer", "oracle")
+LAWS = ("lookup", "pi", "filtered_pi", "notch_pi", "limit_observer")
 CONTACTS = ("slider", "dahl", "lugre")
 NOTCH = {"controller.kind": "notch_pi", "controller.kp": 3.8, "controller.ki": 80.0}
 GAINS = {"notch_pi": NOTCH, "filtered_pi": {"controller.kp": 0.062, "controller.ki": 134.0}}

@@ -48,7 +48,6 @@ executed_pages = [
     "bench-gains",
     "loop-gain",
     "controllers",
-    "oracle",
     "plate",
     "force-sensor",
     "finger",

@@ -1,18 +1,23 @@
 """All control laws on 1,000 fingers that none of them was tuned on: three hours of two cores.
 
 ``python -m studies.laws`` keeps every cell in ``studies/runs/laws.h5``, goes on where it was stopped, and writes what
-*pages/laws.md* shows to ``studies/results/laws.csv``.
+*pages/laws.md* shows to ``studies/results/laws.csv``. Beside the laws run two references (`studies.oracle`).
 """
 
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import xarray as xr
 
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison.table import Row
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
+from studies.oracle import deciding
 
 RUNS = Path(__file__).parent / "runs" / "laws.h5"
 KEPT = Path(__file__).parent / "results" / "laws.csv"
@@ -23,12 +28,30 @@ SHOWN = (
 CELL, KEYS = ("law", "speed_mm_s", "contact", "population", "fingers"), ("median", "worst_decile")
 """What a line of the kept file is of, and what it has of each score."""
 POPULATIONS = ("capable", "median capable finger")
+REFERENCES = {"oracle": False, "clairvoyant": True}
+"""Oracles by name, and whether each knows ahead of time."""
 
 
 def whole(path: Path = RUNS) -> rooms.Comparison:
     """Return the comparison, run as far as it is not kept."""
     path.parent.mkdir(exist_ok=True)
-    return rooms.compare(bench(), path=path, resume=path.exists())
+    ran = rooms.compare(bench(), path=path, resume=path.exists())
+    for name, preview in REFERENCES.items():
+        with deciding(preview) as own:
+            laws = {law: _given(found) for law, found in {**ran.laws, name: own}.items()}
+            ran = rooms.compare(bench(), laws=laws, path=path, resume=True)
+    return ran
+
+
+def _given(overrides: rooms.Overrides) -> rooms.Entrant:
+    return lambda _: overrides
+
+
+def over_oracle(scored: xr.Dataset, name: str = "oracle") -> list[Row]:
+    """Return rows as of `score_rows`: the rms of each law on the sines over that of the law of a name."""
+    residual = scored["residual_rms_n"]
+    rows = rooms.score_rows(scored.assign(residual_rms_n=residual / residual.sel(law=name, drop=True)))
+    return [row | {"score": "over_oracle", "unit": "1"} for row in rows if row["score"] == "residual_rms_n"]
 
 
 def keep(rows: list[Row], kept: Path = KEPT) -> None:
@@ -49,7 +72,10 @@ def keep(rows: list[Row], kept: Path = KEPT) -> None:
 def main() -> None:
     """Run what is left, score it, and keep what is shown."""
     ran = whole()
-    keep(rooms.tidy_rows(rooms.score_rows(rooms.scores(ran)), rooms.margin_rows(ran)))
+    scored = rooms.scores(ran)
+    loops: Any = {law: own for law, own in ran.laws.items() if law not in REFERENCES}
+    rows = rooms.score_rows(scored) + over_oracle(scored)
+    keep(rooms.tidy_rows(rows, rooms.margin_rows(replace(ran, laws=loops))))
 
 
 if __name__ == "__main__":

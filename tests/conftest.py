@@ -32,7 +32,7 @@ COMPILE = """
 import sys
 import frictionloop as fl
 alone, bench = sys.argv[1] == "1", fl.bench()
-kinds = ["pi", "lookup", "oracle", "notch_pi", "limit_observer"]
+kinds = ["pi", "lookup", "notch_pi", "limit_observer"]
 steps = fl.Steps(times_s=(0.0, 0.004), levels_n=(0.5, 0.6))
 systems = [
     fl.paper(),
@@ -68,7 +68,6 @@ DEAREST = (
     "studies/tests/test_felt_reach.py",
     "tests/unit/test_blocks_from_outside.py",
     "tests/reference/test_bench_solver.py",
-    "tests/unit/test_oracle.py",
     "tests/unit/test_recording.py",
     "tests/unit/cli/test_cli_device.py",
     "tests/unit/test_caches_heal.py",

@@ -39,7 +39,6 @@ BLOCKS: dict[str, type[Block]] = {
     "controller_notch": fl.NotchPiController,
     "controller_filtered": fl.FilteredPiController,
     "controller_limit_observer": fl.LimitObserverController,
-    "controller_oracle": fl.OracleController,
     "model": fl.Model,
 }
 """The tables of the parameters page by the name they have there."""

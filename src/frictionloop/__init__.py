@@ -38,7 +38,7 @@ _HOME = {
     "parameters.plant": "Friction FrictionLimit LowpassPlate LowpassSensor ResonantPlate SuspendedSensor",
     "parameters.finger": "FingerFriction RigidFinger Skin",
     "parameters.motion": "LoadCells PositionSensor Sliding Strokes Touch",
-    "parameters.controller": "LookupController OracleController PiController",
+    "parameters.controller": "LookupController PiController",
     "parameters.filtered": "FilteredPiController NotchPiController",
     "control.limit_observer": "LimitObserverController",
     "control.law": "Clamp ForceCommand Law clamp_of",

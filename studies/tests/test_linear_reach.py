@@ -9,6 +9,7 @@ from designed_notch import DESIGNED_NOTCH
 import frictionloop as fl
 from studies.causes import mean_occlusion
 from studies.linear_reach import KEPT, linear_reach, linear_reach_table, reading_noise_psd
+from studies.oracle import deciding
 
 BENCH = fl.bench().evolve({"motion.stroke_mm": 240.0, "setpoint": fl.Constant(offset_n=0.6)})
 SHORT = {"duration_s": 2.0, "levels_n": [0.6]}
@@ -93,9 +94,9 @@ def test_without_a_limit_on_the_peak_it_is_the_least_that_cannot_be_predicted() 
     assert least <= at_two
     assert found["bound_rms_n"].values[1] == pytest.approx(least, rel=2e-3)
     assert found["waterbed_rms_n"].values[1] == 0.0
-    laws = {"notch": DESIGNED_NOTCH, "clairvoyant": {"controller.kind": "oracle", "controller.preview": True}}
     left = {}
-    for name, law in laws.items():
-        run = fl.simulate(own.evolve(law), 11.0, 7)
-        left[name] = fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
+    with deciding(preview=True) as clairvoyant:
+        for name, law in {"notch": DESIGNED_NOTCH, "clairvoyant": clairvoyant}.items():
+            run = fl.simulate(own.evolve(law), 11.0, 7)
+            left[name] = fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
     assert left["clairvoyant"] < 0.1 * least < least < left["notch"]

@@ -65,8 +65,3 @@ def test_it_is_in_the_file(tmp_path):
 def test_a_gain_too_large_for_fixed_point_is_one_line():
     with pytest.raises(fl.FrictionloopError, match=r"^kp[^\n]*$|^[^\n]*kp[^\n]*$"):
         fl.simulate(fl.feasible().evolve({**FORM, "controller.kp": 1e12}), duration_s=0.1)
-
-
-def test_the_oracle_has_no_firmware():
-    with pytest.raises(fl.FrictionloopError, match="oracle"):
-        fl.simulate(fl.bench().evolve({**FORM, "controller.kind": "oracle"}), duration_s=0.1)

@@ -25,14 +25,14 @@ DIMENSIONLESS = {
     "exponent", "table_size", "scale", "kind", "path", "column", "unit", "rectify", "remove_mean", "load_exponent",
     "speed_slope", "decimal", "occlusion_ratio", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start",
     "load_drift", "person", "moist_loss", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward",
-    "sections", "notch_depth", "notch_width", "preview", "schedule", "compliance_learning", "resonance_share",
+    "sections", "notch_depth", "notch_width", "schedule", "compliance_learning", "resonance_share",
     "broadened_q", "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share",
     "spring_noise", "susceptibility_margin",
 }  # fmt: skip
 
 
 def test_the_list_of_blocks_is_whole():
-    assert len(BLOCKS) == 31
+    assert len(BLOCKS) == 30
     assert {fl.Recording, fl.PiController, fl.LowpassPlate, fl.Strokes, fl.Skin} < set(BLOCKS)
 
 

@@ -258,13 +258,6 @@ def test_a_friction_law_from_outside_is_felt_inverted_and_linearised(sticky):
     assert gain == pytest.approx(slope / (model.susceptibility_per_um2 * believed), rel=1e-5)
 
 
-def test_the_oracle_follows_under_a_friction_law_from_outside(sticky):
-    oracle = sticky.evolve({"controller.kind": "oracle"})
-    later = slice(500, None)
-    run = fl.simulate(oracle, 0.3).isel(time=later)
-    assert float(fl.rms_error(run)) < 2e-3
-
-
 def test_a_signal_is_what_its_function_says_and_samples_are_linear_between():
     fl.register(Ramp)
     f_r = fl.simulate(BENCH.evolve({"setpoint.kind": "ramp", "setpoint.rise_n": 0.2}), 0.1).f_r

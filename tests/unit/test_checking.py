@@ -95,12 +95,10 @@ def test_a_place_may_hold_where_another_does_not(checked):
         assert (gain >= 0.999) == (place.how == "within")
 
 
-def test_the_table_lookup_has_no_loop_and_an_oracle_no_analysis():
+def test_the_table_lookup_has_no_loop():
     found = check_controller(fl.bench().evolve({**ONE_PLACE, "controller.kind": "lookup"}))
     assert found.holds and found.gains == (math.inf,)
     assert "does not use the force" in found.notes[0]
-    with pytest.raises(fl.FrictionloopError, match=r"oracle.*its runs show what it does: frictionloop simulate"):
-        check_controller(fl.bench().evolve({"controller.kind": "oracle"}))
 
 
 def test_a_force_out_of_reach_is_refused_as_by_a_design():

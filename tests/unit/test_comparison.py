@@ -214,10 +214,10 @@ LATE = {"controller.delay_s": 1.9e-3}
 
 
 def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypatch):
-    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "limit_observer", "oracle")}
+    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "limit_observer", "retuned_pi")}
     monkeypatch.setattr(entrants, "ENTRANTS", cheap)
     ran = short(laws=None, system=fl.bench().evolve(LATE))
-    assert list(ran.laws) == ["lookup", "oracle"]
+    assert list(ran.laws) == ["lookup", "retuned_pi"]
     assert list(ran.left_out) == ["limit_observer"] and "at most one control period" in ran.left_out["limit_observer"]
 
 
@@ -316,23 +316,17 @@ def test_bad_input_is_one_line(more, match):
 
 
 def test_entrants_of_ones_own_run_under_their_names():
-    own = {"mine": lambda system: {"controller.kind": "lookup"}, "oracle": entrants.ENTRANTS["oracle"]}
-    found, named = short(laws=own), short(laws=["lookup", "oracle"])
-    assert list(found.laws) == ["mine", "oracle"]
-    for mine, theirs in (("mine", "lookup"), ("oracle", "oracle")):
+    own = {"mine": lambda system: {"controller.kind": "lookup"}, "printed_pi": entrants.ENTRANTS["printed_pi"]}
+    found, named = short(laws=own), short(laws=["lookup", "printed_pi"])
+    assert list(found.laws) == ["mine", "printed_pi"]
+    for mine, theirs in (("mine", "lookup"), ("printed_pi", "printed_pi")):
         np.testing.assert_array_equal(found.cells["rms_error"].sel(law=mine), named.cells["rms_error"].sel(law=theirs))
-
-
-@pytest.mark.slow
-def test_an_oracle_has_no_margins():
-    found = rooms.margin_rows(short(count=12, laws=["oracle"]))
-    assert found and all(np.isnan(row["sensitivity_peak"]) and row["tick_cycles_m4"] is None for row in found)
 
 
 def test_a_tick_is_the_worst_of_the_laws_image(whole):
     kinds = {name: fl.bench().evolve(overrides).controller.kind for name, overrides in whole.laws.items()}
     told = {row["law"]: row["tick_cycles_m4"] for row in rooms.margin_rows(whole)}
-    assert told == {law: None if kind == "oracle" else WORST_TICK[kind].cycles for law, kind in kinds.items()}
+    assert told == {law: WORST_TICK[kind].cycles for law, kind in kinds.items()}
     assert WORST_TICK["notch_pi"].cycles < WORST_TICK["filtered_pi"].cycles < BUDGET_CYCLES  # five sections more
 
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter, sosfilt, zpk2ss
 
-from frictionloop.design.quadruple import Quadruple
 from frictionloop.design.sections import factorise
+from frictionloop.design.slicot import Quadruple
 from frictionloop.quantities import FrictionloopError
 
 PERIOD_S = 2e-4
@@ -23,9 +23,10 @@ pairs = st.tuples(st.floats(0.05, 0.98), st.floats(0.02, 3.1)).map(
 
 @st.composite
 def filters(draw: st.DrawFn) -> tuple[Quadruple, np.ndarray, np.ndarray, float]:
-    """A stable filter of at most 12 states whose poles and zeros lie apart, and these."""
+    """A stable filter of at most 12 states with a direct path, whose poles and zeros lie apart, and these."""
     poles = [*np.ravel(draw(st.lists(pairs, max_size=4))), *draw(st.lists(inside, max_size=4))]
-    zeros = [*np.ravel(draw(st.lists(pairs, max_size=len(poles) // 2)))]
+    zeros = [*np.ravel(draw(st.lists(pairs, min_size=len(poles) // 2, max_size=len(poles) // 2)))]
+    zeros += draw(st.lists(inside, min_size=len(poles) % 2, max_size=len(poles) % 2))
     gain = draw(st.floats(1e-3, 1e3))
     poles, zeros = np.array(poles, dtype=complex), np.array(zeros, dtype=complex)
     apart = np.abs(poles[:, None] - poles[None, :]) + 9 * np.eye(len(poles))
@@ -61,7 +62,7 @@ def test_sections_run_as_the_state_space_does() -> None:
     rng = np.random.default_rng(0)
     filter_ = Quadruple(
         *zpk2ss(
-            [0.9, 0.5, 0.97 * np.exp(0.2j), 0.97 * np.exp(-0.2j)],
+            [0.9, 0.5, 0.97 * np.exp(0.2j), 0.97 * np.exp(-0.2j), -0.6],
             [0.99, -0.3, 0.8 * np.exp(0.3j), 0.8 * np.exp(-0.3j), 0.2],
             3.0,
         )
@@ -89,4 +90,4 @@ def test_what_is_refused_in_one_line() -> None:
     with pytest.raises(FrictionloopError, match="not stable by itself"):
         factorise(Quadruple(*zpk2ss([0.5], [1.01], 1.0)), 1.0, 1.0, PERIOD_S)
     with pytest.raises(FrictionloopError, match="must be at most 6 sections, not 7"):
-        factorise(Quadruple(*zpk2ss([], np.linspace(-0.9, 0.9, 13), 1.0)), 1.0, 1.0, PERIOD_S)
+        factorise(Quadruple(*zpk2ss([0.0] * 13, np.linspace(-0.9, 0.9, 13), 1.0)), 1.0, 1.0, PERIOD_S)

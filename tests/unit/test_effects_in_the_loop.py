@@ -118,7 +118,7 @@ def test_the_predicted_place_is_the_better_one(speed):
     assert error("predicted") < error("measured")
 
 
-@pytest.mark.parametrize("kind", ["pi", "lookup", "filtered_pi", "notch_pi", "limit_observer", "oracle"])
+@pytest.mark.parametrize("kind", ["pi", "lookup", "filtered_pi", "notch_pi", "limit_observer"])
 def test_every_law_takes_an_effect(kind):
     run = fl.simulate(bench("grating", **{"controller.kind": kind}), 0.2)
     assert np.all(np.isfinite(run["f_a"].values))

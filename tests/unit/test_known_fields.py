@@ -11,7 +11,6 @@ from pydantic import BaseModel
 import frictionloop as fl
 from frictionloop.analysis.elements import elements
 from frictionloop.analysis.known import LINEAR
-from frictionloop.control.known import ORACLE
 from frictionloop.control.laws import LAWS
 from frictionloop.firmware.compiled import FORMS, controller_words
 from frictionloop.firmware.known import FIRMWARE
@@ -24,7 +23,6 @@ from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 PLANT = ("friction", "plate", "finger", "motion")
 SEEN = {
     LINEAR: (*PLANT, "sensor", "controller", "touch"),
-    ORACLE: PLANT,
     FIRMWARE: ("controller", "touch", "board"),
 }
 INNER = {"controller": [fl.Model], "touch": [fl.PositionSensor, fl.LoadCells]}
@@ -53,7 +51,7 @@ def test_every_field_is_on_a_list(of, block):
     assert set(block.model_fields) == set(listed(of, block))
 
 
-@pytest.mark.parametrize("of", [LINEAR, ORACLE, FIRMWARE, QUADRATURE], ids=lambda of: of.what)
+@pytest.mark.parametrize("of", [LINEAR, FIRMWARE, QUADRATURE], ids=lambda of: of.what)
 def test_no_list_has_a_field_that_is_gone_or_on_both(of):
     for block, names in [*of.fields.items(), *of.left_out.items()]:
         assert set(names.split()) <= set(block.model_fields)
@@ -83,23 +81,13 @@ def with_plate(system: fl.System, plate: BaseModel) -> fl.System:
     return system.model_copy(update={"plate": plate})
 
 
-ORACLE_BENCH = fl.bench().evolve({"controller.kind": "oracle"})
-
-
-@pytest.mark.parametrize(
-    ("run", "told"),
-    [
-        (lambda plate: elements(with_plate(fl.bench(), plate)), "the linear analysis"),
-        (lambda plate: fl.simulate(with_plate(ORACLE_BENCH, plate), 0.1), "the oracle"),
-    ],
-    ids=["linear", "oracle"],
-)
-def test_a_new_field_of_the_plate_is_refused_unless_it_has_its_default(run, told):
-    run(Softer())
-    with pytest.raises(fl.FrictionloopError, match=rf"plate\.softening_per_um = 0\.1: {told} does not .*must be 0\.0"):
-        run(Softer(softening_per_um=0.1))
-    with pytest.raises(fl.FrictionloopError, match=rf"plate\.kind = 'piezo': {told} does not know"):
-        run(Piezo())
+def test_a_new_field_of_the_plate_is_refused_unless_it_has_its_default():
+    told = "the linear analysis does not"
+    elements(with_plate(fl.bench(), Softer()))
+    with pytest.raises(fl.FrictionloopError, match=rf"plate\.softening_per_um = 0\.1: {told} .*must be 0\.0"):
+        elements(with_plate(fl.bench(), Softer(softening_per_um=0.1)))
+    with pytest.raises(fl.FrictionloopError, match=rf"plate\.kind = 'piezo': {told} know"):
+        elements(with_plate(fl.bench(), Piezo()))
 
 
 def test_the_rule_for_the_papers_loop_is_for_what_it_knows():

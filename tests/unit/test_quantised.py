@@ -114,7 +114,6 @@ REFUSED = {
         fl.FilteredPiController(sections=((1.0, 0.0, 0.0, -1.0 + 1e-9, 0.0),)),
         r"^controller\.sections: a pole or a held zero at radius 0\.999999999 remembers more than 1048576",
     ),
-    "no such law": (fl.OracleController(), "oracle"),
 }
 
 

@@ -119,8 +119,3 @@ def test_lanes_of_a_sweep_have_the_bits_of_a_run_alone():
         run = fl.simulate(system.evolve({"controller.open_until_s": end}), DURATION_S, seed=1)
         assert grid.rms_error.to_numpy()[k, 1] == pytest.approx(fl.rms_error(run), rel=1e-12)
     assert len(np.unique(grid.rms_error)) == 6
-
-
-def test_an_oracle_has_no_loop_to_open():
-    with pytest.raises(fl.FrictionloopError, match="open_until_s"):
-        fl.bench().evolve({"controller.kind": "oracle", "controller.open_until_s": 1.0})

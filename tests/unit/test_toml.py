@@ -169,6 +169,10 @@ BAD_FILES = {
         'preset = "bench"\ncontroller.kind = "tracker"\ncontroller.load_hz = 100.0',
         "controller.kind = 'tracker' was removed, since quick steps made it ring; take 'notch_pi'",
     ),
+    "a reference that is no law": (
+        'preset = "bench"\ncontroller.kind = "oracle"\ncontroller.preview = true',
+        "controller.kind = 'oracle' is no law: this reference is studies/oracle.py",
+    ),
     "a law under another name": (
         'preset = "bench"\ncontroller.kind = "open_loop"',
         "controller.kind = 'open_loop' is no kind; open loop is 'lookup'",

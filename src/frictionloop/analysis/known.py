@@ -13,7 +13,7 @@ from frictionloop.physics.plate import LINEAR_PLATE
 from frictionloop.quantities import FrictionloopError
 
 OF_THEIR_STEP = [CONTROLLERS[kind] for kind in CONTROLLERS.names if CONTROLLERS[kind] is not PiController]
-"""Laws of which the step itself is linearised, with all its gains; an oracle is refused there."""
+"""Laws of which the step itself is linearised, with all its gains."""
 STATIC_SHARE = 1e-3
 """Most by which sticking may raise the limit at the stroke's speed and be left out (assumed)."""
 

@@ -32,8 +32,8 @@ MOST_FINGERS = 1_000_000
 DURATION_S = 11.0
 SOON_S = 5.0
 """What takes less is not announced (chosen)."""
-CELL_S, RUN_S, ORACLES, DESIGN_S = 0.1, 3e-4, 6.0, 15.0
-"""Time of a cell, of a second of a finger in it, how much more oracles take, and of a design, in s (measured once)."""
+CELL_S, RUN_S, DESIGN_S = 0.1, 3e-4, 15.0
+"""Time of a cell, of a second of a finger in it, and of a design, in s (measured once)."""
 STROKES = ("speed_mm_s", "stroke_mm", "contact_s", "lifted_s")
 PROTOCOLS = ("setpoint.", "finger.contact", *(f"motion.{name}" for name in STROKES))
 """Starts of the names that the protocol gives values to."""
@@ -69,7 +69,7 @@ def command(
         Seed of these fingers; 11 if not given. Any but 3, that of the fingers laws are tuned on.
     laws
         Laws to compare, all if not given: lookup, printed_pi and retuned_pi (kind pi), notch_pi, limit_observer,
-        hinf and lqg (filtered_pi), oracle and clairvoyant (oracle).
+        hinf (filtered_pi).
     speeds
         Speeds of the strokes in mm/s.
     effects
@@ -134,8 +134,7 @@ def command(
     if json:
         from frictionloop.cli.comparison_advice import recommended
 
-        below = rooms.below_oracle(scored)
-        found = {"scores": rows, "margins": margins, "below_clairvoyant": below and below._asdict(), "saved": saved}
+        found = {"scores": rows, "margins": margins, "saved": saved}
         found |= {"recommended": recommended(rows, margins)._asdict()}
         screen.show_json(_about(system, ran, scored) | found)
     else:
@@ -160,11 +159,11 @@ def _without_recorded_set_point(system: System) -> System:
 
 def _say_how_long(laws: Sequence[str], run_s: float, jobs: int | None) -> None:
     """Say how long cells of these laws take, each of so many seconds of fingers; nothing of what is soon done."""
-    from frictionloop.design.comparison.entrants import CLAIRVOYANT, DESIGNED, ORACLE
+    from frictionloop.design.comparison.entrants import DESIGNED
 
     screen.tell_notes()
     workers = jobs or os.cpu_count() or 1
-    cells_s = sum((CELL_S + RUN_S * run_s / workers) * (ORACLES if law in (ORACLE, CLAIRVOYANT) else 1) for law in laws)
+    cells_s = (CELL_S + RUN_S * run_s / workers) * len(laws)
     design_s = sum(DESIGN_S for law in DESIGNED if law in laws)
     if cells_s + design_s < SOON_S:
         return

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from frictionloop.design.comparison import CLAIRVOYANT, ORACLE
-
 Rows = list[dict[str, Any]]
 DEFAULT = "notch_pi"
 """The law that is recommended unless another leaves less by more than fingers differ (docs/which-law.md)."""
-NEVER = {"lookup", "printed_pi", ORACLE, CLAIRVOYANT}
-"""Not recommended: no control, gains for another device, and what knows the finger."""
+NEVER = {"lookup", "printed_pi"}
+"""Not recommended: no control, and gains for another device."""
 
 
 ROUGHER = 1.3

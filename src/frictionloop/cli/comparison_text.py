@@ -10,7 +10,7 @@ import xarray as xr
 from frictionloop.cli import screen
 from frictionloop.cli.comparison_advice import Rows, recommendation
 from frictionloop.control.cost import BUDGET_CYCLES
-from frictionloop.design.comparison import BelowOracle, Comparison, below_oracle, value_of
+from frictionloop.design.comparison import Comparison, value_of
 from frictionloop.design.comparison.protocol import AMPLITUDE_N, LEVELS_N, STEP_LEVELS_N
 
 SHOWN = (
@@ -18,7 +18,6 @@ SHOWN = (
     ("residual_rms_n", "rms, mN", 1e3),
     ("fall_63_s", "fall, ms", 1e3),
     ("relative_index", "felt", 1.0),
-    ("over_oracle", "/oracle", 1.0),
 )
 """Scores of the terminal's table, under short names; the rest is in --csv and --json."""
 MARGINS = (
@@ -36,7 +35,7 @@ LEGEND = (
     "R2, rms: of three sines pooled",
     "fall: time to 63 % of a step down; never, ∞, where ringing is there within the delay",
     "felt: how much of the error touch feels, over a stroke without control; below 1 it feels less",
-    "/oracle: rms over that of a law that knows plant and finger; Ms: largest gain on a disturbance",
+    "Ms: largest gain on a disturbance",
     LEAD,
     "±5 %, ±10 %: Ms with the sensor's resonance off by that much, either way",
 )
@@ -85,8 +84,6 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
     found += [screen.table(_margins(margins)), ""]
     found += LEGEND
     found += [screen.wrapped(f"note: {law} is left out: {reason}") for law, reason in comparison.left_out.items()]
-    below = below_oracle(scored)
-    found += [screen.wrapped(_note(below))] if below else []
     found += [f"version {comparison.cells.attrs['version']}", "", screen.wrapped(recommendation(rows, margins)), ""]
     return found
 
@@ -112,10 +109,3 @@ def _margins(margins: Rows) -> list[tuple[str, ...]]:
         cost = "-" if row["tick_cycles_m4"] is None else str(row["tick_cycles_m4"])
         table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))
     return table
-
-
-def _note(below: BelowOracle) -> str:
-    where = f"at {below.speed_mm_s:g} mm/s, {below.contact}, finger {below.finger}"
-    many = f"and {below.below - 1} more of {below.of}" if below.below > 1 else f"one of {below.of}"
-    said = f"{below.law} leaves {below.ratio:.4f} of the clairvoyant residual {where}, {many}"
-    return f"note: {said}: that oracle sees two periods ahead"

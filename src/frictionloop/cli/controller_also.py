@@ -141,7 +141,7 @@ def noise(loop: LinearLoop) -> Row:
 
     said = f"rms in the force, of this loop; {command:.3g} mN in the command"
     most = 1e3 * COMMAND_NOISE_N
-    loud = f", more than the {most:g} mN that hinf and lqg are held to"
+    loud = f", more than the {most:g} mN that hinf is held to"
     return ("sensor noise", f"{force:.3g} mN", said + loud * (command > most))
 
 

@@ -33,7 +33,7 @@ EXAMPLES = r"""Examples
       --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
 """
 AS_USUAL, NOBODY = MustHold(), OtherFingers()
-SLOW = {"hinf", "lqg"}
+SLOW = {"hinf"}
 """Laws that identify the friction noise by simulation first."""
 
 
@@ -55,7 +55,7 @@ def command(
     Parameters
     ----------
     law
-        Control law: notch_pi, pi, limit_observer, hinf or lqg; notch_pi if not given, pi for
+        Control law: notch_pi, pi, limit_observer or hinf; notch_pi if not given, pi for
         a force sensor without a resonance.
     out
         Write the system with its new controller here (.toml).

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from frictionloop.parameters import System
 
-WITHOUT_CHECK = {"lookup", "oracle"}
-"""Laws that close no loop, or that no linear analysis looks at."""
+WITHOUT_CHECK = {"lookup"}
+"""Laws that close no loop."""
 WIDTH = 100
 
 

@@ -34,5 +34,5 @@ overdrive, 1 section (notch) or 6.
 
 
 def worst_tick(kind: str) -> WorstTick | None:
-    """Return what the worst tick of a kind of controller takes, None of one that has no image: an oracle."""
+    """Return what the worst tick of a kind of controller takes, None of one that has no image."""
     return WORST_TICK.get(kind)

@@ -1,29 +1,28 @@
-"""From a System to a controller of higher order: mixed-sensitivity H-infinity, and LQG beside it.
+"""From a System to a controller of higher order: mixed-sensitivity H-infinity against the noise of friction.
 
-Weights are identified, not chosen: the residual counts as the spectrum of the friction noise and tremor
-(noise_model), if asked as touch feels it. What is left to choose, how much performance, is the most that holds on
-every plant of a grid: each contact with each error of the resonance.
+Weights are identified, not chosen: the residual counts as the spectrum of friction noise and tremor (noise_model). What
+is left to choose, how much performance, is the most that holds on every plant of a grid: each contact with each error
+of the resonance.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.state_space import Complex
 from frictionloop.design.corners import broken, corners, stroke_of
 from frictionloop.design.noise_model import NoiseModel, identify_noise
 from frictionloop.design.over import CONTACTS
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
-from frictionloop.design.quadruple import Quadruple, balanced, bilinear, slicot
-from frictionloop.design.sections import Cascade, Method, Synthesised, factorise, lagged
-from frictionloop.design.slicot import Generalised, lqg, synthesise
+from frictionloop.design.sections import Cascade, factorise
+from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unfound, unheld
-from frictionloop.design.weighted_plant import BOTH_CONTACTS, SHAPING_STATES, Weights, check_order, weighted_plant
+from frictionloop.design.weighted_plant import Weights, check_order, weighted_plant
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities import FrictionloopError
@@ -38,13 +37,31 @@ COMMAND_NOISE_N = 0.03
 """Largest rms of the command that sensor noise causes: beyond it the command strays into the clamp (assumed)."""
 ORDER = 2 * FILTERS
 """Most states of the sections."""
-
-FELT_HZ = (1.0, 500.0)
-"""Band of the residual that is told."""
 PERFORMANCE = (10.0, 5000.0)
 """Range of `Weights.performance` in which the most that holds is looked for, 1/N."""
 SEARCHES = 12
 """Halvings of that range's logarithm: to 0.2 %."""
+TIGHTER = (1.0, 0.8, 0.6, 0.45, 0.3)
+"""Shares of Ms - 1 that are tried where a synthesis does not see every corner."""
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesised:
+    """A synthesised controller."""
+
+    cascade: Cascade
+    """Sections and PI, as the law ``filtered_pi`` runs them."""
+    order: int
+    """States, the integrator included."""
+    full_order: int
+    """States before reduction."""
+    performance: float
+    """Of the weights, as found."""
+
+    @property
+    def overrides(self) -> dict[str, object]:
+        """The controller as overrides for ``System.evolve``, with overdrive and feed-forward of the set-point."""
+        return self.cascade.overrides | {"controller.feedforward": True, "controller.overdrive": True}
 
 
 def design_hinf(system: System, noise: NoiseModel | None = None, wanted: Wanted | None = None) -> Synthesised:
@@ -67,23 +84,11 @@ def design_hinf(system: System, noise: NoiseModel | None = None, wanted: Wanted 
         Nothing holds, not even with the least performance: the line says what the limit is. A synthesis that does not
         converge, coefficients that Q31 cannot hold, or a delay of more control periods than it takes (`check_order`).
     """
-    return _search("hinf", system, noise, (wanted or Wanted()).limits)
+    return _search(system, noise, (wanted or Wanted()).limits)
 
 
-def design_lqg(system: System, noise: NoiseModel | None = None, wanted: Wanted | None = None) -> Synthesised:
-    """Return the LQG controller (Kalman filter, LQR) on the same weighted plant, searched for in the same way.
-
-    Arguments and errors as of `design_hinf`.
-    """
-    return _search("lqg", system, noise, (wanted or Wanted()).limits)
-
-
-TIGHTER = (1.0, 0.8, 0.6, 0.45, 0.3)
-"""Shares of Ms - 1 that are tried where a synthesis does not see every corner."""
-
-
-def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
-    """Return the controller of the least tightened limits that holds at every corner, not only on the method's grid."""
+def synthesised(system: System, wanted: Wanted) -> Designed:
+    """Return the controller of the least tightened limits that holds at every corner, not only on the grid."""
     forward, notes = feedforward(system)
     # Identifying the noise already takes seconds.
     slicot()
@@ -92,7 +97,7 @@ def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
     first = ""
     for share in TIGHTER:
         try:
-            found = _search(method, system, noise, wanted.scaled(share))
+            found = _search(system, noise, wanted.scaled(share))
         except FrictionloopError as error:
             first = first or str(error)
             continue
@@ -103,7 +108,7 @@ def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
             on = ", ".join(_contacts(system))
             said = f"{found.order} states, reduced from {found.full_order}; designed on contacts {on}"
             return Designed(overrides, (*notes, said), tuple(at))
-        first = first or unheld(found.method, wanted, worst)
+        first = first or unheld("hinf", wanted, worst)
     raise FrictionloopError(first)
 
 
@@ -114,94 +119,70 @@ def _contacts(system: System) -> tuple[str, ...]:
 
 def _points(system: System) -> list[LinearLoop]:
     """Return the loop at the operating point of `linearise`, on each contact of a finger with a skin."""
-    if not isinstance(system.finger, Skin):
-        return [linearise(system)]
-    return [linearise(system.evolve({"finger.contact": each})) for each in _contacts(system)]
+    skin = isinstance(system.finger, Skin)
+    touched = [{"finger.contact": each} for each in _contacts(system)] if skin else [{}]
+    return [linearise(system.evolve(each)) for each in touched]
 
 
-def _search(method: Method, system: System, noise: NoiseModel | None, limits: Mapping[float, float]) -> Synthesised:
-    believed = linearise(_believed(system, BOTH_CONTACTS)).plant
-    check_order(believed, system.controller.delay_s, len(noise.shaping.den) - 1 if noise else SHAPING_STATES)
-    noise = noise or identify_noise(system)
-    period_s, decay = believed.period_s, overdrive_decay(system)
+def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, float]) -> Synthesised:
+    """Return the controller with the most performance that holds, by bisection."""
+    believed = linearise(_believed(system, Weights())).plant
+    check_order(believed, system.controller.delay_s, *((len(noise.shaping.A),) if noise else ()))
+    shaping, decay = (noise or identify_noise(system)).shaping, overdrive_decay(system)
     cases = sorted(shifted(_points(system), limits), key=lambda case: abs(case[1]))  # the bench as described first
     plants = Plants.of([loop for loop, _, _ in cases], overdrive=True)
 
     def attempt(performance: float) -> Synthesised:
-        now = replace(BOTH_CONTACTS, performance=performance)
-        K, gamma = _controller(method, weighted_plant(believed, noise.shaping, now))
-        small = _reduced(lagged(K, decay), ORDER)
-        cascade = factorise(small, 1.0, 2 * math.pi * now.integral_hz, period_s)
-        orders = len(small.A) + 1, len(K.A) + 1
-        offs = [off for _, off, _ in cases]
-        told = _figures(cascade, decay, plants, offs, noise)
-        return Synthesised(cascade, decay, method, gamma, *orders, now, noise, **told)
+        now = Weights(performance=performance)
+        try:
+            K, _ = synthesise(weighted_plant(believed, shaping, now))
+            small = _reduced(_lagged(K, decay), ORDER)
+            cascade = factorise(small, 1.0, 2 * math.pi * now.integral_hz, believed.period_s)
+        except FrictionloopError as error:  # an unstable controller or none: too much was asked
+            raise FrictionloopError(f"{unfound('hinf', system)}: {error}") from None
+        check(cascade.response(plants.frequency_hz))
+        return Synthesised(cascade, len(small.A) + 1, len(K.A) + 1, performance)
 
-    def reason(found: Synthesised) -> str:
-        """Return in one line what does not hold, or nothing."""
-        law = found.cascade.response(plants.frequency_hz)
+    def check(law: Complex) -> None:
         over = plants.peaks(law) / [limit for _, _, limit in cases]
         loop, off, limit = cases[int(np.argmax(over))]
         if not np.max(over) <= 1.0:
-            return (
-                f"sensitivity_peak = {limits[0.0]:g}: the {method} controller gets to {limit * np.max(over):.3g} where "
+            raise FrictionloopError(
+                f"sensitivity_peak = {limits[0.0]:g}: the hinf controller gets to {limit * np.max(over):.3g} where "
                 f"{limit:.3g} is asked, with the resonance off by {off:.3g}{stroke_of(loop.system)}"
             )
         if not all(plants.stable(factor * law).all() for factor in GAINS):
-            return f"the {method} controller is not stable with the loop gain times {GAINS[0]:g} and {GAINS[1]:g}"
-        if not found.command_noise_n <= COMMAND_NOISE_N:
-            return (
-                f"sensor noise makes {found.command_noise_n:.3g} N of command with the {method} controller, and "
-                f"{COMMAND_NOISE_N:g} N is the most: it needs {COMMAND_NOISE_N / found.command_noise_n:.2f} times the "
-                "sensor's noise or less (sensor.noise_density_n_rthz, or noise_rms_n; adc_bits); with this noise take "
-                "`--law notch_pi` or pi, and the smaller gain that `frictionloop design check` names for both contacts"
+            raise FrictionloopError(
+                f"the hinf controller is not stable with the loop gain times {GAINS[0]:g} and {GAINS[1]:g}"
             )
-        return ""
+        command_n = _command_noise_n(system, plants, law)
+        if not command_n <= COMMAND_NOISE_N:
+            raise FrictionloopError(
+                f"sensor noise makes {command_n:.3g} N of command with the hinf controller, and {COMMAND_NOISE_N:g} N "
+                f"is the most: it needs {COMMAND_NOISE_N / command_n:.2f} times the sensor's noise or less; with this "
+                "noise take `--law notch_pi` or pi"
+            )
 
-    return _most(attempt, reason, unfound(method, system))
-
-
-def _figures(
-    cascade: Cascade, decay: float, plants: Plants, offs: Sequence[float], noise: NoiseModel
-) -> dict[str, Any]:
-    """Return what is told of a controller: Ms by error of the resonance, noise of the command, residual."""
-    f, period_s = plants.frequency_hz, cascade.period_s
-    law = cascade.response(f)
-    peaks: dict[float, float] = {}
-    for peak, off in zip(plants.peaks(law).tolist(), offs, strict=True):
-        peaks[off] = max(peak, peaks.get(off, 0.0))
-    returned = plants.returned(law)[0]
-    command = law * lead(decay, f, period_s) / returned
-    felt = np.where((f >= FELT_HZ[0]) & (f <= FELT_HZ[1]), noise.density(f), 0.0)
-    return {
-        "peaks": peaks,
-        "command_noise_n": noise.sensor_n_rthz * math.sqrt(float(np.trapezoid(np.abs(command) ** 2, f))),
-        "residual_rms_n": float(plants.residual_n(law, felt)[0]),
-    }
-
-
-def _most(attempt: Callable[[float], Synthesised], broken: Callable[[Synthesised], str], none: str) -> Synthesised:
-    """Return the attempt with the most performance that holds, by bisection; ``none`` is said where the least fails."""
     low, high = (math.log(p) for p in PERFORMANCE)
-    try:
-        best = attempt(PERFORMANCE[0])
-    except FrictionloopError as error:
-        raise FrictionloopError(f"{none}: {error}") from None
-    reason = broken(best)
-    if reason:
-        raise FrictionloopError(reason)
+    best = attempt(PERFORMANCE[0])
     for _ in range(SEARCHES):
         middle = (low + high) / 2
         try:
-            trial = attempt(math.exp(middle))
-            holds = not broken(trial)
-        except FrictionloopError:  # an unstable controller or none: too much was asked
-            holds = False
-        if holds:
-            low, best = middle, trial
-        else:
+            low, best = middle, attempt(math.exp(middle))
+        except FrictionloopError:
             high = middle
     return best
+
+
+def _command_noise_n(system: System, plants: Plants, law: Complex) -> float:
+    """Return the rms of the command behind overdrive that sensor noise causes on the first of the plants, N."""
+    sensor, f = system.sensor, plants.frequency_hz
+    if isinstance(sensor, LowpassSensor):
+        density = sensor.noise_rms_n / math.sqrt(plants.rate_hz / 2)
+    else:
+        density = math.hypot(sensor.noise_density_n_rthz, sensor.step_n / math.sqrt(6.0 * plants.rate_hz))
+    command = law * lead(overdrive_decay(system), f, 1.0 / plants.rate_hz) / plants.returned(law)[0]
+    return density * math.sqrt(float(np.trapezoid(np.abs(command) ** 2, f)))
 
 
 def _believed(system: System, weights: Weights) -> System:
@@ -214,8 +195,11 @@ def _believed(system: System, weights: Weights) -> System:
     return system.evolve(changes)
 
 
-def _controller(method: Method, plant: Generalised) -> tuple[Quadruple, float]:
-    return (lqg(plant), math.nan) if method == "lqg" else synthesise(plant)
+def _lagged(controller: Quadruple, decay: float) -> Quadruple:
+    """Return the controller in front of overdrive that does what one without it does: the lag 1/lead behind it."""
+    (A, B, C, D), p, left = controller, np.array([[decay]]), 1.0 - decay
+    behind = np.block([[A, np.zeros((len(A), 1))], [C, p]])
+    return Quadruple(behind, np.vstack([B, D]), left * np.hstack([C, p]), left * D)
 
 
 def _reduced(controller: Quadruple, order: int) -> Quadruple:

@@ -31,7 +31,7 @@ class LoopGains(NamedTuple):
     """Of the people, 0 to 1."""
     critical: float
     """Loop gain over the believed one from which on Ms is above `MOST_PEAK`."""
-    count: int
+    people: int
     median: float
     """Loop gain of the people, median and worst percentile."""
     highest: float

@@ -1,7 +1,7 @@
 """What a controller has to fight: the spectrum of the friction force at an operating point, and a filter that makes it.
 
 Identified, not assumed: plain strokes under a constant amplitude (loop/felt) give the fluctuation of the force, Welch
-its spectrum, and a fit of low order the shaping filter that a synthesis takes as its weight.
+its spectrum, and a fit of low order (SLICOT's SB10YD) the filter that a synthesis takes as its weight.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from frictionloop.analysis.operating import asked, law_at, operating_amplitude_um, reach_n
 from frictionloop.analysis.state_space import Array
-from frictionloop.design.shaping import fit_shaping
+from frictionloop.design.slicot import Quadruple, slicot
 from frictionloop.loop.felt import plain_stroke
-from frictionloop.parameters import LowpassSensor, Strokes, System, check_system
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.parameters import Strokes, System, check_system
+from frictionloop.quantities import FrictionloopError
 
 RUN_S = 12.0
 """Length of each run."""
@@ -27,22 +27,26 @@ SEGMENT_S = 2.0
 """Longest Welch segment: 1 Hz between zeros of the Hann window's main lobe, enough for a tremor 4 Hz wide."""
 SHORTEST_S = 0.2
 """Shortest stretch of a stroke that is looked at: below it a tremor's peak blurs."""
+STATES = 5
+"""Of the filter: a peak, and 1/f to about 1 dB."""
+PER_DECADE = 20
+"""Points of the spectrum per decade in the fit, so that high frequencies, which have more lines, do not rule it."""
+HIGHEST_HZ = 200.0
+"""Frequency up to which the fit looks: with 300 us of delay no loop attenuates above it, and it only matters as |S|."""
 
 
 @dataclass(frozen=True, eq=False)
 class NoiseModel:
-    """The disturbances of a loop, in newtons."""
+    """The disturbance of a loop, in newtons."""
 
     spectrum: xr.DataArray
     """One-sided density of the friction force's fluctuation, N^2/Hz over ``frequency`` (Hz)."""
-    shaping: Lti
+    shaping: Quadruple
     """H(s) with |H(j 2 pi f)|^2 the fitted one-sided density: white noise of 1/Hz, one-sided, through it is d."""
-    sensor_n_rthz: float
-    """One-sided density of the noise in f_m, N/rtHz: electronics and rounding of the converter."""
 
     def density(self, frequency_hz: ArrayLike) -> Array:
         """Return the fitted one-sided density in N^2/Hz."""
-        return np.asarray(np.abs(self.shaping.response(np.asarray(frequency_hz, dtype=float))) ** 2)
+        return np.abs(self.shaping.at(2j * np.pi * np.asarray(frequency_hz, dtype=float))[:, 0, 0]) ** 2
 
 
 def identify_noise(system: System, seeds: Sequence[int] = (0, 1, 2, 3)) -> NoiseModel:
@@ -69,10 +73,42 @@ def identify_noise(system: System, seeds: Sequence[int] = (0, 1, 2, 3)) -> Noise
     amplitude = operating_amplitude_um(system, law, None, float(np.clip(force, *reach_n(system, law))))
     stretches = [part for seed in seeds for part in _stretches(plain_stroke(system, amplitude, RUN_S, seed))]
     spectrum = _spectrum(stretches, system.controller.rate_hz)
-    shaping, _ = fit_shaping(
-        spectrum["frequency"].values, spectrum.values, (system.motion.tremor_hz, system.motion.tremor_width_hz)
-    )
-    return NoiseModel(spectrum, shaping, _sensor_density(system))
+    return NoiseModel(spectrum, fit_shaping(spectrum["frequency"].values, spectrum.values))
+
+
+def fit_shaping(frequency_hz: Array, density: Array) -> Quadruple:
+    """Return the stable filter of minimum phase whose |H(j 2 pi f)|^2 is nearest to a one-sided density, up to 200 Hz.
+
+    Parameters
+    ----------
+    frequency_hz
+        Rising frequencies in Hz, above 0.
+    density
+        One-sided density, above 0, unit^2/Hz.
+
+    Raises
+    ------
+    FrictionloopError
+        A density that is not positive and finite, fewer than 12 frequencies below 200 Hz, or no filter.
+    """
+    inside = frequency_hz <= HIGHEST_HZ
+    if inside.sum() < 12 or not np.all(np.isfinite(density[inside]) & (density[inside] > 0)):
+        raise FrictionloopError("density: needs at least 12 positive, finite values up to 200 Hz to fit a filter to")
+    f, level = _thinned(frequency_hz[inside], density[inside])
+    gain, phase = np.sqrt(level), np.zeros(f.size)  # of the minimum phase, which SLICOT finds
+    A, B, C, D, _, info = slicot().sb10yd(0, 1, STATES, gain, phase, 2 * math.pi * f, 1e-9)
+    if info:
+        raise FrictionloopError(f"no filter fits the spectrum of the friction noise: SLICOT ends with {info}")
+    return Quadruple(A, B[:, None], C[None, :], np.array([[D]]))
+
+
+def _thinned(frequency: Array, density: Array) -> tuple[Array, Array]:
+    """Return means over equal steps of log f."""
+    decades = math.log10(frequency[-1] / frequency[0])
+    edges = np.geomspace(frequency[0], frequency[-1] * (1 + 1e-9), math.ceil(PER_DECADE * decades) + 1)
+    which = np.digitize(frequency, edges)
+    groups = [which == k for k in np.unique(which)]
+    return np.array([frequency[g].mean() for g in groups]), np.array([density[g].mean() for g in groups])
 
 
 def _stretches(run: xr.Dataset) -> list[Array]:
@@ -101,10 +137,3 @@ def _spectrum(stretches: Sequence[Array], rate_hz: float) -> xr.DataArray:
         name="friction_noise",
         attrs={"units": "N^2/Hz", "long_name": "fluctuation of the friction force", "stretches": len(long_enough)},
     )
-
-
-def _sensor_density(system: System) -> float:
-    sensor, nyquist_hz = system.sensor, system.controller.rate_hz / 2
-    if isinstance(sensor, LowpassSensor):
-        return sensor.noise_rms_n / math.sqrt(nyquist_hz)
-    return math.hypot(sensor.noise_density_n_rthz, sensor.step_n / math.sqrt(12.0 * nyquist_hz))

@@ -2,30 +2,28 @@
 
 C(z) = (kp + ki Ts/(z - 1)) prod_i (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2), every coefficient within +-2 (Q31 with
 one bit of headroom), every section stable. A gain of any size goes into kp and ki, which a processor scales once.
-A synthesis says what else is known of it, and what it leaves to the overdrive.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.state_space import Complex
+from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.control.filtered_pi import FREE
 from frictionloop.control.notch import Section, section_response
-from frictionloop.design.noise_model import NoiseModel
-from frictionloop.design.pairing import ANGLES, paired, zeros_of
-from frictionloop.design.plants import lead
-from frictionloop.design.quadruple import Quadruple, series
-from frictionloop.design.weighted_plant import Weights
+from frictionloop.design.slicot import Quadruple
 from frictionloop.parameters import FilteredPiController
 from frictionloop.quantities import FrictionloopError
 
 LARGEST = 2.0
 """Largest coefficient, by magnitude."""
+ANGLES = np.append(np.geomspace(1e-5, np.pi, 2000), 0.0)
+"""Angles of z at which the gain of sections is looked at."""
+LEAST_DAMPING = 0.2
+"""Damping ratio of zeros below which a section is better left free (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +42,8 @@ class Cascade:
     @property
     def overrides(self) -> dict[str, object]:
         """The controller as overrides for ``System.evolve``."""
-        return {
-            "controller.kind": "filtered_pi",
-            "controller.kp": self.kp,
-            "controller.ki": self.ki,
-            "controller.sections": self.sections,
-        }
+        gains = {name: getattr(self, name) for name in ("kp", "ki", "sections")}
+        return {"controller.kind": "filtered_pi"} | {f"controller.{name}": value for name, value in gains.items()}
 
     def response(self, frequency_hz: ArrayLike) -> Complex:
         """Return C at z = exp(j 2 pi f Ts), error to force command, f in Hz above 0."""
@@ -63,7 +57,7 @@ class Cascade:
 def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Cascade:
     """Return the cascade of a stable filter (one input, one output) behind which kp + ki Ts/(z - 1) stands.
 
-    The first two have what is fast and what rings when it is inverted, as the law wants it (control/filtered_pi).
+    The filter has a direct path, D other than 0: its zeros are the eigenvalues of A - B C/D.
     Sections are scaled so that no frequency is larger behind any of them than in front of the first; the gain goes into
     kp and ki, its sign into the first section, which is free.
 
@@ -73,11 +67,15 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
         A pole on or outside the unit circle, more than 12 states, or a coefficient that Q31 with one bit of headroom
         cannot hold.
     """
-    poles = np.linalg.eigvals(filter_.A).astype(complex)
-    _check_poles(poles)
-    zeros, gain = zeros_of(filter_)
+    A, B, C, D = filter_
+    gain, poles = float(D[0, 0]), np.linalg.eigvals(A).astype(complex)
+    if np.any(np.abs(poles) >= 1.0 - 1e-9):  # rounding
+        worst = complex(poles[np.argmax(np.abs(poles))])
+        raise FrictionloopError(
+            f"the controller is not stable by itself (a pole at {worst:.4g}): ask for less performance or more margin"
+        )
     back, so_far, sections = np.exp(-1j * ANGLES), np.ones(ANGLES.size, dtype=complex), []
-    for b, a in paired(zeros, poles):
+    for b, a in paired(np.linalg.eigvals(A - B @ C / gain).astype(complex), poles):
         shape = so_far * np.polyval(b[::-1], back) / np.polyval(a[::-1], back)
         size = max(float(np.abs(shape).max()), float(np.abs(b).max()) / LARGEST)
         so_far, gain = shape / size, gain * size
@@ -91,55 +89,39 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
     return cascade
 
 
-def _check_poles(poles: Complex) -> None:
-    outside = np.abs(poles) >= 1.0 - 1e-9  # rounding
-    if np.any(outside):
-        worst = complex(np.asarray(poles)[np.argmax(np.abs(poles))])
-        raise FrictionloopError(
-            f"the controller is not stable by itself (a pole at {worst:.4g}): ask for less performance or more margin"
-        )
+def paired(zeros: Complex, poles: Complex) -> list[tuple[Array, Array]]:
+    """Return b and a of each section, highest power of 1/z last, those farthest from z = 1 first.
+
+    Each pair of poles takes the pair of zeros with which its gain varies least over frequency, but zeros whose inverse
+    would ring (`_rings`) go to the first two sections, which the law leaves free (control/filtered_pi).
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    back, overs = np.exp(-1j * ANGLES[::8]), _pairs(zeros)
+    unders = sorted(_pairs(poles), key=lambda a: -float(np.abs(1 - np.roots(a)).min()))
+    swing = np.array(
+        [[_swing(b, a, back) + 1e3 * (i >= FREE and _rings(b)) for b in overs] for i, a in enumerate(unders)]
+    )
+    mates = linear_sum_assignment(swing)[1] if unders else []
+    return [(overs[mate], a) for a, mate in zip(unders, mates, strict=True)]
 
 
-Method = Literal["hinf", "lqg"]
+def _pairs(roots: Complex) -> list[Array]:
+    """Return 1 + c1/z + c2/z^2 for each conjugate pair, and for neighbours among the real roots."""
+    real = np.sort(roots[np.abs(roots.imag) <= 1e-12].real)[::-1]
+    found = [np.array([1.0, -2 * r.real, abs(r) ** 2]) for r in roots[roots.imag > 1e-12]]
+    found += [np.poly(real[i : i + 2]) for i in range(0, len(real), 2)]
+    return [np.concatenate([c, np.zeros(3 - len(c))]) for c in found]
 
 
-@dataclass(frozen=True, eq=False)
-class Synthesised:
-    """A synthesised controller and how it holds."""
-
-    cascade: Cascade
-    """Sections and PI, as the law ``filtered_pi`` runs them."""
-    decay: float
-    """Of the believed plate over a period, where overdrive stands behind them; 0 without."""
-    method: Method
-    gamma: float
-    """H-infinity norm that the full-order controller keeps; NaN for LQG."""
-    order: int
-    """States, the integrator included."""
-    full_order: int
-    """States before reduction."""
-    weights: Weights
-    """With the performance that was found."""
-    noise: NoiseModel = field(repr=False)
-    peaks: Mapping[float, float]
-    """Largest Ms over the contacts by the share that the resonance is off."""
-    command_noise_n: float
-    """Rms of the command u that sensor noise causes on the bench as described, N."""
-    residual_rms_n: float
-    """Rms that is left of the disturbance from 1 to 500 Hz on the bench as described, N."""
-
-    @property
-    def overrides(self) -> dict[str, object]:
-        """The controller as overrides for ``System.evolve``, with feed-forward of the set-point."""
-        overdriven = self.decay > 0.0
-        return self.cascade.overrides | {"controller.feedforward": True, "controller.overdrive": overdriven}
-
-    def response(self, frequency_hz: ArrayLike) -> Complex:
-        """Return C at z = exp(j 2 pi f Ts), error to the force command behind overdrive, f in Hz above 0."""
-        return self.cascade.response(frequency_hz) * lead(self.decay, frequency_hz, self.cascade.period_s)
+def _swing(b: Array, a: Array, back: Complex) -> float:
+    """Return by how much the logarithm of a section's gain varies over frequency."""
+    size = np.abs(np.polyval(b[::-1], back) / np.polyval(a[::-1], back))
+    return float(np.ptp(np.log(np.maximum(size, 1e-12))))
 
 
-def lagged(controller: Quadruple, decay: float) -> Quadruple:
-    """Return the controller in front of overdrive that does what one without it does: the lag 1/lead behind it."""
-    p = np.array([[decay]])
-    return series([controller, Quadruple(p, np.ones((1, 1)), (1.0 - p) * p, 1.0 - p)]) if decay else controller
+def _rings(b: Array) -> bool:
+    """Return whether 1/b is unstable or rings: a root of b not inside the unit circle, or with little damping."""
+    roots = np.roots(b).astype(complex)
+    roots = np.log(roots[np.abs(roots) > 1e-6])
+    return bool(np.any(-roots.real < np.maximum(LEAST_DAMPING * np.abs(roots), 1e-9)))

@@ -1,134 +1,129 @@
-"""H-infinity and LQG controllers of a sampled plant, by SLICOT (the library ctrlsys of the extra ``design``).
+"""A, B, C, D of a sampled system, and what SLICOT makes of it: balanced states, an H-infinity controller.
 
-SLICOT, Benner et al., Applied and Computational Control, Signals, and Circuits 1, 1999: routines SB10AD (formulas of
-Glover and Doyle 1988), AB13DD (norm) and SB10ED (H2 in discrete time).
+SLICOT (the library ctrlsys of the extra ``design``), Benner et al., Applied and Computational Control, Signals, and
+Circuits 1, 1999: routines SB10AD (formulas of Glover and Doyle 1988), AB13DD (norm) and AB09AD (balanced truncation).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from frictionloop.design.quadruple import Quadruple, bilinear, slicot
+from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
 
 ABOVE_LEAST = 1.005
 """Norm asked for over the least one: at the least one the controller's gain grows for nothing (assumed)."""
 STEP = 1e-3
-"""Width, as a share of the LQG controller's norm, at which the bisection for the least norm ends."""
+"""Width, as a share of the first norm, at which the bisection for the least norm ends."""
 BISECTION, ONE_NORM = 1, 4
 """Jobs of SB10AD."""
 
 
-@dataclass(frozen=True, eq=False)
-class Generalised:
-    """A plant with inputs [w, u] and outputs [z, y]: the controller u = K y is to make z from w small."""
+class Quadruple(NamedTuple):
+    """A, B, C, D of a linear system, shapes (n, n), (n, inputs), (outputs, n), (outputs, inputs)."""
 
-    system: Quadruple
-    controls: int = 1
-    """How many of the last inputs are u."""
-    measurements: int = 1
-    """How many of the last outputs are y."""
+    A: Array
+    B: Array
+    C: Array
+    D: Array
 
-    @property
-    def sizes(self) -> tuple[int, int, int, int, int]:
-        """States, inputs, outputs, and how many of these are u and y."""
-        return len(self.system.A), self.system.B.shape[1], len(self.system.C), self.controls, self.measurements
-
-
-class Synthesis(NamedTuple):
-    """A controller u = K y, and the norm it keeps."""
-
-    controller: Quadruple
-    gamma: float
-    """Norm of z from w in the closed loop."""
+    def at(self, z: ArrayLike) -> Complex:
+        """Return C (z - A)^-1 B + D, shape (points, outputs, inputs), at complex numbers z (or s)."""
+        points = np.atleast_1d(np.asarray(z, dtype=complex))
+        inner = points[:, None, None] * np.eye(len(self.A)) - self.A
+        return np.asarray(
+            self.C @ np.linalg.solve(inner, np.broadcast_to(self.B, (points.size, *self.B.shape))) + self.D
+        )
 
 
-def synthesise(plant: Generalised) -> Synthesis:
-    """Return the sampled controller with nearly the least H-infinity norm of z from w, within 1 %.
+def bilinear(system: Quadruple, back: bool = False) -> Quadruple:
+    """Return the system in w, z = (1 + w)/(1 - w), of a system in z; ``back`` is the other way.
+
+    Stability and every norm over frequency stay. A pole at z = -1 (or w = 1) raises ``numpy.linalg.LinAlgError``.
+    """
+    A, B, C, D = system
+    eye, sign = np.eye(len(A)), -1.0 if back else 1.0
+    inner, root = np.linalg.inv(eye + sign * A), np.sqrt(2.0)
+    moved = (eye + A) @ inner if back else (A - eye) @ inner
+    return Quadruple(moved, root * inner @ B, root * C @ inner, D - sign * C @ inner @ B)
+
+
+def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Array]:
+    """Return a stable system (in w or s) in balanced states, the last ones left out beyond ``order``.
+
+    The norm of the error is at most twice the sum of the singular values left out (Glover 1984; Enns 1984).
+
+    Returns
+    -------
+    tuple
+        The system, and all Hankel singular values, falling.
+    """
+    A, B, C, D = system
+    sizes, choose = (len(A), B.shape[1], len(C), order or 0), "A" if order is None else "F"
+    with threadpool_limits(1):
+        a, b, c, singular, kept, _, info = slicot().ab09ad("C", "B", "N", choose, *sizes, *_copies(A, B, C), 0.0)
+    if info:
+        raise FrictionloopError(f"a system that is not stable cannot be balanced: SLICOT ends with {info}")
+    return Quadruple(a[:kept, :kept], b[:kept], c[:, :kept], D), singular
+
+
+def synthesise(plant: Quadruple) -> tuple[Quadruple, float]:
+    """Return the controller u = K y with nearly the least H-infinity norm of z from w, within 1 %, and that norm.
 
     Parameters
     ----------
     plant
-        Sampled, with a weight on every command and a noise in every reading.
+        Sampled, inputs [w, u] and outputs [z, y], with a weight on the command u and a noise in the reading y.
 
     Raises
     ------
     FrictionloopError
         No controller keeps any norm, as far as SLICOT finds.
     """
-    moved = Generalised(bilinear(plant.system), plant.controls, plant.measurements)
-    _, inputs, outputs, controls, measurements = plant.sizes
-    D, m, p = moved.system.D, inputs - controls, outputs - measurements
-    if min(np.linalg.svd(D[:p, m:])[1].min(), np.linalg.svd(D[p:, :m])[1].min()) < 1e-12:
-        raise FrictionloopError("the H-infinity synthesis needs a weight on every command and a noise in every reading")
+    moved = bilinear(plant)
+    if min(np.abs(moved.D[:-1, -1]).max(), np.abs(moved.D[-1, :-1]).max()) < 1e-12:
+        raise FrictionloopError("the H-infinity synthesis needs a weight on the command and a noise in the reading")
     # One thread: the matrices are small, and more of them take 2 to 30 times as long.
     with threadpool_limits(1):
-        first = _keeping(moved, ONE_NORM, 1e6)  # for a large norm the central controller is that of LQG
-        least = _keeping(moved, BISECTION, (1 + STEP) * first.gamma, STEP * first.gamma)
-        found = _keeping(moved, ONE_NORM, ABOVE_LEAST * least.gamma)
-    return found._replace(controller=bilinear(found.controller, back=True))
+        _, first = _keeping(moved, ONE_NORM, 1e6)
+        _, least = _keeping(moved, BISECTION, (1 + STEP) * first, STEP * first)
+        controller, norm = _keeping(moved, ONE_NORM, ABOVE_LEAST * least)
+    return bilinear(controller, back=True), norm
 
 
-def _keeping(plant: Generalised, job: int, norm: float, step: float = 0.0) -> Synthesis:
-    """Return what SB10AD finds for a continuous plant, with the norm that its loop has.
+def _keeping(plant: Quadruple, job: int, norm: float, step: float = 0.0) -> tuple[Quadruple, float]:
+    """Return what SB10AD finds for a plant in w, with the norm that its loop has.
 
     That norm is computed anew: close to the least one, SB10AD takes Riccati equations for solved that are not.
     """
-    *found, _, _, info = slicot().sb10ad(job, *plant.sizes, *map(np.asfortranarray, plant.system), norm, step, 0.0)
-    _check(info, "H-infinity")
-    A, B, C, D = map(np.asfortranarray, found[4:])
+    sizes = len(plant.A), plant.B.shape[1], len(plant.C), 1, 1
+    *found, _, _, info = slicot().sb10ad(job, *sizes, *_copies(*plant), norm, step, 0.0)
+    _check(info)
+    A, B, C, D = _copies(*found[4:])
     loop = (len(A), B.shape[1], len(C), np.array([0.0, 1.0]), A, np.eye(len(A), order="F"), B, C, D)
     (peak, scale), _, info = slicot().ab13dd("C", "I", "N", "D", *loop, 1e-7)
-    _check(info, "H-infinity")
-    return Synthesis(_controller(plant, found[:4]), float(peak / scale))
+    _check(info)
+    n = len(plant.A)
+    shapes = (n, n), (n, 1), (1, n), (1, 1)
+    parts = (np.reshape(part, shape, order="F") for part, shape in zip(found[:4], shapes, strict=True))
+    return Quadruple(*parts), float(peak / scale)
 
 
-def lqg(plant: Generalised) -> Quadruple:
-    """Return the sampled controller u = K y that minimises the sum of squares of z for white w, with no delay left out.
-
-    The regulator acts on the estimate that contains the present measurement, so K has a direct path.
-
-    Parameters
-    ----------
-    plant
-        Sampled, with a weight on every command and noise in every measurement.
-
-    Raises
-    ------
-    FrictionloopError
-        One of the two Riccati equations has no stabilising solution.
-    """
-    A, B, C, D = plant.system
-    n, m, p = len(A), B.shape[1] - plant.controls, C.shape[0] - plant.measurements
-    if np.any(D[p:, m:]):
-        raise FrictionloopError("LQG: the command must not reach the measurement within one period")
-    # SB10ED takes no D11. Behind a direct path that cancels what of it u can reach and y can see, the rest does
-    # not change the controller.
-    direct = -np.linalg.pinv(D[:p, m:]) @ D[:p, :m] @ np.linalg.pinv(D[p:, :m])
-    into, out = np.vstack([B[:, m:], D[:, m:]]) @ direct, np.hstack([C[p:], D[p:]])
-    shifted = np.block([[A, B], [C, D]]) + into @ out
-    shifted[n : n + p, n : n + m] = 0.0
-    parts = (shifted[:n, :n], shifted[:n, n:], shifted[n:, :n], shifted[n:, n:])
-    with threadpool_limits(1):
-        *found, _, info = slicot().sb10ed(*plant.sizes, *map(np.asfortranarray, parts))
-    _check(info, "LQG")
-    K = _controller(plant, found)
-    return K._replace(D=K.D + direct)
+def _copies(*matrices: Array) -> list[Array]:
+    """Return matrices as SLICOT takes them, which writes into what it is given."""
+    return [np.array(each, order="F") for each in matrices]
 
 
-def _check(info: int, method: str) -> None:
+def _check(info: int) -> None:
     if info:
-        raise FrictionloopError(f"the {method} synthesis does not converge: SLICOT ends with {info}")
+        raise FrictionloopError(f"the H-infinity synthesis does not converge: SLICOT ends with {info}")
 
 
-def _controller(plant: Generalised, parts: list[Any]) -> Quadruple:
-    n, u, y = len(plant.system.A), plant.controls, plant.measurements
-    shapes: list[tuple[int, int]] = [(n, n), (n, y), (u, n), (u, y)]
-    A, B, C, D = (
-        np.asarray(part, dtype=float).reshape(shape, order="F") for part, shape in zip(parts, shapes, strict=True)
-    )
-    return Quadruple(A, B, C, D)
+def slicot() -> Any:
+    """Return SLICOT, which is imported where it is used."""
+    return needed("ctrlsys", "ctrlsys", "design")

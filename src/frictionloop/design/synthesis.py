@@ -50,14 +50,7 @@ def hinf(system: System, wanted: Wanted) -> Designed:
     """Mixed-sensitivity H-infinity of up to 13 states with feed-forward (`design_hinf`)."""
     from frictionloop.design.hinf import synthesised
 
-    return synthesised("hinf", system, wanted)
-
-
-def lqg(system: System, wanted: Wanted) -> Designed:
-    """LQG on the same weighted plant (`design_lqg`)."""
-    from frictionloop.design.hinf import synthesised
-
-    return synthesised("lqg", system, wanted)
+    return synthesised(system, wanted)
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:
@@ -72,7 +65,6 @@ SYNTHESES: dict[str, Synthesis] = {
     "pi": pi,
     "limit_observer": limit_observer,
     "hinf": hinf,
-    "lqg": lqg,
 }
 """Every synthesis by the name of its law; one more is one more line."""
 

@@ -20,23 +20,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionloop.analysis.sampled import SampledPlant
-from frictionloop.design.quadruple import Quadruple, realised
-from frictionloop.design.shaping import FALLS
-from frictionloop.design.slicot import Generalised
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.design.noise_model import STATES
+from frictionloop.design.slicot import Quadruple, balanced, bilinear
+from frictionloop.quantities import FrictionloopError
 
-SHAPING_STATES = FALLS + 2
-"""States of an identified shaping filter: poles of its background and of its peak."""
 MOST_STATES = 120
-"""Most states of the generalised plant, whose cube the Riccati equations of every step of a search cost.
-
-Measured on the bench, one thread: with 120 states H-infinity takes 7 s and LQG 3 s, a dozen times a search.
-"""
+"""Most states of the generalised plant: a synthesis then takes 7 s of one thread (measured), a dozen times a search."""
 
 
 @dataclass(frozen=True)
 class Weights:
-    """How much each signal of the generalised plant counts."""
+    """How much each signal of the generalised plant counts.
+
+    The contact is believed so fast that little lead is spent on it: for Dahl and slider. Chosen by a search on
+    simulated fingers (studies/pages/beliefs.md).
+    """
 
     performance: float = 680.0
     """Factor on the shaping filter: where the norm is 1, S lets through a residual of 1/performance N/rtHz."""
@@ -60,50 +58,33 @@ class Weights:
     """Factor by which the believed pole of the contact lies above the bench's."""
 
 
-BOTH_CONTACTS = Weights()
-"""For Dahl and slider: the pole of the contact is believed so fast that little lead is spent on it.
-
-Chosen by a search on simulated fingers (studies/pages/beliefs.md).
-"""
-
-
-def weighted_plant(plant: SampledPlant, shaping: Lti, weights: Weights) -> Generalised:
-    """Return the generalised plant, sampled, of a loop (u, d, n to f_a, f_m) under weights."""
-    space, period_s = plant.state_space(), plant.period_s
-    weight = realised(shaping, period_s)
-    nx, ns = len(space.A), len(weight.A)
-    w_i = 2 * math.pi * weights.integral_hz * period_s
+def weighted_plant(plant: SampledPlant, shaping: Quadruple, weights: Weights) -> Quadruple:
+    """Return the generalised plant, sampled, of a loop (u, d, n to f_a, f_m) under weights; the filter is in s."""
+    space, half_s = plant.state_space(), plant.period_s / 2
+    in_w = shaping._replace(A=shaping.A * half_s, B=shaping.B * half_s)  # Tustin's rule, s = (2/Ts) w
+    weight = bilinear(balanced(in_w)[0], back=True)
+    sizes = np.array([[weights.split, weights.entry, 1.0, weights.noise, 1.0]])
+    x, i, e = (np.zeros((1, len(each))) for each in (space.A, [1.0], weight.A))  # nothing of a state
     u, d, f_a, f_m = space.B[:, :1], space.B[:, 1:2], space.C[:1], space.C[1:]
-    pad = np.zeros((1, 1))
     # The disturbance passes to f_a at once; what pushes the suspension alone does not.
-    a_w = np.array([[space.D[0, 1] - 1.0, 0.0, space.D[0, 1], 0.0, 0.0]]) * _sizes(weights)
-    m_w = np.array([[space.D[1, 1], 0.0, space.D[1, 1], 1.0, 0.0]]) * _sizes(weights)
-    x_w = np.hstack([d, u, d, 0 * d, u]) * _sizes(weights)
-    i_w = w_i * np.array([[0.0, 1.0, 0.0, 0.0, 1.0]]) * _sizes(weights)
-    A = np.block(
+    a_w = np.array([[space.D[0, 1] - 1.0, 0.0, space.D[0, 1], 0.0, 0.0]]) * sizes
+    m_w = np.array([[space.D[1, 1], 0.0, space.D[1, 1], 1.0, 0.0]]) * sizes
+    x_w, command = np.hstack([d, u, d, 0 * d, u]) * sizes, np.array([[0.0, 1.0, 0.0, 0.0, 1.0]]) * sizes
+    through, swing = weights.performance * weight.D + weights.floor, 2 * weights.resonance / weights.split
+    A = np.block([[space.A, u, x.T @ e], [x, i + 1.0, e], [weight.B @ f_a, e.T, weight.A]])
+    B = np.vstack([x_w, 2 * math.pi * weights.integral_hz * plant.period_s * command, weight.B @ a_w])
+    C = np.block(
         [
-            [space.A, u, np.zeros((nx, ns))],
-            [np.zeros((1, nx)), pad + 1.0, np.zeros((1, ns))],
-            [weight.B @ f_a, np.zeros((ns, 1)), weight.A],
+            [swing * (f_m - f_a), i, e],
+            [through * f_a, i, weights.performance * weight.C],
+            [x, i + weights.effort, e],
+            [-f_m, i, e],
         ]
     )
-    B = np.vstack([x_w, i_w, weight.B @ a_w])
-    through = weights.performance * weight.D + weights.floor
-    swing = 2 * weights.resonance / weights.split
-    C = np.vstack(
-        [
-            np.hstack([swing * (f_m - f_a), pad, np.zeros((1, ns))]),
-            np.hstack([through * f_a, pad, weights.performance * weight.C]),
-            np.hstack([0 * f_a, pad + weights.effort, np.zeros((1, ns))]),
-            np.hstack([-f_m, pad, np.zeros((1, ns))]),
-        ]
-    )
-    command = np.array([[0.0, 1.0, 0.0, 0.0, 1.0]]) * _sizes(weights)
-    D = np.vstack([swing * (m_w - a_w), through * a_w, weights.effort * command, -m_w])
-    return Generalised(Quadruple(A, B, C, D))
+    return Quadruple(A, B, C, np.vstack([swing * (m_w - a_w), through * a_w, weights.effort * command, -m_w]))
 
 
-def check_order(plant: SampledPlant, delay_s: float, shaping_states: int = SHAPING_STATES) -> None:
+def check_order(plant: SampledPlant, delay_s: float, shaping_states: int = STATES) -> None:
     """Refuse a delay, a state for each of its control periods, that takes the generalised plant above `MOST_STATES`."""
     late = plant.delay_states
     others = len(plant.transition) + 1 + shaping_states  # 1: the integrator
@@ -113,7 +94,3 @@ def check_order(plant: SampledPlant, delay_s: float, shaping_states: int = SHAPI
             f"{others + late} states; it takes up to {MOST_STATES}, "
             f"controller.delay_s up to {(MOST_STATES - others) * plant.period_s:g} s"
         )
-
-
-def _sizes(weights: Weights) -> np.ndarray:
-    return np.array([[weights.split, weights.entry, 1.0, weights.noise, 1.0]])

@@ -16,7 +16,7 @@ from frictionloop.loop.kernel.structure import moves, structure
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed
-from frictionloop.parameters import OracleController, System, check_system
+from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.compiled import keep_compiled
 from frictionloop.quantities.normals import BLOCK
@@ -129,7 +129,7 @@ class Guided:
         kept[_state_rows(systems[0])] = True
         tile.slab.data[kept.ravel()] = running.slab.data[kept.ravel()]
         tile.shared.kept["history"][:] = running.shared.kept["history"]
-        if len(systems) == 1 and not isinstance(systems[0].controller, OracleController):
+        if len(systems) == 1:
             gains = law_rows(law_of(systems[0].controller))[1]
             given = [float(tile.slab.view(row)[0, 0]) for row in (*gains[-2:], *ROW["model"][:2])]
             tile.slab.view("at_limits")[:, 0] = _limits(*given)
@@ -160,6 +160,4 @@ def _alike(a: Tile, b: Tile) -> bool:
 
 def _state_rows(system: System) -> list[int]:
     rows = [row for name in _STATE for row in flat((ROW[name],))]
-    if isinstance(system.controller, OracleController):
-        return rows
     return [*rows, *flat((law_rows(law_of(system.controller))[0],))]

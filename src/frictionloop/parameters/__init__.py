@@ -4,7 +4,6 @@ from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import (
     Controller,
     LookupController,
-    OracleController,
     PiController,
 )
 from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml

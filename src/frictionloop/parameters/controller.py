@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
-
-from frictionloop.parameters.block import NotNegative, Number
+from frictionloop.parameters.block import NotNegative
 from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
 from frictionloop.parameters.kinds import Kinds
 from frictionloop.parameters.timing import Timing
@@ -30,30 +28,10 @@ class LookupController(Timing):
     """Whether the amplitude command overshoots so that the plate gets there in one period (paper, ref. [14])."""
 
 
-class OracleController(Timing):
-    """A reference no law can be: it knows the plant and the finger instead of measuring them (docs/oracle).
-
-    At each sample it knows the true state and parameters of plate, skin and contact, the limit of the friction, the
-    disturbance, the set-point and the commands under way. The drive's range, the plate, the delay and the hold bind it
-    as they bind any law. It uses ``model`` for the traces alone: ``u`` is the force its amplitude command stands for.
-    """
-
-    kind: Literal["oracle"] = "oracle"
-    open_until_s: Annotated[Number, Field(ge=0, le=0)] = 0.0
-    """An oracle has no loop to open."""
-    preview: bool = False
-    """Whether it is clairvoyant. False: limit, speed, disturbance and set-point are taken to stay as they are.
-
-    True: it also knows them at the end of the period in which its command is in force, and so a delay does not matter:
-    ``delay_s`` is taken as 0.
-    """
-
-
 CONTROLLERS = Kinds(
     Timing,
     PiController,
     LookupController,
-    OracleController,
     FilteredPiController,
     NotchPiController,
     default="pi",
@@ -62,6 +40,7 @@ CONTROLLERS = Kinds(
         "limit_observer": "frictionloop.control.limit_observer:LimitObserverController",
     },
     gone={
+        "oracle": "is no law: this reference is studies/oracle.py of the source; take 'notch_pi' for a law",
         "tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)",
         "observer": "was removed; take 'limit_observer'",
         "super_twisting": "was removed; take 'limit_observer' (examples/sliding_mode.py is a sliding mode)",

@@ -62,7 +62,6 @@ def test_what_is_kept_is_not_run_again():
         (("--effects", "bump", "--duration-s", "5"), "duration_s = 5.0: goes with the paper's set-points"),
         (("--effects", "bump", "--seed", "3"), "is that of the fingers laws are tuned on"),
         (("--effects", "bump", "--speeds", "900"), "speeds = 900 mm/s: must be from 2 to 500"),
-        (("--effects", "bump", "--laws", "clairvoyant"), "laws: clairvoyant is told the set-point ahead"),
     ],
 )
 def test_what_is_wrong_is_one_line(frictionloop, more, line):

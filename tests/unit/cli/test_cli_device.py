@@ -516,7 +516,6 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kep
     [
         (["--duration-s", "0"], "duration_s = 0"),
         (["--decimation", "0"], "decimation = 0: must be a whole number from 1 to 65535"),
-        (["--controller.kind", "oracle"], "controller.kind = 'oracle'"),
         (["--controller.rate_hz", "10000"], "controller.rate_hz = 10000 Hz"),
         (["--out", "run.csv"], "out = 'run.csv'"),
         (["--plot", "run.h5"], "plot = 'run.h5'"),

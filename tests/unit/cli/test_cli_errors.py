@@ -140,10 +140,6 @@ VERBS_WITHOUT_A_LOOP = [
     (("design", "plate", "--geometry.thick", "3"), "did you mean geometry.thickness_mm (mm)"),
     (("design", "plate", "extra"), "extra: not expected here"),
     (("firmware", "build", "--out", "img", "--board", "uno"), "board = 'uno': accepted are teensy31, mps2"),
-    (
-        ("firmware", "export", "--out", "img", "--controller.kind", "oracle"),
-        "controller.kind = 'oracle': the firmware's form of the law does not know this kind; known: pi, lookup, ",
-    ),
     (("device", "info"), "parameter ADDRESS requires an argument"),
     (("device", "info", "COM3"), "address 'COM3': did you mean serial://COM3?"),
     (("device", "run", "sim:", "--decimation", "1.5"), 'unable to convert "1.5" into a whole number'),

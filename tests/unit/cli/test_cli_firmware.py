@@ -83,7 +83,6 @@ def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(frictionl
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--preset", "bench", "--controller.kind", "oracle"), "oracle"),
         (("--preset", "bench", "--controller.rate_hz", "10000"), "controller.rate_hz = 10000 Hz"),
         (("--preset", "bench", "--controller.kind", "pi", "--controller.kp", "1e12"), "kp"),
     ],

@@ -238,7 +238,6 @@ def test_where_gains_vary_the_loop_of_the_best_point_is_told_apart_from_its_erro
         verdict = frictionloop(*command.split()[1:]).out.split()[0]
         assert (verdict == "HOLDS") == (kp == "4,5")
     assert "design check" not in frictionloop(*swept, "--over", "plate.cutoff_hz=90,100").out
-    assert "design check" not in frictionloop(*BENCH, "--over", "controller.kind=oracle,lookup").out
 
 
 def test_a_loop_that_no_linear_analysis_looks_at_is_not_said_to_be_calm(frictionloop):

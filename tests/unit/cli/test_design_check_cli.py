@@ -86,7 +86,7 @@ def test_one_place_and_what_is_asked_for(frictionloop):
     ("tokens", "said"),
     [
         (("--setpoint.offset_n", "2"), "saturation is the limit"),
-        (("--controller.kind", "oracle"), "its runs show what it does: frictionloop simulate"),
+        (("--controller.kind", "oracle"), "is no law"),
         (("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
         (("--law", "pi"), "Unknown option"),
         (("no.toml",), "no.toml: cannot be read"),

@@ -254,7 +254,6 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
         (("--law", "pi", "--sensitivity-peak", "1.001"), "ki must be above 6.28 1/s to lower anything felt"),
         (("--controller.kind", "tracker"), "take 'notch_pi' (frictionloop design controller)"),
         (("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s: is 250 control periods"),
-        (("--law", "lqg", "--controller.delay_s", "0.05"), "it takes up to 120, controller.delay_s up to 0.0218 s"),
         (("no.toml",), "no.toml: cannot be read"),
         (("--contacts", "dahl,slide"), "contacts: 'slide' is unknown; did you mean slider"),
         (("--loads", "0.4,1,2"), "loads = '0.4,1,2': must be the least and the largest in N, such as 0.4,1.2, or one"),
@@ -282,10 +281,10 @@ def test_a_saved_controller_is_never_replaced(frictionloop):
 
 def test_a_synthesis_that_fails_leaves_nothing(frictionloop, monkeypatch):
     def fails(*_):
-        raise fl.FrictionloopError("the LQG synthesis does not converge: no solution")
+        raise fl.FrictionloopError("the H-infinity synthesis does not converge: no solution")
 
-    monkeypatch.setitem(SYNTHESES, "lqg", fails)
-    answer = frictionloop(*CONTROLLER, "--law", "lqg", "--out", "c.toml")
+    monkeypatch.setitem(SYNTHESES, "hinf", fails)
+    answer = frictionloop(*CONTROLLER, "--law", "hinf", "--out", "c.toml")
     assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
     assert "does not converge" in answer.err
     assert list(Path().iterdir()) == []

@@ -1,7 +1,7 @@
 """Control laws compared on one bench: tuned on one population of fingers, scored on another."""
 
-from frictionloop.design.comparison.entrants import CLAIRVOYANT, ENTRANTS, ORACLE, Entrant
+from frictionloop.design.comparison.entrants import ENTRANTS, Entrant, Overrides
 from frictionloop.design.comparison.protocol import EVALUATION_SEED, SMALL, SPEEDS_MM_S, TUNING_SEED
 from frictionloop.design.comparison.run import Comparison, ComparisonInterrupted, compare
-from frictionloop.design.comparison.scores import SCORES, BelowOracle, below_oracle, scores
+from frictionloop.design.comparison.scores import SCORES, scores
 from frictionloop.design.comparison.table import margin_rows, score_rows, tidy_rows, value_of

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import CLAIRVOYANT, Entrant, Overrides, entrants
+from frictionloop.design.comparison.entrants import Entrant, Overrides, entrants
 from frictionloop.design.comparison.scores import spread
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
@@ -105,14 +105,10 @@ def compare_effects(
     Raises
     ------
     FrictionloopError
-        As `compare` and `arrived`, and for a law that is told the set-point ahead of time.
+        As `compare` and `arrived`.
     """
     named = dict(effects) if isinstance(effects, Mapping) else {name: find(name) for name in effects}
     fields, found = entrants(laws), {} if kept is None else kept
-    if laws is None:
-        fields.pop(CLAIRVOYANT, None)
-    elif CLAIRVOYANT in fields:
-        raise FrictionloopError(f"laws: {CLAIRVOYANT} is told the set-point ahead; that of an effect is the finger's")
     protocol.population(system, count, seed)
     speeds = protocol.speeds_of(system, speeds_mm_s)
     for effect, speed in itertools.product(named.values(), speeds):

@@ -47,19 +47,15 @@ def designed(law: str) -> Entrant:
     return entrant
 
 
-DESIGNED = {law: designed(law) for law in ("notch_pi", "limit_observer", "hinf", "lqg")}
+DESIGNED = {law: designed(law) for law in ("notch_pi", "limit_observer", "hinf")}
 """Those whose synthesis takes from some seconds to half a minute."""
 ENTRANTS: dict[str, Entrant] = {
     "lookup": lambda system: {"controller.kind": "lookup"},
     "printed_pi": printed_pi,
     "retuned_pi": retuned_pi,
     **DESIGNED,
-    "oracle": lambda system: {"controller.kind": "oracle", "controller.preview": False},
-    "clairvoyant": lambda system: {"controller.kind": "oracle", "controller.preview": True},
 }
 """Every entrant by name; one more is one more line."""
-ORACLE, CLAIRVOYANT = "oracle", "clairvoyant"
-"""Names of the two entrants, if they are there, that know the plant: by its present alone, and ahead of time."""
 
 
 def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict[str, Entrant]:

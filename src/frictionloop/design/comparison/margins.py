@@ -56,13 +56,11 @@ def median_system(comparison: Comparison, law: str, speed_mm_s: float, contact: 
 
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
     """Return the loop for small signals around a level, None for a law that has none."""
-    if system.controller.kind == "oracle":
-        return None
     occluded = occluded_at(system, occlude_s)
     loop = linearise(system, force_n=level_n, occluded=occluded)
     try:
         return loop if loop.law else None
-    except FrictionloopError:  # an oracle, a law that is saturated or has no rest
+    except FrictionloopError:  # a law that is saturated or has no rest
         return None
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import CLAIRVOYANT, ORACLE
 from frictionloop.design.comparison.pooled import Moments, pooled, pooled_rms
 from frictionloop.design.comparison.run import PLAIN, Comparison
 
@@ -37,8 +36,6 @@ SCORES: dict[str, Score] = {
     "perceptual_index": Score("perceptual index D, sines"),
     "relative_index": Score("D over that of a plain stroke at the level"),
     "saturation_index": Score("share of commands that are clamped, sines"),
-    "over_oracle": Score("rms over that of the oracle without preview, sines"),
-    "over_clairvoyant": Score("rms over that of the clairvoyant oracle, sines"),
 }
 """Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
 _DIMS = ("law", "speed_mm_s", "contact", "finger")
@@ -51,7 +48,7 @@ def scores(comparison: Comparison) -> xr.Dataset:
     (finger) is the true one over the bench's.
 
     Both times of a direction are NaN on a finger whose mean time to 63 % is within the delay of the loop: nothing acts
-    so soon (but the clairvoyant oracle), so the force rings across the level and does not answer the step.
+    so soon, so the force rings across the level and does not answer the step.
     """
     laws, speeds = list(comparison.laws), list(comparison.speeds_mm_s)
     own = comparison.cells.sel(speed_mm_s=speeds).transpose("task", *_DIMS)
@@ -61,7 +58,6 @@ def scores(comparison: Comparison) -> xr.Dataset:
     plain = _over_tasks(own.sel(law=[PLAIN]), "perceptual_index", protocol.SINES)
     found["perceptual_index"] = _over_tasks(cells, "perceptual_index", protocol.SINES)
     found["relative_index"] = found["perceptual_index"] / plain
-    found |= {f"over_{name}": _over(laws, found["residual_rms_n"], name) for name in (ORACLE, CLAIRVOYANT)}
     variables: dict[str, Any] = {
         name: (_DIMS, found[name], {"units": score.units, "long_name": score.long_name})
         for name, score in SCORES.items()
@@ -76,9 +72,9 @@ def scores(comparison: Comparison) -> xr.Dataset:
 
 
 def dead_times_s(comparison: Comparison) -> np.ndarray:
-    """Return the time in s, by law, within which no command follows a step; -inf for one that knows it beforehand."""
-    controllers = [comparison.system.evolve(overrides).controller for overrides in comparison.laws.values()]
-    return np.array([-np.inf if getattr(each, "preview", False) else each.delay_s for each in controllers])
+    """Return the time in s, by law, within which no command follows a step."""
+    systems = [comparison.system.evolve(overrides) for overrides in comparison.laws.values()]
+    return np.array([each.controller.delay_s for each in systems])
 
 
 def answering(times: dict[str, np.ndarray], dead_s: np.ndarray) -> dict[str, np.ndarray]:
@@ -90,37 +86,6 @@ def answering(times: dict[str, np.ndarray], dead_s: np.ndarray) -> dict[str, np.
         early = times[f"{way}_63_s"] <= limit
         found |= {name: np.where(early, np.nan, times[name]) for name in times if name.startswith(way)}
     return found
-
-
-class BelowOracle(NamedTuple):
-    """How many residuals of how many are below the clairvoyant oracle's, and where the least ratio to it is."""
-
-    below: int
-    of: int
-    ratio: float
-    law: str
-    speed_mm_s: float
-    contact: str
-    finger: int
-
-
-def below_oracle(scored: xr.Dataset) -> BelowOracle | None:
-    """Return where laws leave less residual than the clairvoyant oracle; None where none does, or it did not run.
-
-    It is no error of scoring: the oracle lands as soon as it can, and sees two periods ahead only (docs/oracle.md).
-    """
-    if CLAIRVOYANT not in scored["law"].values:
-        return None
-    order = ("law", "speed_mm_s", "contact", "finger")
-    others = scored.sel(law=scored["law"].values[scored["law"].values != CLAIRVOYANT])
-    ratio = others["over_clairvoyant"].transpose(*order).values
-    count = int(np.sum(ratio < 1.0))
-    if count == 0:
-        return None
-    least = np.unravel_index(np.nanargmin(ratio), ratio.shape)
-    law, speed, contact = (others[name].values[i] for name, i in zip(order[:3], least[:3], strict=True))
-    of = int(np.sum(~np.isnan(ratio)))
-    return BelowOracle(count, of, float(ratio[least]), str(law), float(speed), str(contact), int(least[3]))
 
 
 def spread(values: np.ndarray, larger_is_better: bool) -> tuple[float, float]:
@@ -168,9 +133,3 @@ def _times(cells: xr.Dataset) -> dict[str, np.ndarray]:
 def _over_tasks(cells: xr.Dataset, name: str, tasks: tuple[str, ...]) -> np.ndarray:
     some = cells.sel(task=list(tasks))
     return pooled_rms(some["scored_periods"].values, some[name].values)
-
-
-def _over(laws: list[str], rms: np.ndarray, name: str) -> np.ndarray:
-    if name not in laws:
-        return np.full_like(rms, np.nan)
-    return np.asarray(rms / rms[laws.index(name)])

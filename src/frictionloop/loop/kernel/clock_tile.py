@@ -90,7 +90,7 @@ def lift_delay(lifting: Lifting) -> Any:
 def build_lost(lifting: Lifting, law: Law | None, after: bool) -> Any:
     """Return the tile that keeps what a tick may change before it, and ``after`` it takes back one that was lost.
 
-    An oracle and the C core keep no state in rows.
+    The C core keeps no state in rows.
     """
     rows, kept = _COMMANDS, ROW["kept"]
     if law is not None:

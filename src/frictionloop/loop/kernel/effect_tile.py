@@ -10,7 +10,6 @@ from typing import Any
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.quantities.normals import BLOCK
 from frictionloop.rendering.playing import build_play
 
 
@@ -26,7 +25,7 @@ def build_effect(lifting: Lifting, plain: bool) -> Any:
 
     @compiled
     def effect(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        p, out = doubles(o.effect), doubles(o.setpoint)
+        p = doubles(o.effect)
         for i in range(count(n)):
             lead, tracked, rate = load(s, i, width, predicted)
             _, position, speed, pressed, _ = load(s, i, width, told)
@@ -40,8 +39,5 @@ def build_effect(lifting: Lifting, plain: bool) -> Any:
                 there = 1e3 * x, 1e3 * v, load_n, 1e-12
                 wanted, _ = play(s, true + i, stack + i, p, *there, band, k * o.dt, k == 0, o.dt)
                 store(s, i, width, intended, wanted)
-            # An oracle takes the set-point from its buffer; what is asked for next is not known, and taken to be this.
-            store(out, i, width, at, asked)
-            store(out, i, width, min(at + 1, BLOCK - 1), asked)
 
     return effect

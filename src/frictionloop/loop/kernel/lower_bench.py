@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from frictionloop.control.oracle import STEPS, Stride
 from frictionloop.loop.kernel.columns import Slab, column
-from frictionloop.loop.kernel.structure import late_s, moves, substeps_of, switch_s
-from frictionloop.parameters import FingerFriction, OracleController, Skin, Strokes, System
+from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
 from frictionloop.physics.finger_step import Motion
 from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
@@ -56,8 +55,6 @@ def lower_bench(slab: Slab, systems: Sequence[System], keys: np.ndarray) -> np.n
     slab.view("node_time")[1 : 1 + substeps] = (h * (np.arange(substeps) + 0.5))[:, None]
     lanes = [Lane(system, int(key), period_s, h) for system, key in zip(systems, keys, strict=True)]
     slab.fill(_plant, lanes)
-    if isinstance(systems[0].controller, OracleController):
-        slab.fill(_oracle, lanes)
     if not moves(systems[0]):
         slab.fill(lambda _: dict.fromkeys(("motion", "motion_next"), _STILL), lanes[:1])
         return np.zeros(0)
@@ -88,16 +85,8 @@ def _plant(lane: Lane) -> dict[str, Any]:
 def _effect(lane: Lane) -> dict[str, Any]:
     setpoint = lane.system.setpoint
     predicted = isinstance(setpoint, EffectSource) and setpoint.position == "predicted"
-    lead_s = late_s(lane.system) + 0.5 * lane.period_s
+    lead_s = lane.system.controller.delay_s + 0.5 * lane.period_s
     return {"effect_seen": START, "effect_true": START, "effect_lead": lead_s if predicted else -1.0}
-
-
-def _oracle(lane: Lane) -> dict[str, Any]:
-    s, h = lane.system, lane.period_s / STEPS
-    return {
-        "trial_decay": plate_coefficients(s.plate, lane.period_s).whole,
-        "trial_stride": Stride(plate_coefficients(s.plate, h), contact_of_step(s, h)),
-    }
 
 
 def _motion(lane: Lane) -> dict[str, Any]:

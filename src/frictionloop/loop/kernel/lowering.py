@@ -23,7 +23,6 @@ from frictionloop.loop.kernel.structure import (
     effect_of,
     is_irregular,
     kernel_of,
-    late_s,
     moves,
     open_until,
     segments_of,
@@ -31,7 +30,7 @@ from frictionloop.loop.kernel.structure import (
 )
 from frictionloop.loop.kernel.traces import places_of, traces_of
 from frictionloop.loop.metric import Tally
-from frictionloop.parameters import Model, OracleController, System
+from frictionloop.parameters import Model, System
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import trees
@@ -62,8 +61,8 @@ def lower(
     first, slab = systems[0], Slab(width, rows)
     rate, name = first.controller.rate_hz, kernel_of(first)
     _lower_friction(slab, systems, name == "quadrature")
-    lates = [late_s(s) for s in systems]
-    whole, switch = column(lates, lambda late: divided(late, rate))
+    delays_s = [s.controller.delay_s for s in systems]
+    whole, switch = column(delays_s, lambda delay_s: divided(delay_s, rate))
     slab.view("delay_periods")[0] = whole
     shared = Shared(
         lanes=width,
@@ -95,7 +94,7 @@ def lower(
     if name == "quadrature" and disturbance.how == "sine":
         lower_swing(slab, nodes)
     # A bench always looks up what the last command was: jitter may keep it in force.
-    longest = max(max(lates) * rate, float(name == "substeps"))
+    longest = max(max(delays_s) * rate, float(name == "substeps"))
     shared.point(**scratch(width, longest, nodes, name == "substeps" and moves(first)))
     shared.set(ring_mask=shared.kept["history"].size // width - 1, table_size=first.controller.model.table_size)
     shared.point(table=_lower_controller(slab, systems, external), seeds=keys)
@@ -133,7 +132,7 @@ def _lower_controller(slab: Slab, systems: Sequence[System], external: bool) -> 
     # Of a kind without the field, as PI, pydantic takes microseconds to say so: asked once, not for each lane.
     if hasattr(controllers[0], "overdrive"):
         slab.fill(lambda c: {"overdrive_gains": overdrive_gains(c)}, controllers)
-    if not (isinstance(controllers[0], OracleController) or external):
+    if not external:
         law = law_of(controllers[0])
         state, gains, _ = law_rows(law)
         slab.fill(lambda c: {gains: law.gains_for(c)}, controllers)

@@ -15,7 +15,6 @@ from frictionloop.loop.kernel.effect_tile import build_effect
 from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_signals import Signal
-from frictionloop.loop.kernel.oracle_tile import build_oracle
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import build_draws, build_driven, build_signal
@@ -23,7 +22,7 @@ from frictionloop.loop.kernel.structure import contact_of, effect_of, is_irregul
 from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.traces import build_record, build_tally
 from frictionloop.loop.metric import Tally
-from frictionloop.parameters import OracleController, System
+from frictionloop.parameters import System
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities.arithmetic import is_compiled
 
@@ -64,16 +63,14 @@ def set_programs(
     else:
         asks = [of(build_effect, effect.is_plain)] if effect else []
         guide = [of(build_guide)] if shared.given else []
-        shared.program("ticks", [sense, *asks, *_decides(of, shared, slab, system, plant[:2]), *told, *guide, move])
+        shared.program("ticks", [sense, *asks, *_decides(of, shared, slab, system), *told, *guide, move])
 
 
-def _decides(of: Any, shared: Shared, slab: Slab, system: System, plant: tuple[Any, ...]) -> list[int]:
+def _decides(of: Any, shared: Shared, slab: Slab, system: System) -> list[int]:
     """Return the tiles of a tick of the controller."""
     controller, table = system.controller, shared.table_size > 0
     law: Law | None = None
-    if isinstance(controller, OracleController):
-        tiles = [of(build_oracle, *plant, controller.preview)]
-    elif controller.form == "firmware":
+    if controller.form == "firmware":
         tiles = [of(build_fixed)]
     else:
         law = law_of(controller)

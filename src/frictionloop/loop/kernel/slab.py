@@ -11,7 +11,6 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.lookup import OverdriveGains
-from frictionloop.control.oracle import Finger, Stride, Trial
 from frictionloop.loop.kernel.ends import TERMS
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
 from frictionloop.physics.contact import ContactCoefficients, ContactState
@@ -109,13 +108,6 @@ _SHAPES: dict[str, Any] = {
     "effect_stack": STACK,
     "effect_lead": 1,  # s from the sample to where the place is wanted, below 0 for the sample itself
     "intended": 1,  # set-point at the true place
-    # the oracle
-    "wanted": 1,  # set-point that it is after
-    "ahead": Finger,  # when the command takes effect
-    "tried": Finger,  # the same in a trial
-    "trial": Trial,
-    "trial_stride": Stride,  # of the longer steps of a trial
-    "trial_decay": 1,  # of the amplitude, over a period
     "law": LAW_ROWS,
 }
 

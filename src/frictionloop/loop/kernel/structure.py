@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.control.known import check_oracle
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, PLATE_PER_SEGMENT, segments_needed, suits_quadrature
 from frictionloop.loop.kernel.slab import NODES_MAX
-from frictionloop.parameters import OracleController, Skin, Strokes, System
+from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.physics.sources import highest_hz
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import FrictionloopError
@@ -22,7 +21,6 @@ STRUCTURAL = (
     "rate_hz",
     "table_size",
     "delay_s",
-    "preview",
     "jitter_s",
     "lost_ticks",
     "open_until_s",
@@ -57,7 +55,6 @@ def structure(system: System) -> tuple[object, ...]:
         c.form,
         open_until(system),
         system.plate.pulse_ticks > 0,
-        *((c.preview, late_s(system)) if isinstance(c, OracleController) else ()),
     )
 
 
@@ -70,8 +67,6 @@ def substeps_of(system: System) -> int:
     """Return the substeps of a period, each at most SUBSTEP_S long."""
     check_follows(system.motion, system.touch)
     _check_disturbance(system)
-    if isinstance(system.controller, OracleController):
-        check_oracle(system)
     rate = system.controller.rate_hz
     count = math.ceil(1.0 / (rate * SUBSTEP_S) - 1e-9)
     if count >= NODES_MAX:
@@ -92,27 +87,21 @@ def open_until(system: System) -> int:
     return math.ceil(system.controller.open_until_s * system.controller.rate_hz - 1e-9)
 
 
-def late_s(system: System) -> float:
-    """Return the delay of the command in s: 0 for an oracle who knows what happens meanwhile."""
-    c = system.controller
-    return 0.0 if isinstance(c, OracleController) and c.preview else c.delay_s
-
-
-def divided(late_s: float, rate_hz: float) -> tuple[int, float]:
+def divided(delay_s: float, rate_hz: float) -> tuple[int, float]:
     """Return the whole control periods of a delay, and the s from sample to switch that are left of it."""
-    whole = math.floor(late_s * rate_hz + 1e-9)
-    rest = late_s - whole / rate_hz
+    whole = math.floor(delay_s * rate_hz + 1e-9)
+    rest = delay_s - whole / rate_hz
     return whole, rest if rest > 1e-9 / rate_hz else 0.0
 
 
 def delay_periods(system: System) -> int:
     """Return the whole control periods of the delay."""
-    return divided(late_s(system), system.controller.rate_hz)[0]
+    return divided(system.controller.delay_s, system.controller.rate_hz)[0]
 
 
 def switch_s(system: System) -> float:
     """Return how long after the sample the command in force changes, in s; 0 when it changes at the sample."""
-    return divided(late_s(system), system.controller.rate_hz)[1]
+    return divided(system.controller.delay_s, system.controller.rate_hz)[1]
 
 
 def segments_of(system: System) -> tuple[int, int]:
