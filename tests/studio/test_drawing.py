@@ -62,7 +62,7 @@ def test_frames_go_on_while_a_map_is_drawn_and_the_newest_effect_is_drawn_last(s
 
 def test_a_number_is_in_force_at_once_and_an_effect_of_a_new_kind_is_prepared_first():
     engine = TwinEngine(GRATING)
-    assert engine.ready(GRATING.evolve({"friction.nominal_n": 1.3, "controller.delay_s": 3e-4}))
+    assert engine.ready(GRATING.evolve({"friction.nominal_n": 1.3, "controller.delay_s": 1e-4}))
     assert engine.ready(GRATING.evolve({"setpoint.effect.spacing_mm": 4.0}))
     bump = GRATING.evolve({"setpoint.effect": fl.rendering.LIBRARY["bump"]})
     assert not engine.ready(bump)

@@ -37,8 +37,6 @@ from frictionloop.quantities import FrictionloopError, unit_of
         ("compliance_um_per_n", "um/N"),
         ("controller.kp", "N/N"),
         ("ki", "1/s"),
-        ("controller.k1", "N^0.5/s"),
-        ("controller.k2", "N/s^2"),
         ("controller.model.table_size", ""),
         ("setpoint.kind", ""),
         ("delay_s.kind", ""),  # only the last word counts

@@ -84,7 +84,7 @@ def reversal_metrics(run: xr.Dataset, keep: np.ndarray) -> dict[str, float]:
         there = since & ((run["load"].values > 0.0) | run["scored"].values)
         fed = run["sliding"].values[there & (np.abs(run["speed"].values) >= SLIDING_M_S)]
         starts = _turns_s(time_s, run["position"].values)
-        ends = [min(t + PEAK_S, after) for t, after in zip(starts, [*starts[1:], np.inf], strict=True)]
+        ends = [min(t + PEAK_S, after) for t, after in zip(starts, [*starts[1:], np.inf], strict=False)]
         counted = [(t, end) for t, end in zip(starts, ends, strict=True) if t >= time_s[since][0] and end < time_s[-1]]
         peaks = [f_a[(time_s >= t) & (time_s < end)].max() for t, end in counted]
     error = (f_a - run["f_r"].values)[there]

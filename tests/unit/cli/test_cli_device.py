@@ -78,7 +78,7 @@ def test_who_answers(frictionloop):
     said = rows(frictionloop("device", "info", "sim:").out)
     model = fl.bench().controller.model
     assert said["board"] == "host"
-    assert "protocol 3.3" in said["firmware"] and "5000 ticks a second" in said["firmware"]
+    assert "protocol 4.0" in said["firmware"] and "5000 ticks a second" in said["firmware"]
     assert said["layout"] == f"{table_hash():08x}, as here"
     assert said["values"] == fingerprint(firmware_words(fl.bench()))
     assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
