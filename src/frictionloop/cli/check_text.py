@@ -82,7 +82,7 @@ def verdict(
     ]
     rows += [*(("note", note) for note in found.notes), *_would_hold(found, system, wanted, given, load)]
     does = "counts the fingers on which the limits hold, and names gains for more of them"
-    rows += [] if fingers else other_people(system, f"`--fingers {fingers_proposed(wanted)}` {does}")
+    rows += [] if fingers else other_people(found.people, found.law, f"`--fingers {fingers_proposed(wanted)}` {does}")
     if designed:
         return [*rows, ("by the file", designed)]
     return [*rows, *_other_loads(system, wanted)]
@@ -177,6 +177,7 @@ def as_json(found: Checked, system: System, wanted: Wanted) -> dict[str, Any]:
         "places": [_place_json(place, gain) for place, gain in zip(found.places, found.gains, strict=True)],
         "not_looked_at": found.unseen,
         "notes": found.notes,
+        "people": found.people and found.people._asdict(),
         "wanted": wanted_json(wanted),
         "system": system.model_dump(),
     }

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 from frictionloop.analysis.reach import Missed, missed
 from frictionloop.design.corners import load_of
 from frictionloop.design.elsewhere import in_words
+from frictionloop.design.loop_gains import MOST_PEAK
 from frictionloop.design.over import CONTACTS
 from frictionloop.parameters import FingerFriction, Skin, Strokes
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
+    from frictionloop.design.loop_gains import LoopGains
     from frictionloop.design.wanted import Designed, Wanted
     from frictionloop.parameters import System
 
@@ -137,9 +139,13 @@ def has_people(system: System) -> bool:
     return has and isinstance(system.motion, Strokes)
 
 
-def other_people(system: System, does: str) -> list[tuple[str, str]]:
-    """Return the row with what looks at other people's fingers; none of a system without a finger."""
-    return [("other people", f"not looked at: {does}")] if has_people(system) else []
+def other_people(found: LoopGains | None, law: str, does: str) -> list[tuple[str, str]]:
+    """Return the row on how many people the loop comes close to ringing; none of a system without a finger."""
+    if found is None:
+        return []
+    said = f"{found.share:.1%} of {found.people} bring a loop gain above {found.critical:.3g}, where Ms is above "
+    said += f"{MOST_PEAK:g}" + ("; `--law limit_observer` bears more" if found.many and law != "limit_observer" else "")
+    return [("other people", f"{said}. {does}")]
 
 
 def fingers_proposed(wanted: Wanted) -> int:

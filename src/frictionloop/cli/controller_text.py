@@ -168,6 +168,7 @@ def as_json(
             for each in found
         ],
         "headroom": lean,
+        "people": designed.people and designed.people._asdict(),
         "system": system.model_dump(),
     }
 

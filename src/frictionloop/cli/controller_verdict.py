@@ -78,7 +78,7 @@ def verdict(
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
     does = "lowers the gains until the limits hold on" if after.controller.kind in LOWERED else "looks at"
-    others = other_people(after, MORE.format(fingers_proposed(wanted), does))
+    others = other_people(designed.people, after.controller.kind, MORE.format(fingers_proposed(wanted), does))
     worse += people
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [("firmware" if k == 0 else "", said) for k, said in enumerate(misfits_of_gains(after))] if out else []

@@ -11,6 +11,7 @@ from frictionloop.design.corners import corners, occlusions, stroke_of
 from frictionloop.design.elsewhere import Place, elsewhere, strokes_of
 from frictionloop.design.held import CHECKED, ENDS, LOADS, SEARCHED, check_places
 from frictionloop.design.least_gain import least_gain
+from frictionloop.design.loop_gains import LoopGains, loop_gains
 from frictionloop.design.over import Over
 from frictionloop.design.plants import shifted
 from frictionloop.design.wanted import Wanted
@@ -39,6 +40,8 @@ class Checked(NamedTuple):
     """What else a person should know."""
     asked: int = 0
     """How many of the places, the first ones, are those that were asked for."""
+    people: LoopGains | None = None
+    """On how many other people it comes close to ringing; None without a finger."""
 
     @property
     def holds_as_asked(self) -> bool:
@@ -83,7 +86,8 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     more = elsewhere(system, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.touched)
     places = (*own, *more.places)
     gains = tuple(_least_gain(place) for place in places)
-    found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system), len(own))
+    people = loop_gains(system, asked.over(ENDS, LOADS))
+    found = Checked(system.controller.kind, places, more.unseen, gains, {}, _notes(system), len(own), people)
     return found if found.holds else found._replace(instead=_instead(system, found))
 
 

@@ -12,7 +12,7 @@ from frictionloop.analysis.operating import asked, law_at
 from frictionloop.design.corners import cases_of, occlusions
 from frictionloop.design.least_gain import least_gain
 from frictionloop.design.over import Over
-from frictionloop.parameters import FingerFriction, System
+from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.physics.fingers import fingers
 from frictionloop.physics.friction import is_gaussian
 
@@ -48,20 +48,19 @@ def loop_gain(system: System) -> float:
         (dF/da)/(du/da) = (F/u) (tau/tau_model), u the command at which F is reached
 
     over lowest, mean and highest force asked for, just landed and moist. Where one is out of reach the command stays at
-    its limit, and nothing can ring.
+    its limit, and nothing can ring. A law that commands a logarithm sees tau over the tau that it believes.
     """
-    model, found = system.controller.model, []
+    model, margin, found = system.controller.model, getattr(system.controller, "susceptibility_margin", None), []
     largest_um = min(system.plate.max_amplitude_um, model.max_amplitude_um)
     for occluded in occlusions(system):
-        law = law_at(system, occluded)
-        if not is_gaussian(law):
-            return math.nan
+        law: Any = law_at(system, occluded)
         tau, most = law.susceptibility_per_um2, largest_um * largest_um
         for force_n in asked(system):
             square = math.log(law.nominal_n / force_n) / tau if force_n > 0.0 else math.inf
             if 0.0 <= square <= most:
                 command_n = model.nominal_n * math.exp(-model.susceptibility_per_um2 * square)
-                found.append(force_n / command_n * tau / model.susceptibility_per_um2)
+                gain = 1.0 / margin if margin else force_n / command_n
+                found.append(gain * tau / model.susceptibility_per_um2)
     return max(found, default=math.nan)
 
 
@@ -85,7 +84,8 @@ def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] |
     people
         Overrides, one finger each; `COUNT` assumed ones if not given.
     """
-    if not isinstance(system.friction, FingerFriction) or system.controller.kind == "lookup":
+    moves = isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)
+    if not moves or not is_gaussian(system.friction) or system.controller.kind == "lookup":
         return None
     some = fingers(COUNT, SEED) if people is None else people
     gains = np.array([loop_gain(system.evolve(dict(each))) for each in some])

@@ -12,6 +12,7 @@ from frictionloop.design.corners import band_of
 from frictionloop.design.elsewhere import elsewhere
 from frictionloop.design.held import ENDS, LOADS, Synthesis, check_places, held_between
 from frictionloop.design.leaning import leaning
+from frictionloop.design.loop_gains import loop_gains
 from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import shifted
 from frictionloop.design.retune import retune
@@ -108,8 +109,10 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
 
 def _designed(system: System, name: str, asked: Wanted) -> Designed:
     found, at = held_between(system, name, SYNTHESES[name], asked)
-    more = elsewhere(system.evolve(found.overrides), asked.limits, asked.over(ENDS, LOADS), asked.lean)
-    return found._replace(corners=tuple(at), elsewhere=more, notes=(*found.notes, *more.unseen))
+    after, over = system.evolve(found.overrides), asked.over(ENDS, LOADS)
+    more, notes = elsewhere(after, asked.limits, over, asked.lean), found.notes
+    people = loop_gains(after, over)
+    return found._replace(corners=tuple(at), elsewhere=more, notes=(*notes, *more.unseen), people=people)
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, get_args
 from frictionloop.design.corners import NOTHING, Corner
 from frictionloop.design.elsewhere import Elsewhere
 from frictionloop.design.leaning import Lean
+from frictionloop.design.loop_gains import LoopGains
 from frictionloop.design.over import CONTACTS, Over
 from frictionloop.parameters import Skin, SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY
@@ -100,6 +101,8 @@ class Designed(NamedTuple):
     """Where it was looked at besides, and is unstable or not."""
     not_both: str = ""
     """Why it is for one contact where both were asked for, "" where it is for what was."""
+    people: LoopGains | None = None
+    """On how many other people it comes close to ringing; None without a finger."""
 
     @property
     def warnings(self) -> tuple[str, ...]:

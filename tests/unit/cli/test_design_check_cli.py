@@ -222,7 +222,8 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
 
 def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
     given = (*CHECK, *PI, "7", "--contacts", "dahl")
-    assert "not looked at: `--fingers 100` counts the fingers on which" in " ".join(frictionloop(*given).out.split())
+    said = " ".join(frictionloop(*given).out.split())
+    assert "% of 1000 bring a loop gain above" in said and "`--fingers 100` counts the fingers on which" in said
     refused = frictionloop(*given, "--population", "people.toml")
     assert "population: says where fingers come from; accepted: with --fingers N" in refused.err
 

@@ -393,7 +393,8 @@ def test_with_which_loads_fingers_are_looked_at_is_said_once():
 def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionloop, tmp_path):
     given, file = ("design", "controller", "--preset", "bench", "--law", "pi"), tmp_path / "gains.toml"
     alone = " ".join(frictionloop(*given).out.split())
-    assert "other people not looked at: `--fingers 100` with this command lowers the gains until the limits" in alone
+    assert "% of 1000 bring a loop gain above" in alone
+    assert "`--fingers 100` with this command lowers the gains until the limits" in alone
     answer = frictionloop(*given, "--fingers", "6", "--out", str(file), "--json")
     own = tmp_path / "gains.own-finger.toml"
     kept, pressed, unchecked = answer.noted
