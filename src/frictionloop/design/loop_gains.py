@@ -12,7 +12,7 @@ from frictionloop.analysis.operating import asked, law_at
 from frictionloop.design.corners import cases_of, occlusions
 from frictionloop.design.least_gain import least_gain
 from frictionloop.design.over import Over
-from frictionloop.parameters import FingerFriction, Strokes, System
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.fingers import fingers
 from frictionloop.physics.friction import is_gaussian
 
@@ -84,8 +84,12 @@ def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] |
     people
         Overrides, one finger each; `COUNT` assumed ones if not given.
     """
-    moves = isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)
-    if not moves or not is_gaussian(system.friction) or system.controller.kind == "lookup":
+    moves = isinstance(system.finger, Skin) and isinstance(system.motion, Strokes)
+    if (
+        not (moves and isinstance(system.friction, FingerFriction))
+        or not is_gaussian(system.friction)
+        or system.controller.kind == "lookup"
+    ):
         return None
     some = fingers(COUNT, SEED) if people is None else people
     gains = np.array([loop_gain(system.evolve(dict(each))) for each in some])
