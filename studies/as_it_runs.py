@@ -115,7 +115,7 @@ def rows(laws: Mapping[str, Any], strokes: Sequence[Strokes], margins: int, wors
     for (name, law), there in product(laws.items(), strokes):
         people, learnt = told_tau(there.people) if name == MEASURED else there.people, ""
         own: Any = there.system
-        system = own.evolve(dict(law(own.finger.contact) if callable(law) else law))
+        system = own.evolve(dict(law(own.finger.slip_length_um) if callable(law) else law))
         left = 1e3 * residual_n(system, people)
         if callable(law):
             gains = gains_as_run(system, people)
@@ -133,7 +133,7 @@ def rows(laws: Mapping[str, Any], strokes: Sequence[Strokes], margins: int, wors
 
 def main(count: int = 1000, margins: int = 4) -> None:
     """Write the tables; those of a tau that is measured without margins of others, where they are 0."""
-    heads = ["mm/s, contact", "law", "fingers", "rms, mN", "worst", "largest loop gain", "largest Ms", "5 % off"]
+    heads = ["mm/s, um", "law", "fingers", "rms, mN", "worst", "largest loop gain", "largest Ms", "5 % off"]
     strokes = list(conditions(count, speeds=SPEEDS_MM_S))
     worst: list[list[Any]] = []
     command = f"as_it_runs {count} {margins}"
@@ -144,7 +144,7 @@ def main(count: int = 1000, margins: int = 4) -> None:
     laws = {"limit_observer": limit_observer} | {law: ENTRANTS[law](bench()) for law in ("observer", "notch_pi")}
     keep("as-it-runs", command, heads, rows(laws, strokes, margins, worst))
     worst.sort(key=lambda each: -float(each[3]))
-    keep("as-it-runs-worst", command, ["mm/s, contact", "finger", "loop gain", "Ms", "5 % off"], worst[:10])
+    keep("as-it-runs-worst", command, ["mm/s, um", "finger", "loop gain", "Ms", "5 % off"], worst[:10])
 
 
 if __name__ == "__main__":

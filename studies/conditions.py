@@ -1,4 +1,4 @@
-"""Where laws are compared: each speed and contact, with the capable ones of the comparison's fingers."""
+"""Where laws are compared: each speed and slip length, with the capable ones of the comparison's fingers."""
 
 from __future__ import annotations
 
@@ -9,25 +9,21 @@ from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import Fingers, fingers
 
-CONTACTS = protocol.CONTACTS
-
-
+LENGTHS_UM = protocol.lengths_of(bench())
 BELIEFS = "spring_noise", "model.resonance_hz", "model.resonance_q", "model.sensor_hz", "susceptibility_spread"
 LEARNING, MEASURED = (0.5587, 132.6, 13.69, 553.0, 3.0), (0.4438, 132.6, 13.12, 634.2, 1.05)
 
 
-def limit_observer(contact: str, measured: bool = False) -> dict[str, Any]:
+def limit_observer(length_um: float, measured: bool = False) -> dict[str, Any]:
     """Return a limit observer of the bench that is told its contact, and its tau if that is measured.
 
     As ``design_controller(bench(), "limit_observer", Wanted(sensitivity_peak=2.0))`` finds it, for a spread of 1.05 if
     tau is measured.
     """
-    skin: Any = bench().finger
-    compliance = 1e6 / skin.bristle_stiffness_n_m if contact == "dahl" else 0.0
     believed = zip(BELIEFS, MEASURED if measured else LEARNING, strict=True)
     return {
         "controller.kind": "limit_observer",
-        "controller.compliance_um_per_n": compliance,
+        "controller.compliance_um_per_n": length_um / 0.6,
         **{f"controller.{name}": value for name, value in believed},
     }
 
@@ -39,7 +35,7 @@ def told_tau(people: Fingers) -> Fingers:
 
 
 class Strokes(NamedTuple):
-    """One speed and contact."""
+    """One speed and slip length."""
 
     name: str
     system: System
@@ -50,11 +46,11 @@ class Strokes(NamedTuple):
 def conditions(
     count: int = 1000, seed: int = protocol.EVALUATION_SEED, speeds: Sequence[float] = protocol.SPEEDS_MM_S
 ) -> Iterator[Strokes]:
-    """Yield every speed, those of the comparison if no others are given, and contact."""
-    people = fingers(count, seed)
+    """Yield every speed, those of the comparison if no others are given, and slip length."""
+    people = protocol.without_lengths(fingers(count, seed))
     for speed in speeds:
-        for contact in protocol.CONTACTS:
-            moving = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": protocol.STROKE_MM}
+        for z in LENGTHS_UM:
+            moving = {"motion.speed_mm_s": speed, "finger.slip_length_um": z, "motion.stroke_mm": protocol.STROKE_MM}
             own = bench().evolve(moving)
             able = Fingers(people[i] for i in protocol.able(own, people, speed).nonzero()[0])
-            yield Strokes(f"{speed:g} mm/s, {contact}", own, able)
+            yield Strokes(f"{speed:g} mm/s, {z:g} um", own, able)

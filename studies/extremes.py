@@ -107,7 +107,6 @@ def _rest(tile: Tile, systems: Sequence[System], level_n: float) -> None:
     amplitudes = np.array([float(amplitude_for(level_n, each.friction)) for each in systems])
     amplitudes = np.append(amplitudes, np.repeat(amplitudes[-1], tile.slab.width - len(systems)))
     view = tile.slab.view
-    deflection_m = level_n * view("contact_coefficients")[7]
-    view("contact")[:] = level_n * view("compliance")[0], np.zeros(tile.slab.width), deflection_m, deflection_m
+    view("contact")[:] = level_n * view("compliance")[0], np.zeros(tile.slab.width), np.full(tile.slab.width, level_n)
     view("amplitude")[:] = amplitudes
     tile.shared.kept["history"].reshape(-1, tile.slab.width)[:] = amplitudes

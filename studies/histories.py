@@ -21,7 +21,7 @@ from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant, Steps, System, bench
 from frictionloop.physics.fingers import fingers
-from studies.conditions import CONTACTS, limit_observer
+from studies.conditions import LENGTHS_UM, limit_observer
 from studies.kept import keep
 from studies.other_friction import OTHER, OtherFriction
 
@@ -75,7 +75,7 @@ def histories(count: int, seed: int) -> Iterator[tuple[Steps, dict[str, Any]]]:
             "motion.speed_mm_s": float(draw.choice([20.0, 40.0, 80.0, 150.0])),
             "motion.stroke_mm": float(draw.choice([40.0, 120.0, 240.0])),
             "motion.contact_s": float(draw.choice([0.0, 0.0, 1.0])),
-            "finger.contact": str(draw.choice(CONTACTS)),
+            "finger.slip_length_um": float(draw.choice(LENGTHS_UM)),
         }
         yield Steps(times_s=tuple(times.tolist()), levels_n=tuple(levels.tolist())), stroke
 
@@ -124,7 +124,7 @@ def scaled(system: System, point: Mapping[str, Any], factors: Mapping[str, Any])
             continue
         if path == "contact":
             here: Any = system.finger
-            found |= {"controller.compliance_um_per_n": 50.0 if here.contact == "slider" else 0.0}
+            found |= {"controller.compliance_um_per_n": 19.2 if here.slip_length_um == 0.0 else 0.0}
             continue
         value: Any = system.evolve(found)
         for name in path.split("."):
@@ -140,7 +140,7 @@ def campaign(
     found = []
     drawn = fingers(5 * people, FRESH_SEED)
     for k, (history, stroke) in enumerate(histories(count, seed)):
-        system = bench().evolve({**stroke, **limit_observer(stroke["finger.contact"]), **own})
+        system = bench().evolve({**stroke, **limit_observer(stroke["finger.slip_length_um"]), **own})
         able = protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
         points = [scaled(system, drawn[i], factors) for i in able]
         found += [each._replace(case={**each.case, **stroke}) for each in ringing(system, points, history, k)]
@@ -163,7 +163,8 @@ def draw(
         axis.plot(time, each.alone[shown], color="0.7", lw=0.8, label=names[1])
         axis.plot(time, each.after[shown], color="C0", lw=0.8, label=names[0])
         case = each.case
-        stroke = f"finger {case['motion.person']:g}, {case['finger.contact']}, {case['motion.speed_mm_s']:g} mm/s"
+        person, z, speed = (case[name] for name in ("motion.person", "finger.slip_length_um", "motion.speed_mm_s"))
+        stroke = f"finger {person:g}, {z:g} um, {speed:g} mm/s"
         axis.set_title(f"{stroke}: {1e3 * each.rms_n:.1f} mN, {each.excess:.2f}", fontsize=8)
     axes[0, 0].legend(fontsize=7)
     figure.supxlabel("ms of the window")

@@ -25,14 +25,14 @@ from frictionloop.loop.kernel.slab import LANES, law_rows
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.parameters import Steps, System, bench
 from frictionloop.physics.fingers import fingers
-from studies.conditions import CONTACTS, limit_observer
+from studies.conditions import LENGTHS_UM, limit_observer
 from studies.histories import BAND_HZ, CONSTANT, FLOOR_N, FRESH_SEED, LEVEL_N, WINDOW_S, Ringing, draw, windows
 from studies.kept import keep
 
 PIECE_S, ROUND_S, STEPS_S, SETTLED_S = 10.0, 30.0, 24.0, 1.0
 NEAR_HZ, PADDED = 10.0, 8
 HEADS = [
-    *("mm/s, contact", "fingers", "held, over a law begun anew", "after steps, over held", "loudest, mN"),
+    *("mm/s, um", "fingers", "held, over a law begun anew", "after steps, over held", "loudest, mN"),
     *("open loop there", "line, held", "line, open"),
 ]
 PICTURE = Path(__file__).parent / "runs" / "long-holds.png"
@@ -77,10 +77,10 @@ def line(force: np.ndarray, rate_hz: float) -> float:
 
 def rows(people: int, duration_s: float, shown: list[Ringing]) -> Iterator[list[Any]]:
     """Yield the rows of the table; ``shown`` gets the loudest windows, held and in open loop."""
-    for speed, contact in product((20.0, 80.0), CONTACTS):
-        stroke = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": 240.0}
-        system = bench().evolve({**stroke, "setpoint": CONSTANT, **limit_observer(contact)})
-        drawn, rate = fingers(5 * people, FRESH_SEED), system.controller.rate_hz
+    for speed, z in product((20.0, 80.0), LENGTHS_UM):
+        stroke = {"motion.speed_mm_s": speed, "finger.slip_length_um": z, "motion.stroke_mm": 240.0}
+        system = bench().evolve({**stroke, "setpoint": CONSTANT, **limit_observer(z)})
+        drawn, rate = protocol.without_lengths(fingers(5 * people, FRESH_SEED)), system.controller.rate_hz
         able = [drawn[i] for i in protocol.able(system, drawn, speed).nonzero()[0][: min(people, LANES)]]
         held = forces(system, able, duration_s)
         stepped = forces(system.evolve({"setpoint": steps(duration_s)}), able, duration_s)
@@ -104,7 +104,7 @@ def rows(people: int, duration_s: float, shown: list[Ringing]) -> Iterator[list[
         i, k = worst[0]
         levels = 1e3 * quiet[i, k], 1e3 * loud(free[i : i + 1], rate)[0, k]
         yield [
-            f"{speed:g} mm/s, {contact}", len(able), f"{over:.2f}", f"{after:.2f}",
+            f"{speed:g} mm/s, {z:g} um", len(able), f"{over:.2f}", f"{after:.2f}",
             *(f"{level:.0f}" for level in levels), *(f"{each:.2f}" for each in lines),
         ]  # fmt: skip
 

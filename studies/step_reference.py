@@ -1,9 +1,8 @@
 """What step times are counted against: the skin on the way up, the drive of the plate on the way down, in closed form.
 
-The skin's springs pull by k_eff v, the skin in series with the bristle of the contact (`Skin.stuck_stiffness_n_m`).
-The plate's envelope under full drive is a(t) = a_max + (a1 - a_max) e^(-wc t). A reference, not a bound: the skin's
-damper pulls besides its spring, and a bristle's force passes 10 % when the amplitude is long past it. What no drive
-gets past is in `time_optimal`.
+The skin's spring pulls by k v. The plate's envelope under full drive is a(t) = a_max + (a1 - a_max) e^(-wc t). A
+reference, not a bound: the skin's damper pulls besides its spring, and the force passes 10 % when the amplitude is
+long past it. What no drive gets past is in `time_optimal`.
 """
 
 from __future__ import annotations
@@ -31,8 +30,8 @@ class StepTimes(NamedTuple):
 
 
 def skin_time_s(way_n: float, skin: Skin, speed_mm_s: float) -> float:
-    """Return way/(k_eff v), the time in which stuck skin pulls so much harder."""
-    return way_n / (skin.stuck_stiffness_n_m * 1e-3 * speed_mm_s)
+    """Return way/(k v), the time in which stuck skin pulls so much harder."""
+    return way_n / (skin.stiffness_n_m * 1e-3 * speed_mm_s)
 
 
 def drive_time_s(from_um: float, to_um: float, max_um: float, cutoff_hz: float) -> float:

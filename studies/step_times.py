@@ -22,17 +22,17 @@ from studies.kept import keep
 from studies.laws import whole
 from studies.step_limits import step_limits
 
-HEADS = ("law", "speed_mm_s", "contact", "fingers")
+HEADS = ("law", "speed_mm_s", "slip_length_um", "fingers")
 
 
 def over_limits(ran: rooms.Comparison, scored: xr.Dataset) -> xr.Dataset:
-    """Return each step time of the scores over both limits, over law, speed, contact and finger."""
+    """Return each step time of the scores over both limits, over law, speed, slip length and finger."""
     occluded = occluded_at(ran.system, ran.middle_s)
     parts = []
-    for speed, contact in itertools.product(ran.speeds_mm_s, protocol.CONTACTS):
-        at = protocol.Condition(speed, contact, protocol.STEPPED)
+    for speed, z in itertools.product(ran.speeds_mm_s, protocol.lengths_of(ran.system)):
+        at = protocol.Condition(speed, z, protocol.STEPPED)
         found = step_limits(ran.system.evolve(protocol.overrides_of(at)), ran.people, occluded)
-        cell = scored.sel(speed_mm_s=[speed], contact=[contact])
+        cell = scored.sel(speed_mm_s=[speed], slip_length_um=[z])
         ratios = {
             f"{name.removesuffix('_s')}_over_{against}": cell[name] / each
             for against, shortest in (("limit", found.reference), ("bound", found.bound))
@@ -56,12 +56,12 @@ def main() -> None:
 
 
 def rows(ran: rooms.Comparison, scored: xr.Dataset, found: xr.Dataset) -> Iterator[list[Any]]:
-    """Yield a row for each law, speed and contact."""
-    for law, speed, contact in itertools.product(ran.laws, ran.speeds_mm_s, protocol.CONTACTS):
+    """Yield a row for each law, speed and slip length."""
+    for law, speed, z in itertools.product(ran.laws, ran.speeds_mm_s, protocol.lengths_of(ran.system)):
         able = scored["capable"].sel(speed_mm_s=speed).values
-        cell = found.sel(law=law, speed_mm_s=speed, contact=contact)
+        cell = found.sel(law=law, speed_mm_s=speed, slip_length_um=z)
         both = (spread(np.asarray(values.values)[able], larger_is_better=False) for values in cell.values())
-        yield [law, speed, contact, int(able.sum()), *(f"{value:.4g}" for pair in both for value in pair)]
+        yield [law, speed, z, int(able.sum()), *(f"{value:.4g}" for pair in both for value in pair)]
 
 
 if __name__ == "__main__":

@@ -1,13 +1,12 @@
 """The shortest times of a step that a drive can give which does not turn back: the true plant under extreme commands.
 
 To 63 %: the command goes to its end as soon as the loop can act, and stays. From 10 to 90 %: the same, from the old
-level or from rest at 10 %, whichever is shorter. A slider's rise can be a little shorter still, by a slide just before
-its end (`late_slide_s`). docs/controllers says what of this is a theorem, and what a search has not found to be wrong.
+level or from rest at 10 %, whichever is shorter. docs/controllers says what of this is a theorem, and what a
+search has not found to be wrong.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -40,8 +39,6 @@ def time_optimal(systems: Sequence[System], levels_n: tuple[float, float]) -> St
         if able:
             some = [systems[i] for i in able]
             found[:, able] = _driven(some, start, stop)
-    rises -= np.array([late_slide_s(each.finger) if isinstance(each.finger, Skin) else 0.0 for each in systems])
-    rises[rises <= 0.0] = np.nan  # so fast a stroke that a slider's overshoot is all of the rise: nothing is bounded
     return StepTimes(*rises, *falls)
 
 
@@ -70,41 +67,13 @@ def _driven(systems: Sequence[System], from_n: float, to_n: float) -> Pair:
     return times[1], whole
 
 
-def late_slide_s(skin: Skin) -> float:
-    """Return (p - c ln(1 + p/c))/k in s, what a slide just before the end of a rise gains on a slider; 0 for bristles.
-
-    Sticking from a slide at w the force overshoots by p w. To slide again at w (1 - e) the tip needs c/k ln(1/e), in
-    which the force waits and the skin gains only c/k (1 - e) w: best where e = c/(p + c). A quasi-static account.
-    """
-    if skin.contact != "slider":
-        return 0.0
-    p, c = overshoot_n_s_m(skin), max(skin.damping_n_s_m, 1e-12)
-    return (p - c * math.log1p(p / c)) / skin.stiffness_n_m
-
-
-def overshoot_n_s_m(skin: Skin) -> float:
-    """Return p, the overshoot of a tip that sticks from a slide at w, over w: m y'' + c y' + (k + s0) y = 0.
-
-    y is the force that damper and mass carry less what they carry while the tip climbs, over w: it begins at
-    -c s0/(k + s0) with the slope s0.
-    """
-    stiff = skin.stiffness_n_m + skin.bristle_stiffness_n_m
-    c, m, s0 = skin.damping_n_s_m, skin.mass_kg, skin.bristle_stiffness_n_m
-    fast, slow = np.roots([m, c, stiff])
-    apart = fast - slow or 1e-6 * slow  # roots that coincide
-    t = np.linspace(0.0, 10.0 * max(math.sqrt(m / stiff), c / stiff), 4001)
-    begins, slope = -c * s0 / stiff, s0
-    y = ((slope - slow * begins) * np.exp(fast * t) - (slope - fast * begins) * np.exp(slow * t)) / apart
-    return max(float(np.max(y.real)), 0.0)
-
-
 def _followed_s(systems: Sequence[System], from_n: float, to_n: float) -> float:
     """Return how long a step is followed, within what is left of the stroke."""
     motion, finger = systems[0].motion, systems[0].finger
     assert isinstance(motion, Strokes)
     found = systems[0].controller.delay_s + PLATE_TIMES / (2.0 * np.pi * systems[0].plate.cutoff_hz)
     if isinstance(finger, Skin):
-        bristle_s = from_n / (finger.bristle_stiffness_n_m * 1e-3 * motion.speed_mm_s)
+        bristle_s = 1e-3 * finger.slip_length_um / motion.speed_mm_s
         rises = to_n > from_n
         found += SKIN_TIMES * float(np.max(_skin_s(systems, to_n - from_n))) if rises else BRISTLE_TIMES * bristle_s
     return float(min(found, 0.45 * motion.plateau_s))

@@ -86,7 +86,7 @@ def rows(count: int, people: int, margins: int) -> Iterator[list[Any]]:
         runs, more = campaign(count, people, {}, {"controller.kind": "untold", **own}), []
         for each in strokes:
             there: Any = each.system
-            law = {**limit_observer(there.finger.contact), "controller.kind": "untold", **own}
+            law = {**limit_observer(there.finger.slip_length_um), "controller.kind": "untold", **own}
             more.append([peaks_as_run(there.evolve(law), one, LEARNT)[0] for one in each.people])
         loudest, rang = max(run.rms_n for run in runs), sum(run.excess > 1.0 for run in runs)
         ms = [max(peaks) for peaks in more]

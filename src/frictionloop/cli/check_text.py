@@ -89,7 +89,7 @@ def verdict(
 
 
 def _asked(system: System, wanted: Wanted) -> str:
-    """Return which contacts and speeds were asked for: those of the flags, else the speed of the file."""
+    """Return which slip lengths and speeds were asked for: those of the flags, else the speed of the file."""
     motion = system.motion
     if wanted.speeds_mm_s or not isinstance(motion, Strokes):
         return "at every contact and speed asked for"
@@ -185,7 +185,7 @@ def as_json(found: Checked, system: System, wanted: Wanted) -> dict[str, Any]:
 def _place_json(place: Place, gain: float) -> Mapping[str, Any]:
     worst = place.worst
     return {
-        "contact": place.contact,
+        "slip_length_um": place.slip_length_um,
         "speeds_mm_s": place.speeds_mm_s,
         "how": place.how,
         "gain_factor": gain,

@@ -18,7 +18,7 @@ ORACLE = Represented(
         block.FingerFriction: "kind reference_load_n load_exponent speed_slope reference_speed_mm_s slow_mm_s "
         "static_ratio static_mm_s occlusion_ratio occlusion_s drying_s moist_loss roughness_rms roughness_longest_mm",
         block.RigidFinger: "kind",
-        block.Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
+        block.Skin: "kind stiffness_n_m damping_n_s_m mass_kg slip_length_um",
         block.Sliding: "kind",
         block.Strokes: "kind speed_mm_s stroke_mm reversal_s start load_n load_drift load_drift_s tremor_um tremor_n "
         "tremor_hz tremor_width_hz landing_s contact_s lifted_s person unscored_n",

@@ -147,8 +147,8 @@ def improve_step(
     begins: bool, start: Finger, finger: Finger, trial: Trial, plant: Plant
 ) -> tuple[Trial, Finger, float]:
     """The next trial, from where the finger is after one: near the first, then by secants."""
-    along = plant.after.direction * plant.coarse.contact.bristle
-    error_n = fma(along, finger.contact.bristle_m, -trial.wanted_n)
+    along = plant.after.direction
+    error_n = fma(along, finger.contact.force_n, -trial.wanted_n)
     command_um, moved_um = trial.command_um, trial.command_um - trial.before_um
     slope = (error_n - trial.error_before_n) / (moved_um if moved_um != 0.0 else 1.0)
     slope = min(slope, FLAT_N_PER_UM) if moved_um != 0.0 else trial.slope

@@ -17,13 +17,13 @@ import numpy as np
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.design.corners import broken, corners, stroke_of
 from frictionloop.design.noise_model import NoiseModel, identify_noise
-from frictionloop.design.over import CONTACTS
+from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.quadruple import Quadruple, balanced, bilinear, slicot
 from frictionloop.design.sections import Cascade, Method, Synthesised, factorise, lagged
 from frictionloop.design.slicot import Generalised, lqg, synthesise
 from frictionloop.design.wanted import Designed, Wanted, feedforward, unfound, unheld
-from frictionloop.design.weighted_plant import BOTH_CONTACTS, SHAPING_STATES, Weights, check_order, weighted_plant
+from frictionloop.design.weighted_plant import ALL_LENGTHS, SHAPING_STATES, Weights, check_order, weighted_plant
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities import FrictionloopError
@@ -100,27 +100,19 @@ def synthesised(method: Method, system: System, wanted: Wanted) -> Designed:
         at = corners(system.evolve(overrides), wanted.limits, wanted.places, wanted.lean)
         worst = broken(at)
         if worst is None:
-            on = ", ".join(_contacts(system))
-            said = f"{found.order} states, reduced from {found.full_order}; designed on contacts {on}"
+            said = f"{found.order} states, reduced from {found.full_order}"
             return Designed(overrides, (*notes, said), tuple(at))
         first = first or unheld(found.method, wanted, worst)
     raise FrictionloopError(first)
 
 
-def _contacts(system: System) -> tuple[str, ...]:
-    """Return the contacts on which it must hold, the bench's own first."""
-    return tuple(dict.fromkeys((system.finger.contact, *CONTACTS))) if isinstance(system.finger, Skin) else CONTACTS
-
-
 def _points(system: System) -> list[LinearLoop]:
-    """Return the loop at the operating point of `linearise`, on each contact of a finger with a skin."""
-    if not isinstance(system.finger, Skin):
-        return [linearise(system)]
-    return [linearise(system.evolve({"finger.contact": each})) for each in _contacts(system)]
+    """Return the loop at the operating point of `linearise`, at both ends of the slip length of a skin."""
+    return [linearise(each) for each in Over(None).systems(system)]
 
 
 def _search(method: Method, system: System, noise: NoiseModel | None, limits: Mapping[float, float]) -> Synthesised:
-    believed = linearise(_believed(system, BOTH_CONTACTS)).plant
+    believed = linearise(_believed(system, ALL_LENGTHS)).plant
     check_order(believed, system.controller.delay_s, len(noise.shaping.den) - 1 if noise else SHAPING_STATES)
     noise = noise or identify_noise(system)
     period_s, decay = believed.period_s, overdrive_decay(system)
@@ -128,7 +120,7 @@ def _search(method: Method, system: System, noise: NoiseModel | None, limits: Ma
     plants = Plants.of([loop for loop, _, _ in cases], overdrive=True)
 
     def attempt(performance: float) -> Synthesised:
-        now = replace(BOTH_CONTACTS, performance=performance)
+        now = replace(ALL_LENGTHS, performance=performance)
         K, gamma = _controller(method, weighted_plant(believed, noise.shaping, now))
         small = _reduced(lagged(K, decay), ORDER)
         cascade = factorise(small, 1.0, 2 * math.pi * now.integral_hz, period_s)
@@ -154,7 +146,7 @@ def _search(method: Method, system: System, noise: NoiseModel | None, limits: Ma
                 f"sensor noise makes {found.command_noise_n:.3g} N of command with the {method} controller, and "
                 f"{COMMAND_NOISE_N:g} N is the most: it needs {COMMAND_NOISE_N / found.command_noise_n:.2f} times the "
                 "sensor's noise or less (sensor.noise_density_n_rthz, or noise_rms_n; adc_bits); with this noise take "
-                "`--law notch_pi` or pi, and the smaller gain that `frictionloop design check` names for both contacts"
+                "`--law notch_pi` or pi, and the smaller gain that `frictionloop design check` names"
             )
         return ""
 
@@ -210,7 +202,7 @@ def _believed(system: System, weights: Weights) -> System:
     if not isinstance(system.sensor, LowpassSensor):
         changes["sensor.resonance_hz"] = system.sensor.resonance_hz * (1 + weights.resonance_bias)
     if isinstance(system.finger, Skin):
-        changes["finger.bristle_stiffness_n_m"] = system.finger.bristle_stiffness_n_m * weights.contact_faster
+        changes["finger.slip_length_um"] = system.finger.slip_length_um / weights.contact_faster
     return system.evolve(changes)
 
 

@@ -19,18 +19,19 @@ LEARNT = 1.2
 
 
 def compliance_of(system: System) -> float:
-    """Return the compliance of a finger's contact, um/N: 1/s0 of bristles, 0 of a slider or without a skin."""
+    """Return the compliance of a finger's contact at 0.6 N, um/N; 0 without a skin."""
     finger = system.finger
-    return 1e6 / finger.bristle_stiffness_n_m if isinstance(finger, Skin) and finger.contact != "slider" else 0.0
+    return finger.slip_length_um / 0.6 if isinstance(finger, Skin) else 0.0
 
 
 def lag_of(loop: LinearLoop) -> float:
-    """Return the time constant of a loop's contact in control periods, F/(s0 v)."""
+    """Return the time constant of a loop's contact in control periods, z/v."""
     motion = loop.system.motion
     if not isinstance(motion, Strokes):
         return 0.0
     way_um = 1e3 * motion.speed_mm_s * loop.plant.period_s
-    return compliance_of(loop.system) * loop.elements.force_n / way_um
+    finger = loop.system.finger
+    return finger.slip_length_um / way_um if isinstance(finger, Skin) else 0.0
 
 
 def small_signals(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: float, lag: float) -> StateSpace:

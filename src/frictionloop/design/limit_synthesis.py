@@ -1,4 +1,4 @@
-"""The limit observer within margins: what it is made to believe of the sensor, for both contacts and all speeds.
+"""The limit observer within margins: what it is made to believe of the sensor, for all slip lengths and speeds.
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
 (studies/pages/beliefs.md). These three, and how much its springs are driven, are those with the least residual of
@@ -55,7 +55,7 @@ class Belief(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Loops of both contacts, and what of friction noise a belief leaves there."""
+    """Loops of all slip lengths, and what of friction noise a belief leaves there."""
 
     system: System
     plants: Plants
@@ -118,12 +118,12 @@ class Search:
 
 
 def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
-    """Return loops at forces, moistures and speeds, on both contacts."""
+    """Return loops at forces, moistures and speeds, at both ends of the slip length."""
     plain = system.evolve({"controller.kind": "pi"})
-    contacts, speeds, loads = wanted.places
+    lengths, speeds, loads = wanted.places
     if not speeds and isinstance(system.motion, Strokes):
         speeds = tuple(system.motion.speed_mm_s * faster for faster in FASTER)
-    return band_of(plain, Over(contacts, speeds, loads))
+    return band_of(plain, Over(lengths, speeds, loads))
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:
@@ -141,15 +141,15 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     system.evolve({"controller.kind": "limit_observer"})  # a delay that does not fit is refused here
     found = Search.of(system, wanted).best().told(system)
     at: list[Corner] = []
-    for there in Over(wanted.touched).systems(system.evolve(found)):
-        at += corners(knowing(there), wanted.limits, wanted.places._replace(contacts=()))
+    for there in Over(wanted.slip_lengths_um).systems(system.evolve(found)):
+        at += corners(knowing(there), wanted.limits, wanted.places._replace(slip_lengths_um=()))
     worst = broken(at)
     if worst is not None:
         raise FrictionloopError(unheld("limit_observer", wanted, worst))
     gain = largest_gain(system)
     said = (
-        f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here and 0 on "
-        f"a slider, and of a loop gain {gain - 1:.0%} above that of a known finger; at the start it is less"
+        f"margins are those of a contact that is told, {found['controller.compliance_um_per_n']:g} um/N here, "
+        f"and of a loop gain {gain - 1:.0%} above that of a known finger; at the start it is less"
         if gain > 1.0
         else "margins are those of the contact and of the susceptibility that are told; it learns nothing"
     )

@@ -46,7 +46,7 @@ def tune_observer(
     disturbance
         Spectrum whose residual is to be least; None: the largest bandwidth.
     over
-        Contacts, speeds and loads at which it has to hold.
+        Slip lengths, speeds and loads at which it has to hold.
 
     Raises
     ------

@@ -122,7 +122,7 @@ class Synthesised:
     """With the performance that was found."""
     noise: NoiseModel = field(repr=False)
     peaks: Mapping[float, float]
-    """Largest Ms over the contacts by the share that the resonance is off."""
+    """Largest Ms over the slip lengths by the share that the resonance is off."""
     command_noise_n: float
     """Rms of the command u that sensor noise causes on the bench as described, N."""
     residual_rms_n: float

@@ -60,8 +60,8 @@ class Weights:
     """Factor by which the believed pole of the contact lies above the bench's."""
 
 
-BOTH_CONTACTS = Weights()
-"""For Dahl and slider: the pole of the contact is believed so fast that little lead is spent on it.
+ALL_LENGTHS = Weights()
+"""For every slip length: the pole of the contact is believed so fast that little lead is spent on it.
 
 Chosen by a search on simulated fingers (studies/pages/beliefs.md).
 """

@@ -41,11 +41,11 @@ SCORES: dict[str, Score] = {
     "over_clairvoyant": Score("rms over that of the clairvoyant oracle, sines"),
 }
 """Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
-_DIMS = ("law", "speed_mm_s", "contact", "finger")
+_DIMS = ("law", "speed_mm_s", "slip_length_um", "finger")
 
 
 def scores(comparison: Comparison) -> xr.Dataset:
-    """Return every score over law, speed_mm_s, contact and finger.
+    """Return every score over law, speed_mm_s, slip_length_um and finger.
 
     ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N at their mean load; ``resonance``
     (finger) is the true one over the bench's.
@@ -100,7 +100,7 @@ class BelowOracle(NamedTuple):
     ratio: float
     law: str
     speed_mm_s: float
-    contact: str
+    slip_length_um: float
     finger: int
 
 
@@ -111,16 +111,16 @@ def below_oracle(scored: xr.Dataset) -> BelowOracle | None:
     """
     if CLAIRVOYANT not in scored["law"].values:
         return None
-    order = ("law", "speed_mm_s", "contact", "finger")
+    order = ("law", "speed_mm_s", "slip_length_um", "finger")
     others = scored.sel(law=scored["law"].values[scored["law"].values != CLAIRVOYANT])
     ratio = others["over_clairvoyant"].transpose(*order).values
     count = int(np.sum(ratio < 1.0))
     if count == 0:
         return None
     least = np.unravel_index(np.nanargmin(ratio), ratio.shape)
-    law, speed, contact = (others[name].values[i] for name, i in zip(order[:3], least[:3], strict=True))
+    law, speed, z = (others[name].values[i] for name, i in zip(order[:3], least[:3], strict=True))
     of = int(np.sum(~np.isnan(ratio)))
-    return BelowOracle(count, of, float(ratio[least]), str(law), float(speed), str(contact), int(least[3]))
+    return BelowOracle(count, of, float(ratio[least]), str(law), float(speed), float(z), int(least[3]))
 
 
 def spread(values: np.ndarray, larger_is_better: bool) -> tuple[float, float]:

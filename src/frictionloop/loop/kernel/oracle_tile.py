@@ -44,7 +44,7 @@ def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: 
     after, spread = ROW["motion_next"] if preview else now, lift_spread(lifting)
     plant = Plant(now, after, *drive, own, coarse, vibration_rows(vibration))
     advance, signals = advance_of(contact, vibration), (ROW["wanted"], ROW["disturbance"], ROW["driven"])
-    (wanted, _, later), tried, searches = signals, (_TRIAL, _TRIED, _OLD), contact in ("dahl", "lugre")
+    (wanted, _, later), tried, searches = signals, (_TRIAL, _TRIED, _OLD), contact == "bristle"
     predict = _lift_predict(lifting, advance, plant)
     begin = lift(lifting, begin_of(vibration), (_AHEAD, signals, plant), tried)
     attempt = lift(lifting, advance, (_TRIED, _OLD, _OLD, plant, plant.coarse), _TRIED)
