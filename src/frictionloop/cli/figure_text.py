@@ -165,7 +165,7 @@ def _checked(figure: Shown) -> list[str]:
     changed = " on the changed bench" if bench_of(figure.changed) else ""
     lines = _indented(
         f"What frictionloop design check says of them{changed}: on this finger with its own load, slip length 0 and "
-        f"its own, at its speed, half and four times that, just landed and {_moistest(figure)}, with the resonance off too"
+        f"its own, at its speed, half and four times that, just landed and {_moistest(figure)}, with the resonance off"
     )
     for name, there in found.places.items():
         ringing = f", unstable at {there.unstable}" if there.unstable else ""
