@@ -29,7 +29,7 @@ def test_every_round_of_steps_ends_in_a_hold():
 
 @pytest.mark.slow
 def test_a_law_begun_anew_differs_from_the_one_that_went_on_and_comes_back_to_it():
-    system = bench().evolve({"setpoint": CONSTANT, **limit_observer("dahl")})
+    system = bench().evolve({"setpoint": CONSTANT, **limit_observer(11.5)})
     on, anew = (forces(system, fingers(2, 3), 2 * PIECE_S, anew=anew) for anew in (False, True))
     half = on.shape[1] // 2
     assert np.array_equal(on[:, :half], anew[:, :half])

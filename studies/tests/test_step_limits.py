@@ -21,12 +21,12 @@ from studies.step_limits import step_limits
 from studies.step_reference import drive_time_s, skin_time_s
 from studies.time_optimal import late_slide_s, overshoot_n_s_m, passage_s, time_optimal
 
-LEVELS_N, PERIOD_S, CONTACTS = protocol.STEP_LEVELS_N, 2e-4, ("dahl", "lugre", "slider")
+LEVELS_N, PERIOD_S, LENGTHS_UM = protocol.STEP_LEVELS_N, 2e-4, (11.5, 30.0, 0.0)
 NAMES = ("rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s")
 
 
-def bench(speed_mm_s, contact, **changes):
-    moving = {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": 240.0, "finger.contact": contact}
+def bench(speed_mm_s, length_um, **changes):
+    moving = {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": 240.0, "finger.slip_length_um": length_um}
     return fl.bench().evolve(moving | changes)
 
 
@@ -38,7 +38,7 @@ def tuning_finger(number, speed_mm_s):
 
 def test_references_by_hand():
     """0.32 N over 952 N/m at 20 mm/s; an envelope of 100 Hz under full drive."""
-    skin = Skin(stiffness_n_m=1000.0, bristle_stiffness_n_m=2e4)
+    skin = Skin(stiffness_n_m=1000.0)
     assert skin_time_s(0.32, skin, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
     assert skin_time_s(0.32, skin, 20.0) == pytest.approx(16.8e-3)
     needed = drive_time_s(0.7, 1.5, 2.5, 100.0)
@@ -56,7 +56,7 @@ def test_the_limit_of_a_slider_under_full_drive_meets_reference_and_bound(delay_
     cutoff_hz = fl.bench().plate.cutoff_hz
     force = 1.1 * np.exp(-0.38 * (2.5 + (start - 2.5) * np.exp(-2 * np.pi * cutoff_hz * t)) ** 2)
     at = {share: t[np.argmax(force <= 0.75 - share * 0.4)] for share in (0.1, 0.632, 0.9)}
-    found = step_limits(bench(20.0, "slider"), [own])
+    found = step_limits(bench(20.0, 0.0), [own])
     for each, error_s in ((found.reference, 3e-8), (found.bound, 1e-6)):
         assert each.fall_63_s == pytest.approx(delay_s + at[0.632], abs=error_s)
         assert each.fall_10_90_s == pytest.approx(at[0.9] - at[0.1], abs=error_s)
@@ -65,7 +65,7 @@ def test_the_limit_of_a_slider_under_full_drive_meets_reference_and_bound(delay_
 
 def test_a_rigid_finger_is_as_fast_as_its_plate():
     """a decays from that of a level to that of another: ln(a1/a2)/(2 pi f), after the delay."""
-    own = undisturbed(bench(20.0, "dahl").evolve({"friction.load_exponent": 0.0, "friction.nominal_n": 1.1}))
+    own = undisturbed(bench(20.0, 11.5).evolve({"friction.load_exponent": 0.0, "friction.nominal_n": 1.1}))
     found = time_optimal([own.evolve({"finger.kind": "rigid"})], LEVELS_N)
     rate = 2.0 * math.pi * own.plate.cutoff_hz
     a = {share: math.sqrt(math.log(1.1 / (0.35 + 0.4 * share)) / 0.38) for share in (0.0, 0.1, 0.632, 0.9)}
@@ -78,7 +78,7 @@ def test_a_stuck_skin_without_mass_follows_spring_and_damper(damping_n_s_m):
     """F - F0 = k_s w t + c w r^2 (1 - e^-(k + s0)t/c), r = s0/(k + s0), once a plate without inertia has let go."""
     fast = {"plate.kind": "lowpass", "plate.cutoff_hz": 2e5, "plate.max_amplitude_um": 2.5, "controller.delay_s": 0.0}
     light = {"finger.mass_kg": 1e-9, "finger.damping_n_s_m": damping_n_s_m}
-    own = undisturbed(bench(20.0, "slider").evolve(fast | light | {"friction.nominal_n": 1.1}))
+    own = undisturbed(bench(20.0, 0.0).evolve(fast | light | {"friction.nominal_n": 1.1}))
     found = time_optimal([own], LEVELS_N)
     ratio, k_s = 2e4 / 2.1e4, 2e4 / 21.0
     lead_s = damping_n_s_m * ratio**2 / k_s
@@ -98,14 +98,14 @@ def test_overshoot_of_a_tip_that_sticks_is_that_of_the_equation_of_motion(c):
 
     run = solve_ivp(motion, (0.0, 0.02), [0.0, 0.0, 1.0], rtol=1e-10, atol=1e-12, max_step=2e-6)
     carried = run.y[0] - k * run.y[1]
-    skin = Skin(contact="slider", damping_n_s_m=c)
+    skin = Skin(slip_length_um=0.0, damping_n_s_m=c)
     assert overshoot_n_s_m(skin) == pytest.approx(carried.max() - c * s0 / (k + s0), abs=2e-4)
 
 
 @pytest.mark.parametrize("c", [0.3, 1.0, 2.0])
 def test_a_late_slide_gains_most_when_it_is_as_long_as_it_says(c):
     """A slide of t costs t, less c/k (1 - e) of the spring's; sticking from w (1 - e) it gains (1 - e) p/k."""
-    skin = Skin(contact="slider", damping_n_s_m=c)
+    skin = Skin(slip_length_um=0.0, damping_n_s_m=c)
     p, k = overshoot_n_s_m(skin), 1000.0
 
     def loss_s(t):
@@ -114,11 +114,11 @@ def test_a_late_slide_gains_most_when_it_is_as_long_as_it_says(c):
 
     best = minimize_scalar(loss_s, bounds=(0.0, 5e-3), method="bounded", options={"xatol": 1e-9})
     assert late_slide_s(skin) == pytest.approx(-best.fun, rel=1e-6)
-    assert late_slide_s(skin.model_copy(update={"contact": "dahl"})) == 0.0
+    assert late_slide_s(skin.model_copy(update={"slip_length_um": 11.5})) == 0.0
 
 
 def test_rest_is_rest_and_passages_lie_between_samples():
-    own = undisturbed(bench(20.0, "dahl").evolve(tuning_finger(0, 20.0)), 0.1)
+    own = undisturbed(bench(20.0, 11.5).evolve(tuning_finger(0, 20.0)), 0.1)
     held_um = float(amplitude_for(0.5, own.friction))
     forces, period_s = forces_from_rest([own], 0.5, held_um, 0.02)
     assert period_s == pytest.approx(2e-5)
@@ -129,9 +129,9 @@ def test_rest_is_rest_and_passages_lie_between_samples():
 
 def test_a_population_is_its_fingers_and_none_has_what_it_cannot_reach():
     people = [*fl.fingers(3, 3), {"friction.nominal_n": 0.5}, {"motion.load_n": 0.01}]
-    together = step_limits(bench(80.0, "dahl"), people, 0.2)
+    together = step_limits(bench(80.0, 11.5), people, 0.2)
     for i, each in enumerate(people):
-        alone = step_limits(bench(80.0, "dahl"), [each], 0.2)
+        alone = step_limits(bench(80.0, 11.5), [each], 0.2)
         for name in NAMES:
             for one, all_ in ((alone.reference, together.reference), (alone.bound, together.bound)):
                 np.testing.assert_allclose(getattr(all_, name)[i], getattr(one, name)[0], rtol=1e-9)
@@ -140,7 +140,7 @@ def test_a_population_is_its_fingers_and_none_has_what_it_cannot_reach():
 
 
 def test_a_stroke_so_fast_that_the_overshoot_is_the_rise_has_no_bound():
-    found = step_limits(bench(400.0, "slider"), [{"friction.nominal_n": 1.1, "finger.damping_n_s_m": 0.1}])
+    found = step_limits(bench(400.0, 0.0), [{"friction.nominal_n": 1.1, "finger.damping_n_s_m": 0.1}])
     assert math.isnan(found.bound.rise_10_90_s[0])
     assert found.bound.fall_63_s[0] > 0.0
 
@@ -173,11 +173,11 @@ LONG = st.lists(st.tuples(st.sampled_from([0.0, 1.0]) | st.floats(0.0, 1.0), st.
 
 
 @pytest.mark.parametrize("rises", [True, False])
-@pytest.mark.parametrize("contact", CONTACTS)
+@pytest.mark.parametrize("length_um", LENGTHS_UM)
 @settings(max_examples=25)
 @given(shares=LONG, number=st.integers(0, 5))
-def test_no_drive_that_never_turns_back_beats_the_bound(contact, rises, shares, number):
-    own = undisturbed(bench(80.0, contact).evolve(tuning_finger(number, 80.0)), 0.1)
+def test_no_drive_that_never_turns_back_beats_the_bound(length_um, rises, shares, number):
+    own = undisturbed(bench(80.0, length_um).evolve(tuning_finger(number, 80.0)), 0.1)
     bound = time_optimal([own], LEVELS_N)
     commands = never_turning_back(own, rises, [share for share, times in shares for _ in range(times)], 75)
     to_63_s, whole_s = followed(own, rises, commands)
@@ -185,20 +185,20 @@ def test_no_drive_that_never_turns_back_beats_the_bound(contact, rises, shares, 
     assert whole_s >= (bound.rise_10_90_s if rises else bound.fall_10_90_s)[0] - PERIOD_S
 
 
-@pytest.mark.parametrize("contact", CONTACTS)
+@pytest.mark.parametrize("length_um", LENGTHS_UM)
 @settings(max_examples=25)
 @given(commands=st.lists(st.sampled_from([0.0, 2.5]) | st.floats(0.0, 2.5), max_size=12), number=st.integers(0, 5))
-def test_no_commands_at_all_fall_to_63_sooner(contact, commands, number):
-    own = undisturbed(bench(20.0, contact).evolve(tuning_finger(number, 20.0)), 0.1)
+def test_no_commands_at_all_fall_to_63_sooner(length_um, commands, number):
+    own = undisturbed(bench(20.0, length_um).evolve(tuning_finger(number, 20.0)), 0.1)
     to_63_s, _ = followed(own, False, [*commands, *[2.5] * 15])
     assert to_63_s >= time_optimal([own], LEVELS_N).fall_63_s[0] - 2e-6
 
 
 @pytest.mark.parametrize("law", [DESIGNED_NOTCH, {"controller.kind": "oracle"}], ids=["notch_pi", "oracle"])
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_laws_on_an_undisturbed_finger_are_near_the_bound_and_not_past_it(contact, law):
+@pytest.mark.parametrize("length_um", LENGTHS_UM)
+def test_laws_on_an_undisturbed_finger_are_near_the_bound_and_not_past_it(length_um, law):
     """Within a control period; the best of them needs no more than 1.3 times, but for whole periods."""
-    own = undisturbed(bench(20.0, contact).evolve(tuning_finger(1, 20.0)), 0.1)
+    own = undisturbed(bench(20.0, length_um).evolve(tuning_finger(1, 20.0)), 0.1)
     bound = time_optimal([own], LEVELS_N)
     steps = Steps(times_s=tuple(np.arange(0.0, 2.0, 0.25)), levels_n=LEVELS_N * 4)
     run = fl.simulate(own.evolve(law | {"setpoint": steps}), 2.0)

@@ -16,12 +16,12 @@ def test_step_times_are_over_those_of_reference_and_bound():
     ran = rooms.compare(fl.bench(), 3, 9, ["retuned_pi"], [80.0], **times)
     scored = rooms.scores(ran)
     over = over_limits(ran, scored)
-    assert [len(row) for row in rows(ran, scored, over)] == [len(HEADS) + 2 * len(over)] * len(scored["contact"])
-    for contact in scored["contact"].values.tolist():
-        at = protocol.Condition(80.0, contact, protocol.STEPPED)
+    assert [len(row) for row in rows(ran, scored, over)] == [len(HEADS) + 2 * len(over)] * len(scored["slip_length_um"])
+    for length_um in scored["slip_length_um"].values.tolist():
+        at = protocol.Condition(80.0, length_um, protocol.STEPPED)
         occluded = plain.occluded_at(fl.bench(), 1.25)
         found = step_limits(fl.bench().evolve(protocol.overrides_of(at)), ran.people, occluded)
-        here = {"law": "retuned_pi", "speed_mm_s": 80.0, "contact": contact}
+        here = {"law": "retuned_pi", "speed_mm_s": 80.0, "slip_length_um": length_um}
         for against, shortest in (("limit", found.reference), ("bound", found.bound)):
             for name, each in shortest._asdict().items():
                 ratio = over[f"{name.removesuffix('_s')}_over_{against}"].sel(here).values

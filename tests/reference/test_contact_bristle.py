@@ -105,7 +105,14 @@ def _pieces(limit, speed, v, start, corners):
         inside = times[len(impulses) - 1 :]
         sliding = [[0, 1, 0], [-K / M, -C / M, 0], [0, 0, 0]]
         jacobian = sliding if sign else [[0, 0, 0], [0, 0, 0], [1e4 * K, 0, 0]]
-        options = {"jac": jacobian, "rtol": 1e-10, "atol": 1e-13, "max_step": 2e-4, "dense_output": True, "events": changes}
+        options = {
+            "jac": jacobian,
+            "rtol": 1e-10,
+            "atol": 1e-13,
+            "max_step": 2e-4,
+            "dense_output": True,
+            "events": changes,
+        }
         found = solve_ivp(rates, (t, end), y, "Radau", **options)
         assert found.success
         t, y = found.t[-1], found.y[:, -1]

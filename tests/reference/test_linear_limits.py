@@ -22,7 +22,7 @@ from frictionloop.analysis import (
 TS, NYQUIST_HZ = 2e-4, 2500.0
 LOOPS = {
     "bench": fl.RETUNED,
-    "slider": {"controller.kp": 0.01, "controller.ki": 40.0, "finger.contact": "slider"},
+    "slider": {"controller.kp": 0.01, "controller.ki": 40.0, "finger.slip_length_um": 0.0},
     "late by a fraction": {"controller.kp": 0.02, "controller.ki": 50.0, "controller.delay_s": 1.3e-4},
     "proportional": {"controller.kp": 0.1, "controller.ki": 0.0},
     "nothing": {"controller.kp": 0.0, "controller.ki": 0.0},

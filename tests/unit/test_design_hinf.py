@@ -18,7 +18,7 @@ from frictionloop.design.quadruple import Quadruple, series
 from frictionloop.design.retune import retune
 from frictionloop.design.slicot import synthesise
 from frictionloop.design.wanted import Wanted
-from frictionloop.design.weighted_plant import BOTH_CONTACTS, MOST_STATES, weighted_plant
+from frictionloop.design.weighted_plant import ALL_LENGTHS, MOST_STATES, weighted_plant
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError, Lti
 
@@ -61,14 +61,14 @@ def test_it_holds_what_is_wanted_by_eigenvalues_and_a_plain_grid(design) -> None
     K, f = state_space(design), np.append(np.geomspace(0.1, 2499, 6000), 2500.0)
     for off, most in ((0.0, 1.7), (-0.05, 2.0), (0.05, 2.0), (-0.1, 2.6), (0.1, 2.6)):
         told = 0.0
-        for contact in ("dahl", "slider"):
-            loop = linearise(BENCH.evolve({"sensor.resonance_hz": 145 * (1 + off), "finger.contact": contact}))
+        for length_um in (11.5, 0.0):
+            loop = linearise(BENCH.evolve({"sensor.resonance_hz": 145 * (1 + off), "finger.slip_length_um": length_um}))
             for gain in (0.65, 1.0, 2.0):
                 scaled = K._replace(C=gain * K.C, D=gain * K.D)
                 assert np.abs(closed_poles(loop.plant.state_space(), scaled)).max() < 1
             G = K.at(np.exp(2j * np.pi * f * 2e-4))[:, 0, 0] * loop.plant.response(f)[:, 1, 0]
             assert np.abs(1 / (1 + G)).max() <= most + 1e-3
-            if off == 0.0 and contact == "dahl":
+            if off == 0.0 and length_um:
                 assert residual_rms_n(np.abs(1 / (1 + G)), f) == pytest.approx(design.residual_rms_n, rel=2e-3)
             told = max(told, np.abs(1 / (1 + G)).max())
         assert told == pytest.approx(design.peaks[off], rel=2e-3)
@@ -96,7 +96,7 @@ def test_it_fits_the_law(design) -> None:
 
 
 def test_the_norm_of_the_weighted_bench_is_what_the_synthesis_says() -> None:
-    P = weighted_plant(linearise(BENCH).plant, NOISE.shaping, BOTH_CONTACTS)
+    P = weighted_plant(linearise(BENCH).plant, NOISE.shaping, ALL_LENGTHS)
     found = synthesise(P)
     z = np.exp(1j * np.append(np.geomspace(1e-5, np.pi, 4000), 0))
     M, k = P.system.at(z[z != 1]), found.controller.at(z[z != 1])
@@ -108,14 +108,14 @@ def test_the_norm_of_the_weighted_bench_is_what_the_synthesis_says() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["hinf", "lqg"])
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_it_leaves_less_than_the_pi_on_capable_fingers(method, contact) -> None:
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
+def test_it_leaves_less_than_the_pi_on_capable_fingers(method, length_um) -> None:
     design = DESIGNS[method](BENCH)  # for the bench's own friction noise
     people = fl.fingers(40, seed=3)
     able = [person for person, able in zip(people, fl.capable(people).capable.values, strict=True) if able]
     sine = {"kind": "sine", "offset_n": 0.6, "amplitude_n": 0.1, "frequency_hz": 1.0}
     # One stroke: how soon a law is back after a reversal is another matter.
-    system = BENCH.evolve({"finger.contact": contact, "setpoint": sine, "motion.stroke_mm": 240.0})
+    system = BENCH.evolve({"finger.slip_length_um": length_um, "setpoint": sine, "motion.stroke_mm": 240.0})
 
     def residual(overrides) -> float:
         run = fl.sweep(system.evolve(overrides), able, duration_s=7.0, score_from_s=1.0, metrics=["rms_error"])
@@ -148,8 +148,8 @@ def test_a_delay_of_two_periods_at_5_khz_gets_a_controller_whose_pi_keeps_its_si
     monkeypatch.setattr("frictionloop.design.hinf.SEARCHES", 0)
     found = design_hinf(late, replace(NOISE, shaping=shaping, sensor_n_rthz=1.5139e-4))
     assert found.cascade.sections[0][0] < 0 < min(found.cascade.kp, found.cascade.ki)
-    for contact in ("dahl", "slider"):
-        loop = linearise(late.evolve({**found.overrides, "finger.contact": contact}))
+    for length_um in (11.5, 0.0):
+        loop = linearise(late.evolve({**found.overrides, "finger.slip_length_um": length_um}))
         assert loop.margins().sensitivity_peak <= 1.7
 
 

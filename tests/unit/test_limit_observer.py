@@ -73,22 +73,24 @@ def believed_tau(system, duration_s):
     return replayed(system, duration_s).fall[-1] * math.log(2.0)
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
-def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, contact):
+def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, length_um):
     """At most 0.3 um rms, an eighth of the largest amplitude (chosen): the plate is driven by little steps."""
-    told = {"controller.compliance_um_per_n": 50.0 if contact == "dahl" else 0.0}
-    command = replayed(BENCH.evolve({"motion.speed_mm_s": speed_mm_s, "finger.contact": contact, **told}), 3.0).command
+    told = {"controller.compliance_um_per_n": 50.0 if length_um else 0.0}
+    command = replayed(
+        BENCH.evolve({"motion.speed_mm_s": speed_mm_s, "finger.slip_length_um": length_um, **told}), 3.0
+    ).command
     assert np.sqrt(np.mean(np.diff(command[5000:]) ** 2)) < 0.3
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
 @pytest.mark.parametrize("tau", [0.3, 0.6])
-def test_a_moving_set_point_teaches_the_susceptibility(tau, contact):
+def test_a_moving_set_point_teaches_the_susceptibility(tau, length_um):
     """Four times T_l, from the upper bound, to what friction noise leaves unsure."""
-    finger = {"friction.susceptibility_per_um2": tau, "friction.moist_loss": 0.0, "finger.contact": contact}
-    told = {"controller.compliance_um_per_n": 50.0 if contact == "dahl" else 0.0}
+    finger = {"friction.susceptibility_per_um2": tau, "friction.moist_loss": 0.0, "finger.slip_length_um": length_um}
+    told = {"controller.compliance_um_per_n": 50.0 if length_um else 0.0}
     assert believed_tau(BENCH.evolve({**finger, **told}), 12.0) == pytest.approx(tau, rel=0.15)
 
 
@@ -101,7 +103,7 @@ def test_a_set_point_that_rests_teaches_nothing():
 def test_a_finger_that_needs_much_vibration_gets_what_is_asked():
     """a = (ln(1.4/0.25)/0.35)^1/2 = 2.2 um: believed with three times the model's tau the limit is 2^6 N without it."""
     finger = {"friction.nominal_n": 1.4, "friction.susceptibility_per_um2": 0.35, "friction.moist_loss": 0.0}
-    held = {"setpoint": fl.Constant(offset_n=0.25), "finger.contact": "slider", "controller.compliance_um_per_n": 0.0}
+    held = {"setpoint": fl.Constant(offset_n=0.25), "finger.slip_length_um": 0.0, "controller.compliance_um_per_n": 0.0}
     run = fl.simulate(BENCH.evolve({**finger, **held}), 3.0)
     assert float(run["f_a"][10_000:].mean()) == pytest.approx(0.25, rel=0.03)
 

@@ -39,12 +39,12 @@ def test_what_is_left_out_is_what_the_simulator_does_not_score(speed_mm_s):
     assert (away != run.scored.values.astype(bool))[after].mean() < 0.005
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
 @pytest.mark.parametrize("stiffness_n_m", [300.0, 600.0, 1000.0, 2500.0])
-def test_friction_has_turned_over_where_metrics_count(stiffness_n_m, contact):
+def test_friction_has_turned_over_where_metrics_count(stiffness_n_m, length_um):
     """Under a law that knows all, undisturbed: a skin three times as soft yields 6 mm before friction is at 0.9 N."""
     still = {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "motion.load_drift": 0.0, "friction.roughness_rms": 0.0}
-    quick = {"motion.speed_mm_s": 80.0, "finger.stiffness_n_m": stiffness_n_m, "finger.contact": contact}
+    quick = {"motion.speed_mm_s": 80.0, "finger.stiffness_n_m": stiffness_n_m, "finger.slip_length_um": length_um}
     wanted = {"controller.kind": "oracle", "setpoint": fl.Constant(offset_n=0.9), "friction.nominal_n": 1.5}
     run = fl.simulate(fl.bench().evolve(still | quick | wanted), duration_s=3.0)
     scored, late = run.scored.values.astype(bool), run.time.values > 0.5

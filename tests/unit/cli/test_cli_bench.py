@@ -97,7 +97,7 @@ def test_a_rigid_finger_on_the_bench(frictionloop):
 
 @pytest.mark.slow
 def test_a_bench_can_be_saved_and_read_again(frictionloop):
-    words = ("--finger.contact", "lugre", "--touch.load.touch_n", "0.03", "--plate.q", "100")
+    words = ("--finger.slip_length_um", "30", "--touch.load.touch_n", "0.03", "--plate.q", "100")
     first = frictionloop(*SHORT, *words, "--save-system", "mine.toml", "--out", "a.h5")
     assert (first.code, first.err) == (0, "")
     again = frictionloop("simulate", "mine.toml", "--duration-s", "1", "--out", "b.h5")
@@ -157,8 +157,8 @@ def test_the_printed_gains_ring_and_it_is_said(frictionloop):
         "\nThey hold with Ms up to 2, dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N),"
         in answer.out
     )
-    assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
-    assert "on contact slider at 10, 20, 80 mm/s. They stop the ringing" in " ".join(answer.out.split())
+    assert "slip length 11.5 um, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
+    assert "on slip length 0 um at 10, 20, 80 mm/s. They stop the ringing" in " ".join(answer.out.split())
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1]
     held = frictionloop(*SHORT, *gains.split())
     assert "This loop" not in held.out
@@ -177,7 +177,7 @@ def test_ringing_as_json(frictionloop):
     assert not found["stable"]
     assert 130 < found["frequency_hz"] < 150
     assert (found["kp"], found["ki"]) == (10, 2)
-    where = ", contact dahl, 20 mm/s, sensor resonance 145 Hz"
+    where = ", slip length 11.5 um, 20 mm/s, sensor resonance 145 Hz"
     levels = {"low_n": pytest.approx(0.5), "high_n": pytest.approx(0.7)}
     assert found["band"] == levels | {
         "dry_and_moist": True,
@@ -185,9 +185,9 @@ def test_ringing_as_json(frictionloop):
         "where": where,
         "out_of_reach_n": [],
     }
-    slider = fl.bench().evolve({**found["held"], "finger.contact": "slider"})
+    slider = fl.bench().evolve({**found["held"], "finger.slip_length_um": 0.0})
     assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
-    assert "contact slider at 10, 20, 80 mm/s" in found["not_held"]
+    assert "slip length 0 um at 10, 20, 80 mm/s" in found["not_held"]
     system = fl.bench().evolve(found["held"])
     assert fl.linearise(system).margins().stable
 
@@ -239,8 +239,8 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
         "simulate", "--preset", "bench", "--duration-s", "1", "--controller.kp", "0.06", "--controller.ki", "60"
     )
     command = "frictionloop design check --preset bench --controller.kp 0.06 --controller.ki 60"
-    assert f"This run is at 20 mm/s on contact dahl; `{command}` looks at others" in " ".join(said.out.split())
-    alone = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.contact", "slider")
+    assert f"This run is at 20 mm/s on slip length 11.5 um; `{command}` looks at others" in " ".join(said.out.split())
+    alone = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.slip_length_um", "0")
     gains = ("--controller.kp", "0", "--controller.ki", "20")
     still = frictionloop("simulate", "--preset", "bench", "--duration-s", "1", *gains, *alone)
     assert "check --preset bench --controller.kp 0 --controller.ki 20` looks at others" in " ".join(still.out.split())
@@ -253,14 +253,14 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
         "0.3",
         "--sensor.q",
         "40",
-        "--finger.contact",
-        "slider",
+        "--finger.slip_length_um",
+        "0",
     )
     gains = ("--sensor.resonance_hz", "170", "--controller.kp", "0.062", "--controller.ki", "134")
     rings = " ".join(frictionloop("simulate", "--preset", "bench", "--duration-s", "4", *wide, *gains).out.split())
-    assert "contact slider, where the linear loop is unstable at 0.3, 0.6, 0.9 N: it rings, too little to" in rings
+    assert "slip length 0 um, where the linear loop is unstable at 0.3, 0.6, 0.9 N: it rings, too little to" in rings
     assert not fl.linearise(fl.bench().evolve({path.removeprefix("--"): value for path, value in zip(
-        (*wide, *gains)[::2], (0.6, 0.3, 40.0, "slider", 170.0, 0.062, 134.0), strict=True)})).is_stable()  # fmt: skip
+        (*wide, *gains)[::2], (0.6, 0.3, 40.0, 0.0, 170.0, 0.062, 134.0), strict=True)})).is_stable()  # fmt: skip
     for other in (("--controller.kind", "lookup"), ("--preset", "feasible")):
         args = other if "--preset" in other else ("--preset", "bench", *other)
         assert "design check" not in frictionloop("simulate", *args, "--duration-s", "1").out
@@ -268,7 +268,7 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
 
 @pytest.mark.slow
 def test_a_loop_that_rings_once_its_finger_is_moist_is_told(frictionloop):
-    gains = {"controller.kp": 0.02, "controller.ki": 60.0, "sensor.q": 40.0, "finger.contact": "slider"}
+    gains = {"controller.kp": 0.02, "controller.ki": 60.0, "sensor.q": 40.0, "finger.slip_length_um": 0.0}
     gains |= {"setpoint.offset_n": 0.6, "setpoint.amplitude_n": 0.3}
     flags = [word for path, value in gains.items() for word in (f"--{path}", f"{value}")]
     occluded = 1.0 - math.exp(-30.0 / fl.bench().friction.occlusion_s)

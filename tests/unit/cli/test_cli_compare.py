@@ -83,8 +83,8 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")
     assert (answer.code, answer.noted) == (0, [])
-    assert "20 mm/s, dahl: median / worst decile of" in answer.out
-    assert "20 mm/s, slider: median / worst decile of" in answer.out
+    assert "20 mm/s, slip length 11.5 um: median / worst decile of" in answer.out
+    assert "20 mm/s, slip length 0 um: median / worst decile of" in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
     assert "saved results as r.h5" in answer.out
     assert fl.load(tmp_path / "r.h5").attrs["kind"] == "comparison"
@@ -141,12 +141,12 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
 @pytest.mark.parametrize(("count", "many"), [(10, "and 9 more of 20000"), (1, "one of 20000")])
 def test_a_law_better_than_the_clairvoyant_oracle_is_a_note(frictionloop, monkeypatch, ran, count, many):
     monkeypatch.setattr(rooms, "compare", lambda *_, **__: ran)
-    below = rooms.BelowOracle(count, 20000, 0.94, "hinf", 80.0, "dahl", 146)
+    below = rooms.BelowOracle(count, 20000, 0.94, "hinf", 80.0, 11.5, 146)
     for module in (rooms, comparison_text):
         monkeypatch.setattr(module, "below_oracle", lambda scored: below)
     answer = frictionloop(*WORDS)
     assert (answer.code, answer.noted) == (0, [])
-    said = f"note: hinf leaves 0.9400 of the clairvoyant residual at 80 mm/s, dahl, finger 146, {many}: "
+    said = f"note: hinf leaves 0.9400 of the clairvoyant residual at 80 mm/s, slip length 11.5 um, finger 146, {many}: "
     legend_and_more = " ".join(answer.out.split("±10 %: ")[1].split())
     assert said + "that oracle sees two periods ahead version" in legend_and_more
     assert frictionloop(*WORDS, "--json").json()["below_clairvoyant"] == below._asdict()

@@ -122,9 +122,9 @@ def test_a_population_of_a_loop_that_rings_is_told(frictionloop, monkeypatch):
         "\nThey hold with Ms up to 2, dry and moist (occluded 100%), at the set-point's levels (0.5 to 0.7 N),"
         in answer.out
     )
-    assert "contact dahl, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
-    assert "\nThey do not hold on contact dahl at 80 mm/s with the resonance 10 % lower" in answer.out
-    assert "on contact slider at 10, 20, 80 mm/s." in " ".join(answer.out.split())
+    assert "slip length 11.5 um, 20 mm/s, sensor resonance 145 Hz" in " ".join(answer.out.split())
+    assert "\nThey do not hold on slip length 11.5 um at 80 mm/s with the resonance 10 % lower" in answer.out
+    assert "on slip length 0 um at 10, 20, 80 mm/s." in " ".join(answer.out.split())
     gains = re.search(r"^Gains that hold: (.*)$", answer.out, re.MULTILINE)[1].split()
     assert "Gains that hold" not in frictionloop(*words, *gains).out
     found = frictionloop(*words, "--json").json()["ringing"]
