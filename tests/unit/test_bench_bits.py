@@ -177,7 +177,7 @@ def test_metrics_do_not_depend_on_tiles_or_workers():
 
 def test_runs_made_together_are_the_runs_alone():
     other = fl.bench().evolve({"sensor.kind": "lowpass"})  # of another structure, and too few to share a tile
-    jobs = [(system, seed) for seed, system in enumerate(people(11.5, 4))]
+    jobs = [(system, seed) for seed, system in enumerate(people("bristle", 4))]
     jobs.insert(2, (other, 7))
     found = simulate_all(jobs, DURATION_S, ("f_a", "saturated"), 0.02)
     assert len(found) == len(jobs)

@@ -121,9 +121,11 @@ def test_an_operating_point_out_of_reach_is_one_line(changes: dict, point: dict,
 
 
 def test_printed_gains_ring_and_the_retuned_ones_hold() -> None:
-    assert not linearise(BENCH).is_stable()
-    assert linearise(BENCH).margins().gain_margin < 0.05
-    margins = linearise(BENCH.evolve(RETUNED)).margins()
+    """With the slip length of the report."""
+    papers = BENCH.evolve({"finger.slip_length_um": 30.0})
+    assert not linearise(papers).is_stable()
+    assert linearise(papers).margins().gain_margin < 0.05
+    margins = linearise(papers.evolve(RETUNED)).margins()
     assert margins.stable
     assert margins.gain_margin > 3
     assert margins.phase_margin_deg > 60
@@ -216,7 +218,7 @@ def test_a_loop_in_place_of_a_system() -> None:
     [
         (
             lambda: retune(BENCH, least_ki=500.0),
-            r"^least_ki = 500 1/s: no PI gains with Ms <= 1.5 get there, kp = 0\.0\d+",
+            r"^least_ki = 500 1/s: no PI gains with Ms <= 1.5 get there, kp = 0 ",
         ),
         (lambda: retune(BENCH, sensitivity_peak=1.0), r"^sensitivity_peak = 1: must be above 1"),
         (lambda: retune([]), r"^system = \[\]: must be a System or at least one LinearLoop"),

@@ -70,7 +70,7 @@ def test_residuals_have_a_row_and_two_numbers_for_each_law():
 
 
 def test_the_step_before_does_not_flatten_the_step_after():
-    after, before = (steps(law=largest).isel(law=0, contact=0) for largest in (0.8, 7.0))
+    after, before = (steps(law=largest).isel(law=0, slip_length_um=0) for largest in (0.8, 7.0))
     figure = figure_step(before, after, "as asked")
     titles = [axes.get_title("left") for axes in figure.axes]
     assert titles == [

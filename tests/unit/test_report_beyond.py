@@ -14,9 +14,9 @@ from frictionloop.report.figures.law_panels import figure_step_traces
 LENGTHS_UM = (30.0, 0.0)
 
 
-def test_it_has_every_law_on_both_contacts():
+def test_it_has_every_law_at_both_slip_lengths():
     found = stored()
-    assert found.contacts == LENGTHS_UM == tuple(found.limit_n)
+    assert found.slip_lengths_um == LENGTHS_UM == tuple(found.limit_n)
     assert list(found.cells) == [(law, length_um) for law in LAWS for length_um in LENGTHS_UM]
     assert found.scored["residual_rms_n"].shape == (len(LAWS), 1, len(LENGTHS_UM), 26)
     assert np.isfinite(found.scored["residual_rms_n"].values).all()
@@ -35,7 +35,7 @@ def test_its_medians_are_those_of_its_fingers(length_um):
 def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
     found = stored()
     assert math.isinf(found.value(PRINTED, 30.0, "fall_10_90_s"))
-    rows = {(row["law"], row["slip_length_um"]): row for row in beyond_rows(found)}
+    rows = {(row["law"], float(row["length"])): row for row in beyond_rows(found)}
     assert {rows[OPEN, 30.0][way] for way in ("fall", "rise")} == {"–"}
     assert rows[PRINTED, 30.0]["fall"] == "never"
     assert rows[NOTCH, 30.0]["fall"] == f"{1e3 * found.value(NOTCH, 30.0, 'fall_10_90_s'):.2g}"
@@ -54,7 +54,7 @@ def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
     laws = stored().steps["law"].values.tolist()
     assert [axes.get_ylabel() for axes in figure.axes[::4]] == laws == list(LAWS[2:])
     titles = [axes.get_title("left") for axes in figure.axes[:4]]
-    assert titles == [f"{length_um}, step {way}" for length_um in LENGTHS_UM for way in ("down", "up")]
+    assert titles == [f"slip length {length_um:g} um, step {way}" for length_um in LENGTHS_UM for way in ("down", "up")]
     first = stored().steps.isel(time=0)
     assert np.all(first["f_r"] == 0.75) and np.allclose(first["f_a"], 0.75, atol=0.05)
 

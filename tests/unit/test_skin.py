@@ -19,7 +19,7 @@ DT, K, C, M = 2e-5, 1e3, 1.0, 1e-4
 def skin_step(lag, lag_speed, force, k, c, m, dt):
     """Return lag and speed after a step of a bone that goes so fast that the contact slides at a given force."""
     constants = constants_of(dt, k, c, m)
-    after, mean = bristle_step(ContactState(lag, lag_speed, force), abs(force), math.copysign(1e6, force), constants)
+    after, mean = bristle_step(ContactState(lag, lag_speed, force), abs(force), math.copysign(1e3, force), constants)
     assert mean == force
     return after[:2]
 
@@ -27,7 +27,7 @@ def skin_step(lag, lag_speed, force, k, c, m, dt):
 @given(
     lag=st.floats(-1e-3, 1e-3),
     lag_speed=st.floats(-1, 1),
-    force=st.floats(-2, 2),
+    force=st.one_of(st.floats(1e-6, 2), st.floats(-2, -1e-6)),
     k=st.floats(100, 1e4),
     c=st.floats(0, 10),
     m=st.floats(1e-5, 1e-3),

@@ -52,8 +52,7 @@ def test_a_slow_finger_sticks_and_slips_only_with_a_static_share(length_um):
     assert force.max() <= 1.4 * 0.95 * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("length_um", [11.5, 30.0])
-def test_a_creeping_finger_carries_the_static_force(length_um):
-    # (0.5/2)^2 = 1/16. Bristles give way by creeping, so this slide is steady, after the skin's 1.3 mm.
-    force = plain(0.5, 1.4, length_um, 7.0)
+def test_a_creeping_finger_carries_the_static_force():
+    # (0.5/2)^2 = 1/16. A long contact gives way by creeping, so this slide is steady, after the skin's 1.3 mm.
+    force = plain(0.5, 1.4, 100.0, 7.0)
     assert force == pytest.approx(0.95 * (1 + 0.4 * math.exp(-1 / 16)), rel=1e-3)

@@ -74,8 +74,8 @@ class NotchPiController(FeedForward):
     kp: NotNegative = 3.8
     """Proportional gain K_p, on the filtered error.
 
-    With the other defaults a place to begin: for a median finger of the bench Ms is MS1 and MS2
-    with a slip length of 0, but a resonance 10 % off makes it unstable. `retune_notch` finds better ones.
+    With the other defaults a place to begin: for the finger of the bench, slip lengths 0 to 30 um, Ms is 1.6 with the
+    resonance 5 % off and 1.9 with 10 %. `retune_notch` finds better ones.
     """
     ki: NotNegative = 80.0
     """Integral gain K_i, on the filtered error."""

@@ -91,7 +91,8 @@ def bristle_step(
     limit = max(limit_n, 0.0)
     most = limit + beyond if limit > 0.0 else 0.0
     force = min(max(before, -most), most)
-    free = fma(dt, speed_m_s, fma(elastic, lag, -(inertia * lag_speed)))
+    pulled = fma(elastic, lag, -(inertia * lag_speed))
+    free = fma(dt, speed_m_s, pulled)
     slip = fma(-yielding, force, free)
     way = abs(slip)
     sign = 1.0 if slip >= 0.0 else -1.0
@@ -103,7 +104,7 @@ def bristle_step(
     root = math.sqrt(max(fma(b, b, -2.0 * pull * three * product), 0.0))
     share = product / max(b + root, TINY)
     mean = fma(sign * three, share, force)
-    moved = fma(dt, speed_m_s, fma(yielding, mean, -free))
+    moved = fma(yielding, mean, -pulled)
     after = ContactState(lag + moved, fma(per_step, moved, -(kept * lag_speed)), fma(sign * six, share, force))
     return after, mean
 
