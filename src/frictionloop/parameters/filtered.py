@@ -39,9 +39,9 @@ Section = Annotated[tuple[Number, Number, Number, Number, Number], AfterValidato
 class FeedForward(Timing):
     """PI gains, and whether the set-point acts by itself besides the error."""
 
-    kp: NotNegative = 0.062
+    kp: NotNegative = 0.0
     """Proportional gain K_p, on the filtered error (``RETUNED``)."""
-    ki: NotNegative = 134.0
+    ki: NotNegative = 111.0
     """Integral gain K_i, on the filtered error (``RETUNED``)."""
     feedforward: bool = False
     """Whether f_r is commanded and the error taken against the reading that ``model`` expects of it."""

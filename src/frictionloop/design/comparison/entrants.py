@@ -13,7 +13,6 @@ from typing import Any
 from frictionloop.design.retune import retune
 from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
 from frictionloop.parameters.controller import CONTROLLERS
-from frictionloop.parameters.presets import PAPER_SLIP_LENGTH_UM
 from frictionloop.parameters.timing import Timing
 from frictionloop.quantities import check_each_once, check_known
 
@@ -32,7 +31,7 @@ def retuned_pi(system: System) -> Overrides:
     """Return the gains of `RETUNED` on the bench they were made for, on another those that `retune` finds."""
     own = {path: value for path, value in RETUNED.items() if path.startswith("controller.")}
     plain = system.evolve(printed_pi(system))
-    if plain == bench().evolve({"finger.slip_length_um": PAPER_SLIP_LENGTH_UM}):
+    if plain == bench():
         return {"controller.kind": "pi", **own}
     return {"controller.kind": "pi", **retune(plain).overrides}
 
