@@ -73,7 +73,7 @@ def test_occlusion_between_strokes_is_what_a_finger_that_lifts_has():
         if k % round(protocol.EVERY_S / dt) == 0:
             assert w == pytest.approx(found[k // round(protocol.EVERY_S / dt)], abs=1e-4)
         touching = k % round(protocol.EVERY_S / dt) < protocol.STROKE_S / dt
-        w += dt * ((1 - w) / 20.0 if touching else -w / 20.0)
+        w += dt * ((1 - w) / system.friction.occlusion_s if touching else -w / system.friction.drying_s)
     assert len(found) == len(protocol.LOADS)
 
 

@@ -140,6 +140,7 @@ def test_what_cannot_be_had_is_said_in_one_line() -> None:
 def test_a_delay_of_two_periods_at_5_khz_gets_a_controller_whose_pi_keeps_its_sign(monkeypatch) -> None:
     """The first section turns the sign of the least controller, which the search begins with."""
     late = BENCH.evolve({"sensor.resonance_hz": 240.0, "sensor.q": 25.0, "controller.delay_s": 400e-6})
+    late = late.evolve({"finger.slip_length_um": 30.0})
     late = late.evolve({"plate.frequency_hz": 28.4e3, "plate.q": 260.0, "plate.max_amplitude_um": 2.2})
     late = late.evolve({"motion.speed_mm_s": 60.0, "motion.load_n": 0.8, "setpoint.offset_n": 0.475})
     late = late.evolve({"controller.model.nominal_n": 1.45, "controller.model.plate_hz": 54.6})

@@ -18,8 +18,8 @@ DT, K, C, M = 2e-5, 1e3, 1.0, 1e-4
 
 def skin_step(lag, lag_speed, force, k, c, m, dt):
     """Return lag and speed after a step of a bone that goes so fast that the contact slides at a given force."""
-    constants = constants_of(dt, k, c, m)
-    after, mean = bristle_step(ContactState(lag, lag_speed, force), abs(force), math.copysign(1e3, force), constants)
+    constants = constants_of(dt, k, c, m, 1000.0)  # a bristle so long that the midpoint rule resolves it
+    after, mean = bristle_step(ContactState(lag, lag_speed, force), abs(force), math.copysign(1e9, force), constants)
     assert mean == force
     return after[:2]
 
@@ -31,7 +31,7 @@ def skin_step(lag, lag_speed, force, k, c, m, dt):
     k=st.floats(100, 1e4),
     c=st.floats(0, 10),
     m=st.floats(1e-5, 1e-3),
-    dt=st.floats(1e-6, 1e-3),
+    dt=st.floats(1e-6, 1e-4),
 )
 def test_work_is_what_spring_and_mass_gain_and_the_damper_takes(lag, lag_speed, force, k, c, m, dt):
     after, speed_after = skin_step(lag, lag_speed, force, k, c, m, dt)

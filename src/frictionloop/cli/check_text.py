@@ -55,9 +55,9 @@ def verdict(
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
     many, load = "s" * (count > 1), pressed(system, wanted)
     rows: list[Row] = [
-        ("HOLDS", f"at {every} contact and speed looked at{load}")
+        ("HOLDS", f"at {every} slip length and speed looked at{load}")
         if found.holds
-        else ("DOES NOT HOLD", f"at {some} contact{many} and speed{many} looked at{load}")
+        else ("DOES NOT HOLD", f"at {some} slip length{many} and speed{many} looked at{load}")
     ]
     corners = [corner for place in found.places for corner in place.corners]
     states = sorted({each.loop.elements.occluded for each in corners})

@@ -34,7 +34,7 @@ def lines(
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
     command = f"frictionloop design check {again(file, preset, given, unasked)}"
-    where = f"This run is at {motion.speed_mm_s:g} mm/s and slip length {finger.slip_length_um:g} um"
+    where = f"This run is at {motion.speed_mm_s:g} mm/s with slip length {finger.slip_length_um:g} um"
     other = f"{where}{_unstable(run, mask)}; `{command}` looks at others, and a resonance that is off{without(given)}."
     return textwrap.wrap(other, WIDTH, break_on_hyphens=False)
 

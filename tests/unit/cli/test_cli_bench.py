@@ -115,9 +115,8 @@ def test_a_file_may_begin_with_the_bench(frictionloop):
 def test_summary_has_derived_numbers(frictionloop):
     answer = frictionloop(*SHORT, *HELD, "--plate.q", "46", "--sensor.adc_bits", "10", "--motion.speed_mm_s", "50")
     assert (answer.code, answer.err) == (0, "")
-    # f/(2 Q); 5 N / 2^10; sqrt(pi/2 1000) 2.3e-6; (2 pi 145)^2 0.4; 200 us and half of 200 us; 1000 and 20000 N/m
-    # in series at 50 mm/s
-    for said in ("cutoff 500 Hz", "ADC step 4.88 mN", "0.0912 mN rms", "0.332 N/um", "300 us", "at most 47.6 N/s"):
+    # f/(2 Q); 5 N / 2^10; sqrt(pi/2 1000) 2.3e-6; (2 pi 145)^2 0.4; 200 us and half of 200 us; 1000 N/m at 50 mm/s
+    for said in ("cutoff 500 Hz", "ADC step 4.88 mN", "0.0912 mN rms", "0.332 N/um", "300 us", "at most 50 N/s"):
         assert said in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
 
@@ -167,7 +166,7 @@ def test_the_printed_gains_ring_and_it_is_said(frictionloop):
 
 def test_retuned_gains_print_without_the_loops():
     said = repr(fl.retune(fl.bench()))
-    assert said.startswith("Retuned(kp=0.0")
+    assert said.startswith("Retuned(kp=0, ")
     assert "ki=" in said and "sensitivity_peak=" in said
     assert "System" not in said and said.endswith("loops=3)")
 
@@ -185,9 +184,8 @@ def test_ringing_as_json(frictionloop):
         "where": where,
         "out_of_reach_n": [],
     }
-    slider = fl.bench().evolve({**found["held"], "finger.slip_length_um": 0.0})
-    assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
-    assert "slip length 0 um at 10, 20, 80 mm/s" in found["not_held"]
+    fast = fl.bench().evolve({**found["held"], "motion.speed_mm_s": 80.0})
+    assert all(each.margins().stable for each in operating_band(fast, occluded=(0.0, 1.0)))
     system = fl.bench().evolve(found["held"])
     assert fl.linearise(system).margins().stable
 
@@ -239,7 +237,7 @@ def test_a_run_says_that_it_is_one_contact_and_speed_where_a_check_looks_at_othe
         "simulate", "--preset", "bench", "--duration-s", "1", "--controller.kp", "0.06", "--controller.ki", "60"
     )
     command = "frictionloop design check --preset bench --controller.kp 0.06 --controller.ki 60"
-    assert f"This run is at 20 mm/s on slip length 11.5 um; `{command}` looks at others" in " ".join(said.out.split())
+    assert f"This run is at 20 mm/s with slip length 11.5 um; `{command}` looks at others" in " ".join(said.out.split())
     alone = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.slip_length_um", "0")
     gains = ("--controller.kp", "0", "--controller.ki", "20")
     still = frictionloop("simulate", "--preset", "bench", "--duration-s", "1", *gains, *alone)
@@ -300,10 +298,11 @@ def test_a_sensor_without_a_resonance_needs_no_law_with_a_notch(frictionloop):
 
 
 def test_a_loop_that_rings_on_a_moist_finger_alone_says_so(frictionloop):
-    fast = fl.bench().evolve(fl.RETUNED | {"motion.speed_mm_s": 80.0})
+    old = {"controller.kp": 0.062, "controller.ki": 134.0}
+    fast = fl.bench().evolve(old | {"motion.speed_mm_s": 80.0})
     dry, moist = ([each.is_stable() for each in fl.operating_band(fast, occluded=(w,))] for w in (0.0, 1.0))
     assert all(dry) and not all(moist)
-    gains = [word for path, value in fl.RETUNED.items() for word in (f"--{path}", f"{value:g}")]
+    gains = [word for path, value in old.items() for word in (f"--{path}", f"{value:g}")]
     words = ("simulate", "--preset", "bench", *gains, "--motion.speed_mm_s", "80", "--duration-s", "10")
     said = " ".join(frictionloop(*words).out.split())
     assert "on a moist finger (occluded 100%), not on one just landed" in said

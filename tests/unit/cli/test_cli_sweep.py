@@ -248,8 +248,8 @@ def test_a_loop_that_no_linear_analysis_looks_at_is_not_said_to_be_calm(friction
     out = frictionloop(*BENCH, *recorded, *still, "--over", "controller.kp=9,10", "--controller.ki", "0").out
     assert "does not ring" not in out
     assert out.endswith(
-        "Its margins, on other contacts and at other speeds too, without this disturbance:\n"
-        "  frictionloop design check --preset bench --controller.ki 0 --controller.kp 10\n"
+        "Its margins, at other slip lengths and speeds too, without this disturbance:\n"
+        "  frictionloop design check --preset bench --finger.slip_length_um 0 --controller.ki 0 --controller.kp 10\n"
     )
 
 

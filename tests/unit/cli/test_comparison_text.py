@@ -78,7 +78,8 @@ def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fin
     worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.010, "lookup": 0.001, "oracle": 0.001}
     said = recommendation(*rows_of(worst, ["retuned_pi"]))
     assert said == (
-        "Recommended: notch_pi. It leaves 36 mN in the worst decile of fingers, speeds and contacts. hinf leaves less, "
+        "Recommended: notch_pi. It leaves 36 mN in the worst decile of fingers, speeds and slip lengths. "
+        "hinf leaves less, "
         "26 mN. That differs by no more than fingers do: 18 mN from their median."
     )
 
