@@ -92,7 +92,7 @@ def _asked(system: System, wanted: Wanted) -> str:
     """Return which slip lengths and speeds were asked for: those of the flags, else the speed of the file."""
     motion = system.motion
     if wanted.speeds_mm_s or not isinstance(motion, Strokes):
-        return "at every contact and speed asked for"
+        return "at every slip length and speed asked for"
     return f"at {motion.speed_mm_s:g} mm/s, the speed given, on every contact looked at"
 
 

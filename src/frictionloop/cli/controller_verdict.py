@@ -86,7 +86,7 @@ def verdict(
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [("firmware" if k == 0 else "", said) for k, said in enumerate(misfits_of_gains(after))] if out else []
     rows += [] if people else others
-    rows += [("one contact", ONE.format(designed.one_length))] if designed.one_length else []
+    rows += [("one length", ONE.format(designed.one_length))] if designed.one_length else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]
     rows += moist_row(after, wanted, moist, bool(people))
     rows += [("noisy", said)] if (said := noisy(after)) else []

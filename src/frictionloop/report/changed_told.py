@@ -209,7 +209,7 @@ def _here(changes: Mapping[str, Any], rows: Mapping[str, Any], before: Mapping[s
     if HERE not in rows or HERE not in before:
         return []
     forces = "these forces" if any(path.startswith("setpoint.") for path in changes) else "its forces"
-    said = f"{HERE}: by fl.retune for one contact and speed, the finger of the preset and {forces}, as the "
+    said = f"{HERE}: by fl.retune for one slip length and speed, the finger of the preset and {forces}, as the "
     said += f"{RETUNED_GAINS} were; this finger is another, and so is its Ms"
     pairs = [[each[HERE][name] for name in ("kp", "ki")] for each in (rows, before)]
     if all(math.isclose(now, was, rel_tol=1e-3, abs_tol=1e-6) for now, was in zip(*pairs, strict=True)):

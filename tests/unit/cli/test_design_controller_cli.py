@@ -362,7 +362,7 @@ def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(f
 def test_what_holds_on_one_contact_alone_is_designed_for_that_and_says_so_first(frictionloop):
     asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
     said = " ".join(frictionloop(*asked).out.split())
-    assert "slip length 11.5 um, 20 mm/s" in said.partition("one contact")[0]
+    assert "slip length 11.5 um, 20 mm/s" in said.partition("one length")[0]
     assert "No controller of this law holds on both contacts, so this one is for one alone. " in said
     assert "no PI gains with Ms <= 1.03 get there" in said and "`--slip-lengths-um" not in said
 

@@ -43,7 +43,7 @@ TITLES = {
     PRINTED: "closed loop, printed gains",
     RETUNED_GAINS: "closed loop, re-tuned gains",
     IDEAL: "ideal sensor, no delay",
-    HERE: "re-tuned here,\nfor one contact and speed",
+    HERE: "re-tuned here,\nfor one slip length and speed",
     GIVEN: GIVEN,
     HOLDS: "hold at all slip lengths\nand speeds checked",
 }
