@@ -38,7 +38,10 @@ class FingerFriction(FrictionLaw):
     occlusion_ratio: Annotated[Number, Field(gt=0, le=20)] = 2.0
     """Limit after long contact over that just after landing; 1 is none (1 to 10: Adams 2013; 2 is assumed)."""
     occlusion_s: Positive = 20.0
-    """Time constant of the rise in contact (Pasumarty 2011, Dzidek 2014); 7 s is PMC5642691's "within 20 s" as 95 %."""
+    """Time constant of the rise: 20 s is published as one (Pasumarty 2011, Dzidek 2014).
+
+    "Within 20 s" (PMC5642691), read as 95 %, would be 7 s.
+    """
     drying_s: Positive = 20.0
     """Time constant of the recovery while lifted (assumed: as in contact)."""
     moist_loss: Annotated[Number, Field(ge=0, lt=1)] = 0.3
