@@ -9,8 +9,6 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar
 
 import frictionloop as fl
 from frictionloop.design.comparison import protocol
@@ -19,9 +17,9 @@ from frictionloop.physics.friction import amplitude_for
 from studies.extremes import forces_from_rest, undisturbed
 from studies.step_limits import step_limits
 from studies.step_reference import drive_time_s, skin_time_s
-from studies.time_optimal import late_slide_s, overshoot_n_s_m, passage_s, time_optimal
+from studies.time_optimal import passage_s, time_optimal
 
-LEVELS_N, PERIOD_S, LENGTHS_UM = protocol.STEP_LEVELS_N, 2e-4, (11.5, 30.0, 0.0)
+LEVELS_N, PERIOD_S, LENGTHS_UM = protocol.STEP_LEVELS_N, 2e-4, (11.5, 30.0)
 NAMES = ("rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s")
 
 
@@ -37,10 +35,9 @@ def tuning_finger(number, speed_mm_s):
 
 
 def test_references_by_hand():
-    """0.32 N over 952 N/m at 20 mm/s; an envelope of 100 Hz under full drive."""
+    """0.32 N over 1000 N/m at 20 mm/s; an envelope of 100 Hz under full drive."""
     skin = Skin(stiffness_n_m=1000.0)
-    assert skin_time_s(0.32, skin, 20.0) == pytest.approx(0.32 / (1e3 / 1.05 * 0.02))
-    assert skin_time_s(0.32, skin, 20.0) == pytest.approx(16.8e-3)
+    assert skin_time_s(0.32, skin, 20.0) == pytest.approx(0.32 / (1e3 * 0.02))
     needed = drive_time_s(0.7, 1.5, 2.5, 100.0)
     assert 2.5 + (0.7 - 2.5) * math.exp(-2 * math.pi * 100 * needed) == pytest.approx(1.5, rel=1e-12)
     assert math.isnan(drive_time_s(0.7, 2.5, 2.5, 100.0))
@@ -75,46 +72,14 @@ def test_a_rigid_finger_is_as_fast_as_its_plate():
 
 @pytest.mark.parametrize("damping_n_s_m", [0.1, 1.0, 4.0])
 def test_a_stuck_skin_without_mass_follows_spring_and_damper(damping_n_s_m):
-    """F - F0 = k_s w t + c w r^2 (1 - e^-(k + s0)t/c), r = s0/(k + s0), once a plate without inertia has let go."""
+    """F - F0 = k w t + c w once a plate without inertia has let go."""
     fast = {"plate.kind": "lowpass", "plate.cutoff_hz": 2e5, "plate.max_amplitude_um": 2.5, "controller.delay_s": 0.0}
     light = {"finger.mass_kg": 1e-9, "finger.damping_n_s_m": damping_n_s_m}
     own = undisturbed(bench(20.0, 0.0).evolve(fast | light | {"friction.nominal_n": 1.1}))
     found = time_optimal([own], LEVELS_N)
-    ratio, k_s = 2e4 / 2.1e4, 2e4 / 21.0
-    lead_s = damping_n_s_m * ratio**2 / k_s
-    assert late_slide_s(own.finger) == pytest.approx(0.0, abs=1e-6)
+    lead_s = damping_n_s_m / 1e3
     for time_s, way_n in ((found.rise_63_s, 0.632 * 0.4), (found.rise_10_90_s, 0.32)):
-        assert time_s[0] == pytest.approx(way_n / (k_s * 0.02) - lead_s, abs=5e-5)
-
-
-@pytest.mark.parametrize("c", [0.3, 1.0, 2.0, 8.0])
-def test_overshoot_of_a_tip_that_sticks_is_that_of_the_equation_of_motion(c):
-    """m v' = -(F - k x - c x'), F' = s0 v, x' = w - v from a slide at w = 1: largest F - k x over that of the climb."""
-    k, m, s0 = 1000.0, 1e-4, 2e4
-
-    def motion(_t, state):
-        force, lag, slip = state
-        return [s0 * slip, 1.0 - slip, -(force - k * lag - c * (1.0 - slip)) / m]
-
-    run = solve_ivp(motion, (0.0, 0.02), [0.0, 0.0, 1.0], rtol=1e-10, atol=1e-12, max_step=2e-6)
-    carried = run.y[0] - k * run.y[1]
-    skin = Skin(slip_length_um=0.0, damping_n_s_m=c)
-    assert overshoot_n_s_m(skin) == pytest.approx(carried.max() - c * s0 / (k + s0), abs=2e-4)
-
-
-@pytest.mark.parametrize("c", [0.3, 1.0, 2.0])
-def test_a_late_slide_gains_most_when_it_is_as_long_as_it_says(c):
-    """A slide of t costs t, less c/k (1 - e) of the spring's; sticking from w (1 - e) it gains (1 - e) p/k."""
-    skin = Skin(slip_length_um=0.0, damping_n_s_m=c)
-    p, k = overshoot_n_s_m(skin), 1000.0
-
-    def loss_s(t):
-        share = -math.expm1(-k * t / c)
-        return t - (c + p) * share / k
-
-    best = minimize_scalar(loss_s, bounds=(0.0, 5e-3), method="bounded", options={"xatol": 1e-9})
-    assert late_slide_s(skin) == pytest.approx(-best.fun, rel=1e-6)
-    assert late_slide_s(skin.model_copy(update={"slip_length_um": 11.5})) == 0.0
+        assert time_s[0] == pytest.approx(way_n / (1e3 * 0.02) - lead_s, abs=5e-5)
 
 
 def test_rest_is_rest_and_passages_lie_between_samples():
@@ -137,12 +102,6 @@ def test_a_population_is_its_fingers_and_none_has_what_it_cannot_reach():
                 np.testing.assert_allclose(getattr(all_, name)[i], getattr(one, name)[0], rtol=1e-9)
     assert all(np.isnan(getattr(together.bound, name)[3:]).all() for name in NAMES)
     assert np.isnan(together.reference.fall_63_s[3:]).all()
-
-
-def test_a_stroke_so_fast_that_the_overshoot_is_the_rise_has_no_bound():
-    found = step_limits(bench(400.0, 0.0), [{"friction.nominal_n": 1.1, "finger.damping_n_s_m": 0.1}])
-    assert math.isnan(found.bound.rise_10_90_s[0])
-    assert found.bound.fall_63_s[0] > 0.0
 
 
 def followed(own, rises, commands):
