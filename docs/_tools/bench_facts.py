@@ -14,7 +14,7 @@ def numbers() -> dict[str, str]:
     bench, study = fl.bench(), stored()
     retuned = bench.evolve(fl.RETUNED)
     left, prompt = (headroom(each, 1.7) for each in (retuned, retuned.evolve({"controller.delay_s": 0.0})))
-    stretched_n_s = 1e-3 * bench.motion.speed_mm_s * bench.finger.stuck_stiffness_n_m
+    stretched_n_s = 1e-3 * bench.motion.speed_mm_s * bench.finger.stiffness_n_m
     ringing, stable = (1e3 * fl.rms_error(fl.simulate(each)) for each in (bench, retuned))
     return {
         "capable": f"{capable_share(SCORED_S):.0%}",
