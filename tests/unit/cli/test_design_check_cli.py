@@ -44,9 +44,7 @@ def test_the_verdict_comes_first_and_the_answer_fits(frictionloop, monkeypatch):
     assert "mm/s with the resonance 5 % lower: starts to ring near 13" in said
     assert "slip length 11.5 um at 80 mm/s with the resonance 10 % lower: starts to ring near 12" in said
     assert "BEYOND LIMITS slip length 11.5 um at 20 mm/s with the resonance 5 % lower (Ms 3.0" in said
-    assert (
-        "the limit is 2, gain margin 1." in said and "HOLDS slip length 11.5 um at 10 mm/s looked at 0.5 to" in said
-    )
+    assert "the limit is 2, gain margin 1." in said and "HOLDS slip length 11.5 um at 10 mm/s looked at 0.5 to" in said
     assert "would hold kp at most 0.0" in said and "`frictionloop design controller --preset bench` searches" in said
     assert "resonance finger -10 % -5 % 0 +5 % +10 % gain limit 2.6 2 1.7 2 2.6 11.5 um 20 mm/s dry" in said
     assert not {"nan", "inf"} & set(said.split())
