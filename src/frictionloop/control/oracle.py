@@ -155,4 +155,6 @@ def improve_step(
     probe_um = command_um + (PROBE if error_n > 0.0 else -PROBE) * plant.ceiling_um
     wanted_um = probe_um if begins else command_um - error_n / slope
     next_um, saturated = bounded_step(wanted_um, plant.ceiling_um)
+    if plant.own.contact.length == 0.0:  # the force is its limit, at which the first trial aims
+        next_um, saturated = command_um, trial.saturated
     return Trial(trial.wanted_n, trial.last_um, next_um, saturated, command_um, error_n, slope), start, next_um
