@@ -21,7 +21,7 @@ import numpy as np
 import frictionloop as fl
 
 LAWS = ("lookup", "pi", "filtered_pi", "notch_pi", "limit_observer")
-CONTACTS = ("slider", "dahl", "lugre")
+LENGTHS_UM = (0.0, 11.5)
 NOTCH = {"controller.kind": "notch_pi", "controller.kp": 3.8, "controller.ki": 80.0}
 GAINS = {"notch_pi": NOTCH, "filtered_pi": {"controller.kp": 0.062, "controller.ki": 134.0}}
 STEPS = {
@@ -53,10 +53,10 @@ def runs() -> Iterator[tuple[str, fl.System, float]]:
     yield "feasible", fl.feasible(), 2.0
     bench = fl.bench()
     for law in LAWS:
-        for contact in CONTACTS:
+        for length_um in LENGTHS_UM:
             yield (
-                f"{law} on {contact}",
-                bench.evolve({"controller.kind": law, "finger.contact": contact} | GAINS.get(law, {})),
+                f"{law} at {length_um:g} um",
+                bench.evolve({"controller.kind": law, "finger.slip_length_um": length_um} | GAINS.get(law, {})),
                 2.0,
             )
     for name, changes in BENCH.items():

@@ -72,9 +72,8 @@ def bench_steps() -> dict[str, tuple[Any, tuple[str, ...]]]:
         "the loop of Section 2": (fl.paper().evolve(level), held),
         "+ resonant sensor, noise, converter, delay": (bench.evolve(still), held),
         "+ strokes, tremor, roughness, touch sensors": (bench.evolve({"finger.kind": "rigid"}), held),
-        "+ skin, Dahl contact": (bench, held),
-        "  skin, LuGre contact": (bench.evolve({"finger.contact": "lugre"}), held),
-        "  skin, slider": (bench.evolve({"finger.contact": "slider"}), held),
+        "+ skin, slip length": (bench, held),
+        "  without slip length": (bench.evolve({"finger.slip_length_um": 0.0}), held),
         "+ perceptual index": (bench, (*held, "perceptual_index")),
     }
     late = bench.evolve({"controller.jitter_s": 2e-5, "controller.lost_ticks": 0.01})

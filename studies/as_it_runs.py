@@ -73,7 +73,7 @@ def main(count: int = 1000, margins: int = 20) -> None:
                     f"{largest[0]:.2f}", f"{largest[1:].max():.2f}",
                 ]  # fmt: skip
 
-    heads = ["mm/s, contact", "law", "fingers", "sines, mN", "holds, mN", "largest tau", "largest Ms", "10 % off"]
+    heads = ["mm/s, um", "law", "fingers", "sines, mN", "holds, mN", "largest tau", "largest Ms", "10 % off"]
     keep("as-it-runs", f"as_it_runs {count} {margins}", heads, rows())
 
 

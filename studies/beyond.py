@@ -21,10 +21,10 @@ from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import margins, protocol
 from frictionloop.design.comparison.entrants import ENTRANTS, on_device
 from frictionloop.design.comparison.margins import LEVEL_N, step_traces
-from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from frictionloop.report import beyond
 from frictionloop.report.beyond import SPEED_MM_S
+from frictionloop.report.protocol import the_bench
 from studies.laws import over_oracle
 from studies.linear_reach import linear_reach_table
 from studies.oracle import STAND_IN, deciding
@@ -43,13 +43,14 @@ SHOWN = (
     *("residual_rms_n", "hold_rms_n", "r2_identity", *(f"r2_identity_{level:g}_n" for level in protocol.LEVELS_N)),
     *("fall_10_90_s", "rise_10_90_s", "relative_index", "over_oracle"),
 )
+LENGTHS_UM = protocol.lengths_of(the_bench())
 FOLDER = Path(beyond.__file__).parent / "stored"
 
 
 def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Dataset]:
     """Run and score all laws; return what is kept of them, and the steps of the median finger."""
     with deciding():
-        whole = rooms.compare(bench(), rooms.SMALL, laws=LAWS, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
+        whole = rooms.compare(the_bench(), rooms.SMALL, laws=LAWS, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
         traces = step_traces(whole, SPEED_MM_S)
     every = rooms.scores(whole)
     scored, rows = every.sel(speed_mm_s=SPEED_MM_S), rooms.score_rows(every) + over_oracle(every, beyond.ORACLE)
@@ -69,11 +70,11 @@ def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Da
         worst = worst_tick(whole.system.evolve(whole.laws[law]).controller.kind)
         knows = law == beyond.ORACLE  # which is no loop, and has no image
         own: dict[str, Any] = {"tick_cycles_m4": None if knows or worst is None else worst.cycles}
-        for contact in protocol.CONTACTS:
-            residual = scored["residual_rms_n"].sel(law=law, contact=contact).values
-            peaks = (math.nan, math.nan) if knows else _peaks(whole, law, contact)
-            own[contact] = {
-                "scores": {name: _both(rows, law, contact, name) for name in SHOWN},
+        for z in LENGTHS_UM:
+            residual = scored["residual_rms_n"].sel(law=law, slip_length_um=z).values
+            peaks = (math.nan, math.nan) if knows else _peaks(whole, law, z)
+            own[f"{z:g}"] = {
+                "scores": {name: _both(rows, law, z, name) for name in SHOWN},
                 "sensitivity_peak": _kept(peaks[0]),
                 "sensitivity_peak_10": _kept(peaks[1]),
                 "median_finger_rms_n": _kept(residual[number]),
@@ -87,14 +88,14 @@ def write(found: Mapping[str, Any], traces: xr.Dataset, folder: Path = FOLDER) -
     """Write both files: numbers as JSON, forces around two steps as CSV."""
     told = re.sub(r"\[[^][]*\]", lambda row: " ".join(row[0].split()), json.dumps(found, indent=1))
     (folder / beyond.SUMMARY).write_text(told + "\n", encoding="utf-8")
-    columns = [(law, contact) for law in CLOSE for contact in protocol.CONTACTS]
+    columns = [(law, z) for law in CLOSE for z in LENGTHS_UM]
     with (folder / beyond.STEPS).open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(["time_s", "f_r", *(f"{law}, {contact}" for law, contact in columns)])
+        writer.writerow(["time_s", "f_r", *(f"{law}, {z:g}" for law, z in columns)])
         for window in WINDOWS_S:
             part = traces.sel(time=slice(*window))
-            forces = [part["f_a"].sel(law=law, contact=contact).values for law, contact in columns]
-            set_to = part["f_r"].isel(law=0, contact=0).values
+            forces = [part["f_a"].sel(law=law, slip_length_um=z).values for law, z in columns]
+            set_to = part["f_r"].isel(law=0, slip_length_um=0).values
             for row in zip(part["time"].values, set_to, *forces, strict=True):
                 writer.writerow([f"{row[0]:.4f}", *(f"{force:.5g}" for force in row[1:])])
 
@@ -104,21 +105,21 @@ def _kept(value: float) -> float | str:
     return float(f"{value:.6g}") if math.isfinite(value) else str(float(value))
 
 
-def _both(rows: list[dict[str, Any]], law: str, contact: str, score: str) -> list[float | str]:
-    where = {"law": law, "contact": contact, "population": "capable", "score": score}
+def _both(rows: list[dict[str, Any]], law: str, length_um: float, score: str) -> list[float | str]:
+    where = {"law": law, "slip_length_um": length_um, "population": "capable", "score": score}
     return [_kept(rooms.value_of(rows, key, **where)) for key in (beyond.MEDIAN, beyond.WORST)]
 
 
 def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
-    stroked = bench().evolve({"motion.stroke_mm": protocol.STROKE_MM})
-    found = linear_reach_table(stroked, [finger], [SPEED_MM_S], peaks=[PEAK])["bound_rms_n"]
+    stroked = the_bench().evolve({"motion.stroke_mm": protocol.STROKE_MM})
+    found = linear_reach_table(stroked, [finger], [SPEED_MM_S], LENGTHS_UM, peaks=[PEAK])["bound_rms_n"]
     of_both = found.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
-    return {contact: _kept(of_both.sel(contact=contact).item()) for contact in protocol.CONTACTS}
+    return {f"{z:g}": _kept(of_both.sel(slip_length_um=z).item()) for z in LENGTHS_UM}
 
 
-def _peaks(whole: rooms.Comparison, law: str, contact: str) -> tuple[float, float]:
+def _peaks(whole: rooms.Comparison, law: str, length_um: float) -> tuple[float, float]:
     """Return Ms with the resonance as the bench says, and the worst of that and of 10 % off; NaN without a loop."""
-    system = margins.median_system(whole, law, SPEED_MM_S, contact)
+    system = margins.median_system(whole, law, SPEED_MM_S, length_um)
     if system is None:
         return math.nan, math.nan
     shifted = (on_device(system, factor) for factor in (1.0, 0.9, 1.1))

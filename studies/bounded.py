@@ -25,7 +25,7 @@ MEASURED = {0.0: 1.7}
 """Largest |S| of laws that are told the resonance of the device."""
 KINDS = {"hold": protocol.HOLDS, "sines": protocol.SINES}
 HEADS = (
-    *("mm/s", "contact", "task", "fingers", "bound", "larger", "both"),
+    *("mm/s", "um", "task", "fingers", "bound", "larger", "both"),
     *("larger / oracle", "both / oracle"),
 )
 LAWS = ("clairvoyant", "oracle")
@@ -51,18 +51,18 @@ def of_tasks(runs: Any, name: str, law: str, at: dict[str, Any], able: np.ndarra
 
 
 def rows(path: str) -> Iterator[list[Any]]:
-    """Yield what is kept of each speed, contact, kind of task and kind of fingers."""
+    """Yield what is kept of each speed, slip length, kind of task and kind of fingers."""
     runs, bench = fl.load(path), fl.bench()
     seed = int(runs.attrs["seed"])
     people = protocol.population(bench, int(runs.attrs["fingers"]), seed)
     for speed in (20.0, 80.0):
         able = protocol.able(bench, people, speed)
         some, near = [people[i] for i in able.nonzero()[0]], within_reach(bench, people, speed)[able]
-        for contact in ("dahl", "slider"):
+        for z in protocol.lengths_of(bench):
             for kind, tasks in KINDS.items():
-                conditions = [protocol.Condition(speed, contact, task) for task in tasks]
+                conditions = [protocol.Condition(speed, z, task) for task in tasks]
                 bound = np.array([bounds_n(some, seed, each) for each in conditions]) ** 2
-                at = {"speed_mm_s": speed, "contact": contact, "task": list(tasks)}
+                at = {"speed_mm_s": speed, "slip_length_um": z, "task": list(tasks)}
                 short, oracle = (of_tasks(runs, "rms_error", law, at, able) ** 2 for law in LAWS)
                 slack = 1.0 - of_tasks(runs, "saturation_index", "clairvoyant", at, able)
                 squares = bound, np.maximum(bound, short), short + slack * bound, oracle
@@ -70,7 +70,7 @@ def rows(path: str) -> Iterator[list[Any]]:
                     rms = [np.sqrt(each[:, who].mean(0)) for each in squares]
                     errors = (both(1e3 * each) for each in rms[:3])
                     ratios = (f"{np.median(each / rms[3]):.2f}" for each in rms[1:3])
-                    yield [f"{speed:g}", contact, kind, f"{who.sum()} {name}", *errors, *ratios]
+                    yield [f"{speed:g}", f"{z:g}", kind, f"{who.sum()} {name}", *errors, *ratios]
 
 
 if __name__ == "__main__":

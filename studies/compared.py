@@ -40,11 +40,11 @@ Pairs = Sequence[tuple[str, str, float]]
 def compared(kept: Path = KEPT) -> str:
     """Return tables of errors and margins for each speed."""
     rows = _read(kept)
-    contacts = _names(rows, "contact")
+    lengths = _names(rows, "slip_length_um")
     parts = []
     for speed in _names(rows, "speed_mm_s"):
-        here = {c: [row for row in rows if row["speed_mm_s"] == speed and row["contact"] == c] for c in contacts}
-        parts += [_table(f"**{float(speed):g} mm/s, {c}, errors**", here[c], ERRORS) for c in contacts]
+        here = {c: [row for row in rows if row["speed_mm_s"] == speed and row["slip_length_um"] == c] for c in lengths}
+        parts += [_table(f"**{float(speed):g} mm/s, slip length {c} um, errors**", here[c], ERRORS) for c in lengths]
         parts.append(_margins(f"**{float(speed):g} mm/s, margins**", here))
     return "\n\n".join(part for part in parts if part)
 
@@ -68,7 +68,7 @@ def _margins(title: str, here: dict[str, list[Row]]) -> str:
         for law in laws
     }
     first, *others = (head for _, head in MARGINS)
-    heads = ("Law", *(head for contact in here for head in (f"{contact}: {first}", *others)))
+    heads = ("Law", *(head for contact in here for head in (f"{contact} um: {first}", *others)))
     known = ((f"`{law}`", *cells) for law, cells in found.items() if set(cells) != {"–"})
     return f"{title} of the median capable finger:\n\n{_rows(heads, known)}"
 

@@ -1,4 +1,4 @@
-"""Where laws are compared: each speed and contact, with the capable ones of the comparison's fingers."""
+"""Where laws are compared: each speed and slip length, with the capable ones of the comparison's fingers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from frictionloop.design.comparison import protocol
 from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import Fingers, fingers
 
-CONTACTS = protocol.CONTACTS
+LENGTHS_UM = protocol.lengths_of(bench())
 
 LIMIT_OBSERVER = {
     "controller.kind": "limit_observer",
@@ -22,7 +22,7 @@ LIMIT_OBSERVER = {
 
 
 class Strokes(NamedTuple):
-    """One speed and contact."""
+    """One speed and slip length."""
 
     name: str
     system: System
@@ -33,11 +33,11 @@ class Strokes(NamedTuple):
 def conditions(
     count: int = 1000, seed: int = protocol.EVALUATION_SEED, speeds: Sequence[float] = protocol.SPEEDS_MM_S
 ) -> Iterator[Strokes]:
-    """Yield every speed, those of the comparison if no others are given, and contact."""
-    people = fingers(count, seed)
+    """Yield every speed, those of the comparison if no others are given, and slip length."""
+    people = protocol.without_lengths(fingers(count, seed))
     for speed in speeds:
-        for contact in protocol.CONTACTS:
-            moving = {"motion.speed_mm_s": speed, "finger.contact": contact, "motion.stroke_mm": protocol.STROKE_MM}
+        for z in LENGTHS_UM:
+            moving = {"motion.speed_mm_s": speed, "finger.slip_length_um": z, "motion.stroke_mm": protocol.STROKE_MM}
             own = bench().evolve(moving)
             able = Fingers(people[i] for i in protocol.able(own, people, speed).nonzero()[0])
-            yield Strokes(f"{speed:g} mm/s, {contact}", own, able)
+            yield Strokes(f"{speed:g} mm/s, {z:g} um", own, able)

@@ -108,13 +108,13 @@ def _reach(
 
 
 def main() -> None:
-    """Keep medians and worst deciles for each speed, contact and weight: mN, and D over that without control."""
-    heads = ("mm/s", "contact", *(f"{what}, {weight:g}" for weight in WEIGHTS for what in ("rms", "felt")))
+    """Keep medians and worst deciles for each speed, slip length and weight: mN, and D over that without control."""
+    heads = ("mm/s", "um", *(f"{what}, {weight:g}" for weight in WEIGHTS for what in ("rms", "felt")))
     keep("felt-reach", "felt_reach", heads, rows())
 
 
 def rows() -> Iterator[list[Any]]:
-    """Yield what is kept of each speed and contact."""
+    """Yield what is kept of each speed and slip length."""
     for name, system, people in conditions():
         found = felt_reach(system, people[:90], seed=protocol.EVALUATION_SEED)
         weighed = [found.sel(weight=weight) for weight in WEIGHTS]

@@ -32,7 +32,7 @@ def disturbed_levels(
     Around a force F friction moves by F d(ln Fmax), with Fmax(t) the friction limit of a stroke without vibration:
     its density is F^2 times Welch's estimate over the scored stretches. A measured load, fed forward at once and
     without error, takes n ln N out of ln Fmax (n the exponent of the load): the best case. The contact passes it on
-    with its own lag, of a Dahl contact at F, of none on a slider. None if a level is out of this finger's reach.
+    with its own lag, of its slip length. None if a level is out of this finger's reach.
     """
     frequency_hz, densities = log_limit_psd(system, duration_s, seed, score_from_s)
     occluded = mean_occlusion(system, score_from_s, duration_s)

@@ -21,7 +21,7 @@ from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant, Steps, System, bench
 from frictionloop.physics.fingers import fingers
-from studies.conditions import CONTACTS, LIMIT_OBSERVER
+from studies.conditions import LENGTHS_UM, LIMIT_OBSERVER
 from studies.kept import keep
 from studies.other_friction import OTHER, OtherFriction
 
@@ -73,7 +73,7 @@ def histories(count: int, seed: int) -> Iterator[tuple[Steps, dict[str, Any]]]:
             "motion.speed_mm_s": float(draw.choice([20.0, 40.0, 80.0, 150.0])),
             "motion.stroke_mm": float(draw.choice([40.0, 120.0, 240.0])),
             "motion.contact_s": float(draw.choice([0.0, 0.0, 1.0])),
-            "finger.contact": str(draw.choice(CONTACTS)),
+            "finger.slip_length_um": float(draw.choice(LENGTHS_UM)),
         }
         yield Steps(times_s=tuple(times.tolist()), levels_n=tuple(levels.tolist())), stroke
 
@@ -153,7 +153,8 @@ def draw(
         axis.plot(time, each.alone[shown], color="0.7", lw=0.8, label=names[1])
         axis.plot(time, each.after[shown], color="C0", lw=0.8, label=names[0])
         case = each.case
-        stroke = f"finger {case['motion.person']:g}, {case['finger.contact']}, {case['motion.speed_mm_s']:g} mm/s"
+        person, z, speed = (case[name] for name in ("motion.person", "finger.slip_length_um", "motion.speed_mm_s"))
+        stroke = f"finger {person:g}, {z:g} um, {speed:g} mm/s"
         axis.set_title(f"{stroke}: {1e3 * each.rms_n:.1f} mN, {each.excess:.2f}", fontsize=8)
     axes[0, 0].legend(fontsize=7)
     figure.supxlabel("ms of the window")

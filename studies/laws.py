@@ -25,7 +25,7 @@ SHOWN = (
     *("residual_rms_n", "hold_rms_n", "r2_identity", "relative_index", "over_oracle", "fall_63_s"),
     *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10"),
 )
-CELL, KEYS = ("law", "speed_mm_s", "contact", "population", "fingers"), ("median", "worst_decile")
+CELL, KEYS = ("law", "speed_mm_s", "slip_length_um", "population", "fingers"), ("median", "worst_decile")
 """What a line of the kept file is of, and what it has of each score."""
 POPULATIONS = ("capable", "median capable finger")
 REFERENCES = {"oracle": False, "clairvoyant": True}

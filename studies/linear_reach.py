@@ -52,7 +52,7 @@ COLUMNS = (
     ("optimum, 2.0", "optimum_rms_n", 2.0),
     ("drive spared, 2.0", "driven_rms_n", 2.0),
 )
-"""What is kept of a speed and contact: head, variable, largest |S|."""
+"""What is kept of a speed and slip length: head, variable, largest |S|."""
 CALM = 0.5
 """Largest rms of a command that is seldom cut, over the way to its nearer end: a normal one is, 5 % of the time."""
 
@@ -170,29 +170,30 @@ def linear_reach_table(
     system: System,
     fingers: Sequence[Mapping[str, Any]],
     speeds_mm_s: Sequence[float] = (20.0, 80.0),
-    contacts: Sequence[str] = ("dahl", "slider"),
+    lengths_um: Sequence[float] = (11.5, 0.0),
     **options: Any,
 ) -> xr.Dataset:
-    """Return `linear_reach` over ``speed_mm_s`` and ``contact`` too, for the same arguments."""
+    """Return `linear_reach` over ``speed_mm_s`` and ``slip_length_um`` too, for the same arguments."""
     found = []
-    for speed, contact in itertools.product(speeds_mm_s, contacts):
-        own = system.evolve({"motion.speed_mm_s": speed, "finger.contact": contact})
-        found.append(linear_reach(own, fingers, **options).expand_dims(speed_mm_s=[float(speed)], contact=[contact]))
+    for speed, z in itertools.product(speeds_mm_s, lengths_um):
+        own = system.evolve({"motion.speed_mm_s": speed, "finger.slip_length_um": z})
+        at = {"speed_mm_s": [float(speed)], "slip_length_um": [float(z)]}
+        found.append(linear_reach(own, fingers, **options).expand_dims(at))
     return xr.combine_by_coords(found)  # type: ignore[return-value]
 
 
 def main() -> None:
-    """Keep median and worst decile of each variable for each speed and contact, mN."""
-    heads = ("mm/s", "contact", "fingers", *(head for head, _, _ in COLUMNS))
+    """Keep median and worst decile of each variable for each speed and slip length, mN."""
+    heads = ("mm/s", "um", "fingers", *(head for head, _, _ in COLUMNS))
     keep("linear-reach", "linear_reach", heads, rows())
 
 
 def rows() -> Iterator[list[Any]]:
-    """Yield what is kept of each speed and contact."""
+    """Yield what is kept of each speed and slip length."""
     for name, system, people in conditions():
         found = linear_reach(system, people, seed=protocol.EVALUATION_SEED).sel(measured="force and load")
         cells = [both(1e3 * found[variable].sel(sensitivity_peak=peak).values) for _, variable, peak in COLUMNS]
-        yield [*name.split(" mm/s, "), len(people), *cells]
+        yield [*name.removesuffix(" um").split(" mm/s, "), len(people), *cells]
 
 
 if __name__ == "__main__":

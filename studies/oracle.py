@@ -1,7 +1,7 @@
 """The oracle: a reference that knows the plant, and tries commands on it by the very step that will advance it.
 
 An amplitude a* at the end of its period would put the friction limit onto the set-point. Where the force follows its
-limit at once (rigid, slider) the overdriven plate gets there, and this is the command. A bristle follows late: there it
+limit at once (no skin or no length) the overdriven plate gets there, and this is the command. Else it is late, and it
 looks for the command after which, the amplitude driven back to a* from the next period on, the force is at the
 set-point. Where the drive is strong enough that takes two periods: force and limit arrive together, and nothing rings.
 *pages/limits-of-control.md* says what its figure is worth.
@@ -170,6 +170,8 @@ def improve_of(contact: str, vibration: Vibration) -> Any:
         slope = min(slope, FLAT_N_PER_UM) if moved_um != 0.0 else trial.slope
         probe_um = command_um + (PROBE if error_n > 0.0 else -PROBE) * plant.ceiling_um
         next_um, saturated = bounded_step(probe_um if begins else command_um - error_n / slope, plant.ceiling_um)
+        if plant.own[1].length == 0.0:  # the force is its limit, at which the first trial aims
+            next_um, saturated = command_um, trial.saturated
         return Trial(trial.wanted_n, trial.last_um, next_um, saturated, command_um, error_n, slope), start, next_um
 
     return improve
@@ -183,7 +185,7 @@ def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: 
     plant = Plant(ROW["motion"], after, *given, own, coarse, vibration_rows(vibration))
     advance, signals = advance_of(contact, vibration), (OWN.wanted, ROW["disturbance"], ROW["driven"])
     spread, tried = lift_spread(lifting), (OWN.trial, OWN.tried, OLD)
-    trials = TRIALS if contact in ("dahl", "lugre") else 0  # whose force follows its limit late
+    trials = TRIALS if contact == "bristle" else 0  # whose force follows its limit late
     start = lift(lifting, same_step, (Finger(ROW["amplitude"], ROW["contact"]),), OWN.ahead)
     forward = lift(lifting, advance, (OWN.ahead, OLD, NEW, plant, plant.own), OWN.ahead)
     begin = lift(lifting, begin_of(vibration), (OWN.ahead, signals, plant), tried)

@@ -32,18 +32,19 @@ Row = dict[str, Any]
 
 
 def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | None = None) -> xr.Dataset:
-    """Return `residual_by_cause` and `residual_bands` of some laws over law, speed and contact.
+    """Return `residual_by_cause` and `residual_bands` of some laws over law, speed and slip length.
 
     On the first 100 capable fingers of the population (of all if none is capable) at the sine around 0.6 N; bands on
     the first 20. A cause that cannot be taken away under one law has NaN there.
     """
     asked, speeds = list(laws), list(comparison.speeds_mm_s)
-    cells = itertools.product(asked, speeds, protocol.CONTACTS)
+    lengths = protocol.lengths_of(comparison.system)
+    cells = itertools.product(asked, speeds, lengths)
     parts = [_split(comparison, *cell, n_jobs) for cell in cells]
     everyone = sorted({i for part in parts for i in part["finger"].values.tolist()})
     names = [name for name in CAUSES if any(name in part["cause"].values for part in parts)]
     flat = [part.reindex(finger=everyone, cause=names) for part in parts]
-    axes: dict[str, list[Any]] = {"law": asked, "speed_mm_s": speeds, "contact": list(protocol.CONTACTS)}
+    axes: dict[str, list[Any]] = {"law": asked, "speed_mm_s": speeds, "slip_length_um": list(lengths)}
     shape = tuple(len(values) for values in axes.values())
     data: dict[str, Any] = {}
     for name, first in flat[0].data_vars.items():
@@ -53,11 +54,11 @@ def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | 
     return xr.Dataset(data, own | axes)
 
 
-def _split(comparison: rooms.Comparison, law: str, speed: float, contact: str, n_jobs: int | None) -> xr.Dataset:
+def _split(comparison: rooms.Comparison, law: str, speed: float, length_um: float, n_jobs: int | None) -> xr.Dataset:
     some = np.flatnonzero(protocol.able(comparison.system, comparison.people, speed, comparison.duration_s))
     numbers = (some if some.size else np.arange(len(comparison.people)))[:MOST]
     people = [comparison.people[i] for i in numbers]
-    at = Condition(speed, contact, TASK)
+    at = Condition(speed, length_um, TASK)
     bench = comparison.system.evolve({**protocol.overrides_of(at, comparison.duration_s), **comparison.laws[law]})
     seed, start_s = protocol.noise_seed(comparison.seed, TASK), comparison.start_s
     options: dict[str, Any] = {"score_from_s": start_s, "n_jobs": n_jobs, "progress": False}
@@ -67,13 +68,13 @@ def _split(comparison: rooms.Comparison, law: str, speed: float, contact: str, n
 
 
 def reason_rows(found: xr.Dataset) -> list[Row]:
-    """Return a row for each law, speed, contact and part of the residual: medians and worst deciles, N."""
+    """Return a row for each law, speed, slip length and part of the residual: medians and worst deciles, N."""
     rows = []
-    for law, speed, contact in itertools.product(
-        *(found[dim].values.tolist() for dim in ("law", "speed_mm_s", "contact"))
+    for law, speed, z in itertools.product(
+        *(found[dim].values.tolist() for dim in ("law", "speed_mm_s", "slip_length_um"))
     ):
-        cell = found.sel(law=law, speed_mm_s=speed, contact=contact)
-        where = {"law": law, "speed_mm_s": speed, "contact": contact}
+        cell = found.sel(law=law, speed_mm_s=speed, slip_length_um=z)
+        where = {"law": law, "speed_mm_s": speed, "slip_length_um": z}
         for name in ("all", "silent", "left_over_costs", "left_over_alone"):
             rows.append(where | {"part": name, **_spread("rms", cell[name])})
         for cause in found["cause"].values.tolist():
@@ -96,12 +97,12 @@ def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
 
 
 def main(laws: str = "notch_pi", fingers: str = "60") -> None:
-    """Keep what each part of the residual costs: a column for each law, speed and contact, medians in mN."""
+    """Keep what each part of the residual costs: a column for each law, speed and slip length, medians in mN."""
     names = laws.split(",")
     rows = reason_rows(reasons(rooms.compare(bench(), int(fingers), laws=names), names))
     cells: dict[str, dict[str, str]] = {}
     for row in rows:
-        at = f"{row['law']}, {row['speed_mm_s']:g} mm/s, {row['contact']}"
+        at = f"{row['law']}, {row['speed_mm_s']:g} mm/s, {row['slip_length_um']:g} um"
         value = row["cost_median"] if "cost_median" in row else row["rms_median"]
         cells.setdefault(row["part"], {})[at] = "-" if math.isnan(value) else f"{1e3 * value:.1f}"
     heads = list(cells["all"])

@@ -37,7 +37,7 @@ steps = fl.Steps(times_s=(0.0, 0.004), levels_n=(0.5, 0.6))
 systems = [
     fl.paper(),
     *(bench.evolve({"controller.kind": kind}) for kind in kinds),
-    *(bench.evolve({"finger.contact": contact}) for contact in ("slider", "lugre")),
+    *(bench.evolve({"finger.slip_length_um": length_um}) for length_um in (0.0, 30.0)),
     bench.evolve({"finger.kind": "rigid"}),
     bench.evolve({"controller.jitter_s": 1e-5, "controller.lost_ticks": 0.01}),
     bench.evolve({"setpoint": steps, "disturbance": steps}),

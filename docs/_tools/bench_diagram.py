@@ -42,7 +42,7 @@ def figure_bench(system: fl.System) -> Figure:
     _block(axes, PLATE, TOP, "plate", [resonance, f"≤ {plate.max_amplitude_um:g} µm"])
     _block(axes, LIMIT, TOP, "friction limit", [f"$f_0$ = {friction.nominal_n:g} N,", "moisture, place"])
     spring = f"{skin.stiffness_n_m / 1e3:g} N/mm"
-    _block(axes, SKIN, TOP, "skin, contact", [spring, {"dahl": "Dahl"}.get(skin.contact, skin.contact)])
+    _block(axes, SKIN, TOP, "skin, contact", [spring, f"slips in {skin.slip_length_um:g} µm"])
     stroke = f"{motion.speed_mm_s:g} mm/s, {motion.load_n:g} N"
     _block(axes, LIMIT, OVER, "stroke", [stroke, "tremor, drift"])
     _block(

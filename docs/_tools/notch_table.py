@@ -15,7 +15,7 @@ PARTS = {
     "a resonance exactly as told": "--resonance-error 0",
     "a sensor's resonance of 1 kHz": "--sensor.resonance_hz 1000",
     "no computing delay": "--controller.delay_s 0",
-    "for a Dahl contact alone": "--contacts dahl",
+    "for one slip length alone": "--slip-lengths-um 11.5",
     "a plate five times as fast": "--plate.q 46 --controller.model.plate_hz 500",
 }
 """Flags of each bench."""

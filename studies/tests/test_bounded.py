@@ -21,7 +21,7 @@ def test_fingers_within_reach_can_be_given_the_forces_while_their_load_moves():
 
 def test_fingers_within_reach_are_short_a_twentieth_of_the_time_at_most():
     """Without vibration friction is the highest there is, with all of it the lowest: of a slider, the limit itself."""
-    people, at = fl.fingers(60, 5), protocol.Condition(20.0, "slider", "hold 0.6")
+    people, at = fl.fingers(60, 5), protocol.Condition(20.0, 0.0, "hold 0.6")
     able, near = (choose(fl.bench(), people, 20.0) for choose in (protocol.able, within_reach))
     smooth = {"friction.roughness_rms": 0.0, "friction.speed_slope": 0.0, "friction.occlusion_ratio": 1.0}
     still = {**protocol.overrides_of(at), "motion.load_drift_s": 1.0, "controller.kind": "lookup"}

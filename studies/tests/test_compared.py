@@ -8,13 +8,13 @@ import pytest
 from studies import kept, laws
 from studies.compared import PAGE, compared, written
 
-NAMES = ("law", "speed_mm_s", "contact", "population", "fingers", "score", "unit", "median", "worst_decile")
+NAMES = ("law", "speed_mm_s", "slip_length_um", "population", "fingers", "score", "unit", "median", "worst_decile")
 SCORES = [
-    ("pi", 20.0, "dahl", "all", 9, "residual_rms_n", "N", 0.5, 0.6),
-    ("pi", 20.0, "dahl", "capable", 4, "residual_rms_n", "N", 0.02125, 0.03333333),
-    ("pi", 20.0, "dahl", "capable", 4, "saturation_index", "1", 0.1, 0.2),
-    ("pi", 20.0, "dahl", "capable", 4, "over_oracle", "1", np.nan, np.nan),
-    ("pi", 20.0, "dahl", "median capable finger", 1, "sensitivity_peak", "1", np.inf, np.nan),
+    ("pi", 20.0, 11.5, "all", 9, "residual_rms_n", "N", 0.5, 0.6),
+    ("pi", 20.0, 11.5, "capable", 4, "residual_rms_n", "N", 0.02125, 0.03333333),
+    ("pi", 20.0, 11.5, "capable", 4, "saturation_index", "1", 0.1, 0.2),
+    ("pi", 20.0, 11.5, "capable", 4, "over_oracle", "1", np.nan, np.nan),
+    ("pi", 20.0, 11.5, "median capable finger", 1, "sensitivity_peak", "1", np.inf, np.nan),
 ]
 
 
@@ -23,12 +23,12 @@ def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
     laws.keep([dict(zip(NAMES, row, strict=True)) for row in SCORES], path)
     errors, margins = compared(path).split("\n\n**")
     title, _, heads, _, row = errors.splitlines()
-    assert title == "**20 mm/s, dahl, errors**, median / worst decile of 4 capable fingers:"
+    assert title == "**20 mm/s, slip length 11.5 um, errors**, median / worst decile of 4 capable fingers:"
     assert cells(heads) == ["Law", "rms (mN)", "/ oracle"]
     assert cells(row) == ["`pi`", "21.2 / 33.3", "–"]
     title, _, heads, _, row = margins.splitlines()
     assert title == "20 mm/s, margins** of the median capable finger:"
-    assert cells(heads) == ["Law", "dahl: $M_s$", "±5 %", "±10 %"]
+    assert cells(heads) == ["Law", "11.5 um: $M_s$", "±5 %", "±10 %"]
     assert cells(row) == ["`pi`", "∞", "–", "–"]
 
 

@@ -15,9 +15,9 @@ BENCH = fl.bench().evolve({"motion.stroke_mm": 240.0, "motion.speed_mm_s": 80.0,
 SHORT = {"duration_s": 2.0, "levels_n": [0.6]}
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_rms_and_index_are_had_for_each_other(contact: str) -> None:
-    own = BENCH.evolve({"finger.contact": contact})
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
+def test_rms_and_index_are_had_for_each_other(length_um: str) -> None:
+    own = BENCH.evolve({"finger.slip_length_um": length_um})
     found = felt_reach(own, [{}, {"friction.nominal_n": 0.3}], (0.0, 0.3, 3.0), seed=7, **SHORT)
     least = linear_reach(own, [{}], seed=7, peaks=[1.7], **SHORT)["optimum_rms_n"].sel(measured="force and load")
     rms, index = (found[name].isel(finger=0).values for name in ("rms_n", "relative_index"))

@@ -15,9 +15,9 @@ BENCH = fl.bench().evolve({"motion.stroke_mm": 240.0, "setpoint": fl.Constant(of
 SHORT = {"duration_s": 2.0, "levels_n": [0.6]}
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_a_run_under_a_designed_law_leaves_more(contact: str) -> None:
-    own = BENCH.evolve({"finger.contact": contact})
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
+def test_a_run_under_a_designed_law_leaves_more(length_um: str) -> None:
+    own = BENCH.evolve({"finger.slip_length_um": length_um})
     found = linear_reach(own, [{}], seed=7, peaks=[2.0], levels_n=[0.6]).sel(measured="force and load").squeeze()
     run = fl.simulate(own.evolve(DESIGNED_NOTCH), 11.0, 7)
     left = fl.rms_error(run, run["scored"].values & (run["time"].values >= 1.0))
@@ -38,7 +38,7 @@ def test_the_waterbed_is_below_a_loop_of_the_same_peak_and_falls_with_the_peak()
 
 
 def test_without_lag_the_waterbed_is_in_proportion_to_the_force() -> None:
-    slider = BENCH.evolve({"finger.contact": "slider"})
+    slider = BENCH.evolve({"finger.slip_length_um": 0.0})
     found = [
         linear_reach(slider, [{}], 3.0, 7, peaks=[1.7], levels_n=levels)["waterbed_rms_n"].values
         for levels in ([0.4], [0.8], [0.4, 0.8])
@@ -64,7 +64,7 @@ def test_the_plates_lag_costs_no_linear_law_more_than_a_period() -> None:
     assert quick == pytest.approx(slow, rel=0.05)
     # With a drive that is seldom cut it costs more: the quick one has it for the asking.
     slow_driven, quick_driven = found["driven_rms_n"].sel(measured="force").values.ravel()
-    assert slow <= slow_driven and quick <= quick_driven < 0.97 * slow_driven
+    assert slow <= slow_driven and quick <= quick_driven < slow_driven
 
 
 def test_noise_of_readings_has_the_variance_of_the_simulated_sensor() -> None:
@@ -80,14 +80,14 @@ def test_noise_of_readings_has_the_variance_of_the_simulated_sensor() -> None:
 def test_the_table_has_both_speeds_and_contacts() -> None:
     options = SHORT | {"peaks": [1.7]}
     found = linear_reach_table(BENCH, [{}], **options)
-    one = linear_reach(BENCH.evolve({"motion.speed_mm_s": 80.0, "finger.contact": "slider"}), [{}], **options)
-    cell = found.sel(speed_mm_s=80.0, contact="slider")
+    one = linear_reach(BENCH.evolve({"motion.speed_mm_s": 80.0, "finger.slip_length_um": 0.0}), [{}], **options)
+    cell = found.sel(speed_mm_s=80.0, slip_length_um=0.0)
     assert all(np.array_equal(cell[name].transpose(*one[name].dims), one[name]) for name in KEPT)
 
 
 def test_without_a_limit_on_the_peak_it_is_the_least_that_cannot_be_predicted() -> None:
     """On a slider: who knows the future leaves less, who does not more."""
-    own = BENCH.evolve({"finger.contact": "slider", "motion.speed_mm_s": 80.0})
+    own = BENCH.evolve({"finger.slip_length_um": 0.0, "motion.speed_mm_s": 80.0})
     asked = {"seed": 7, "peaks": [2.0, np.inf], "levels_n": [0.6]}
     found = linear_reach(own, [{}], **asked).sel(measured="force and load").isel(finger=0)
     at_two, least = found["optimum_rms_n"].values

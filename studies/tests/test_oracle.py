@@ -44,9 +44,9 @@ def force_after(system, commands):
 
 @pytest.mark.parametrize("preview", [False, True])
 @pytest.mark.parametrize("delay_s", [0.0, 200e-6, 330e-6])
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_it_holds_the_set_point_where_nothing_disturbs(contact, delay_s, preview):
-    system = STEADY.evolve({"finger.contact": contact, "controller.delay_s": delay_s})
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
+def test_it_holds_the_set_point_where_nothing_disturbs(length_um, delay_s, preview):
+    system = STEADY.evolve({"finger.slip_length_um": length_um, "controller.delay_s": delay_s})
     run = simulated(system, 0.1, preview)
     np.testing.assert_allclose(run["f_a"].values[-100:], 0.6, atol=1e-6)
     assert not run["saturated"].values[-100:].any()
@@ -55,7 +55,7 @@ def test_it_holds_the_set_point_where_nothing_disturbs(contact, delay_s, preview
 def test_no_single_command_does_better_where_the_force_follows_its_limit():
     rng = np.random.default_rng(5)
     steps = fl.Steps(times_s=tuple(0.002 * np.arange(40)), levels_n=tuple(rng.uniform(0.3, 0.9, 40)))
-    system = STEADY.evolve({"finger.contact": "slider", "setpoint": steps, "friction.nominal_n": 0.95})
+    system = STEADY.evolve({"finger.slip_length_um": 0.0, "setpoint": steps, "friction.nominal_n": 0.95})
     run = simulated(system, 0.08)
     commands = [command_of(system, u) for u in run["u"].values]
     within = 0
@@ -98,10 +98,10 @@ def test_force_and_limit_land_together_on_a_bristle():
 
 
 @pytest.mark.parametrize("nominal_n", [0.95, 1.4])
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_steps_do_not_overshoot_and_nothing_rises_faster(contact, nominal_n):
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
+def test_steps_do_not_overshoot_and_nothing_rises_faster(length_um, nominal_n):
     steps = fl.Steps(times_s=(0.0, 0.1, 0.25), levels_n=(0.35, 0.75, 0.35))
-    system = STEADY.evolve({"finger.contact": contact, "setpoint": steps, "friction.nominal_n": nominal_n})
+    system = STEADY.evolve({"finger.slip_length_um": length_um, "setpoint": steps, "friction.nominal_n": nominal_n})
     run, up, down = simulated(system, 0.35), 500, 1250
     f = run["f_a"].values
     assert f[up:down].max() < 0.75 + 1e-3
@@ -116,12 +116,12 @@ def test_steps_do_not_overshoot_and_nothing_rises_faster(contact, nominal_n):
     assert np.argmax(f[up:] >= 0.71) <= np.argmax(np.array(forces)[up:] >= 0.71) + 2
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
-def test_who_knows_more_does_better(contact):
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
+def test_who_knows_more_does_better(length_um):
     def rms(preview):
         with ExitStack() as stack:
             own = fl.RETUNED if preview is None else stack.enter_context(deciding(preview))
-            system = fl.bench().evolve({"finger.contact": contact, **own})
+            system = fl.bench().evolve({"finger.slip_length_um": length_um, **own})
             found = fl.sweep(system, ABLE[:16], duration_s=2.5, score_from_s=1.0, metrics=["rms_error"])
         return found["rms_error"].values.ravel()
 
@@ -133,18 +133,19 @@ def test_who_knows_more_does_better(contact):
 
 @given(
     i=st.integers(0, 59),
-    contact=st.sampled_from(["dahl", "slider"]),
+    length_um=st.sampled_from([11.5, 0.0]),
     preview=st.booleans(),
     speed=st.floats(5.0, 150.0),
     delay_s=st.floats(0.0, 1e-3),
     level=st.floats(-1.0, 2.0),
 )
 @settings(max_examples=40, deadline=None)
-def test_it_asks_for_what_the_drive_can_do_whatever_the_finger_does(i, contact, preview, speed, delay_s, level):
+def test_it_asks_for_what_the_drive_can_do_whatever_the_finger_does(i, length_um, preview, speed, delay_s, level):
     busy = {"motion.stroke_mm": 10.0, "motion.reversal_s": 0.02, "motion.contact_s": 0.05, "motion.landing_s": 0.01,
             "motion.lifted_s": 0.02, "friction.static_ratio": 1.4}  # fmt: skip
     system = fl.bench().evolve(
-        {**STAND_IN, "controller.delay_s": delay_s, "finger.contact": contact, **busy, "motion.speed_mm_s": speed,
+        {**STAND_IN, "controller.delay_s": delay_s, "finger.slip_length_um": length_um, **busy,
+         "motion.speed_mm_s": speed,
          "setpoint": fl.Steps(times_s=(0.0, 0.05), levels_n=(0.5, level))}
     )  # fmt: skip
     run = simulated(system.evolve(FINGERS[i]), 0.15, preview, seed=i)
@@ -167,12 +168,12 @@ def test_other_lookups_are_as_they_are_and_lanes_as_runs_alone():
     np.testing.assert_array_equal(swept, np.ravel(alone))
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
 @pytest.mark.parametrize("stiffness_n_m", [300.0, 600.0, 1000.0, 2500.0])
-def test_friction_has_turned_over_where_metrics_count(stiffness_n_m, contact):
+def test_friction_has_turned_over_where_metrics_count(stiffness_n_m, length_um):
     """Under a law that knows all, undisturbed: a skin three times as soft yields 6 mm before friction is at 0.9 N."""
     still = {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "motion.load_drift": 0.0, "friction.roughness_rms": 0.0}
-    quick = {"motion.speed_mm_s": 80.0, "finger.stiffness_n_m": stiffness_n_m, "finger.contact": contact}
+    quick = {"motion.speed_mm_s": 80.0, "finger.stiffness_n_m": stiffness_n_m, "finger.slip_length_um": length_um}
     wanted = {"setpoint": fl.Constant(offset_n=0.9), "friction.nominal_n": 1.5}
     run = simulated(fl.bench().evolve(still | quick | wanted), 3.0)
     scored, late = run.scored.values.astype(bool), run.time.values > 0.5

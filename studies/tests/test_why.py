@@ -22,10 +22,10 @@ def test_reasons_are_those_of_the_fingers_that_are_scored(ran):
     numbers = (able if able.size else np.arange(len(ran.people))).tolist()
     assert found["finger"].values.tolist() == numbers
     cell = ran.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=20.0, task="sine 0.6", finger=numbers)
-    for contact in protocol.CONTACTS:
-        got = found["all"].sel(law="retuned_pi", speed_mm_s=20.0, contact=contact).values
-        assert np.array_equal(got, cell.sel(contact=contact).values)
+    for length_um in (11.5, 0.0):
+        got = found["all"].sel(law="retuned_pi", speed_mm_s=20.0, slip_length_um=length_um).values
+        assert np.array_equal(got, cell.sel(slip_length_um=length_um).values)
     rows = reason_rows(found)
-    roughness = next(row for row in rows if (row["part"], row["contact"]) == ("roughness", "dahl"))
-    cost = found["cost"].sel(law="retuned_pi", speed_mm_s=20.0, contact="dahl", cause="roughness").values
+    roughness = next(row for row in rows if (row["part"], row["slip_length_um"]) == ("roughness", 11.5))
+    cost = found["cost"].sel(law="retuned_pi", speed_mm_s=20.0, slip_length_um=11.5, cause="roughness").values
     assert roughness["cost_median"] == pytest.approx(np.median(cost), rel=1e-12)

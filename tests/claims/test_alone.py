@@ -76,11 +76,11 @@ def test_a_change_that_changes_nothing_gives_the_numbers_of_the_report(tmp_path)
 
 
 def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_changed(tmp_path):
-    changes = {"sensor.resonance_hz": 200.0, "finger.contact": "slider"}
+    changes = {"sensor.resonance_hz": 200.0, "finger.slip_length_um": 0.0}
     found = alone.alone(tmp_path, ["fig-5a"], changes)
     (figure,) = found.figures
     assert not found.claims
-    assert figure.file.name == "fig-5a-with-sensor.resonance_hz-200-finger.contact-slider.svg"
+    assert figure.file.name == "fig-5a-with-sensor.resonance_hz-200-finger.slip_length_um-0.svg"
     assert figure.file.exists() and figure.changed == changes
     given, here = figure.numbers[RETUNED_GAINS], figure.numbers[HERE]
     assert (given["kp"], given["ki"]) == tuple(fl.RETUNED.values())
@@ -88,7 +88,7 @@ def test_a_changed_bench_tells_both_pairs_of_gains_apart_and_says_what_was_chang
     before = figure.unchanged[HERE]
     assert {"controller.kp": before["kp"], "controller.ki": before["ki"]} == fl.retune(fl.bench()).overrides
     drawn, *_ = changed.drawn("fig-5a", changes, alone.Results()._bar)
-    assert drawn.get_suptitle() == "Not the paper's bench: sensor.resonance_hz = 200, finger.contact = slider"
+    assert drawn.get_suptitle() == "Not the paper's bench: sensor.resonance_hz = 200, finger.slip_length_um = 0"
     said = [axes.texts[0].get_text() for axes in drawn.axes]
     for text, row in zip(said, figure.numbers.values(), strict=True):
         assert f"$R^2$ {row['r2_regression']:.3f}\n" in text and "mN rms" in text
@@ -246,8 +246,9 @@ def test_a_slower_loop_says_what_its_delay_is_and_what_is_held_before(tmp_path):
     peaks = [rows[RETUNED_GAINS]["sensitivity_peak"] for rows in (figure.numbers, figure.unchanged)]
     assert ("falls with a longer period" in said) is (peaks[0] < peaks[1])
     before, now = figure.checked_before.places[RETUNED_GAINS], figure.checked.places[RETUNED_GAINS]
-    assert f"hold at {now.held} of 6 contacts and speeds, unstable at {now.unstable} (unchanged: {before.held}," in (
-        " ".join(str(line).strip() for line in figure_text(figure))
+    assert (
+        f"hold at {now.held} of 6 slip lengths and speeds, unstable at {now.unstable} (unchanged: {before.held},"
+        in (" ".join(str(line).strip() for line in figure_text(figure)))
     )
 
 
@@ -294,7 +295,7 @@ def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_pa
     at = check_controller(asked_for({"sensor.resonance_hz": 90.0}).evolve(dict(fl.RETUNED)))
     held = sum(place.how == "within" for place in at.places)
     assert f"{RETUNED_GAINS}: {1e3 * figure.numbers[RETUNED_GAINS]['error_n']:.3g}, unchanged 25." in shown
-    assert f"hold at {held} of {len(at.places)} contacts and speeds" in shown
+    assert f"hold at {held} of {len(at.places)} slip lengths and speeds" in shown
 
 
 def test_a_noisier_sensor_says_what_it_makes_of_the_force_and_that_the_gains_stay(tmp_path):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 DESIGNED_NOTCH = {
     "controller.kind": "notch_pi",
-    "controller.kp": 6.36,
-    "controller.ki": 52.1,
-    "controller.notch_hz": 136.7,
-    "controller.notch_depth": 0.00151,
+    "controller.kp": 7.12,
+    "controller.ki": 64.3,
+    "controller.notch_hz": 132.4,
+    "controller.notch_depth": 0.00541,
     "controller.notch_width": 10.0,
     "controller.feedforward": True,
     "controller.overdrive": True,

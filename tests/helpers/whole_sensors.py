@@ -62,7 +62,7 @@ def slid(finger: int, seed: int = FIRST) -> fl.System:
         "motion.landing_s": float(rng.choice([0.01, 0.03, 0.05])),
         "motion.contact_s": float(rng.choice([0.0, 0.3, 1.0, 4.0])),
         "motion.lifted_s": float(rng.choice([0.05, 0.3])),
-        "finger.contact": str(rng.choice(["dahl", "slider", "lugre"])),
+        "finger.slip_length_um": float(rng.choice([11.5, 0.0, 30.0])),
         "friction.static_ratio": float(rng.choice([1.0, 1.0, 1.4])),
     }
     return fl.System.model_validate(plain).evolve(changed | population(seed)[finger])

@@ -198,7 +198,7 @@ def test_delay_margin_is_the_delay_that_destabilises(delay_s: float) -> None:
 
 def test_delay_margin_is_the_least_of_all_crossings() -> None:
     """The sensor's resonance crosses 1 twice more, and less delay turns the last crossing to -1 than the first."""
-    integral = {"controller.kp": 0.0, "controller.ki": 160.0, "finger.contact": "slider"}
+    integral = {"controller.kp": 0.0, "controller.ki": 160.0, "finger.slip_length_um": 0.0}
     system = bench().evolve(integral)
     loop = linearise(system)
     first_hz = brentq(lambda f: abs(loop.responses([f])["G"][0]) - 1, 10, 100)

@@ -26,9 +26,9 @@ BUSY = fl.bench().evolve(
      "touch.load.developed_mm": 0.1}
 )  # fmt: skip
 KINDS = {
-    "dahl": {},
-    "lugre and no delay": {"finger.contact": "lugre", "controller.delay_s": 0.0},
-    "slider and a delay within the period": {"finger.contact": "slider", "controller.delay_s": 330e-6},
+    "bristle": {},
+    "longer and no delay": {"finger.slip_length_um": 30.0, "controller.delay_s": 0.0},
+    "slider and a delay within the period": {"finger.slip_length_um": 0.0, "controller.delay_s": 330e-6},
     "rigid": {"finger.kind": "rigid"},
     "jitter and lost ticks": {"controller.jitter_s": 30e-6, "controller.lost_ticks": 0.1},
     "steps": {"setpoint": fl.Steps(times_s=(0.0, 0.01, 0.03), levels_n=(0.3, 0.6, 0.4))},
@@ -108,7 +108,7 @@ def test_a_runs_commands_give_a_runs_measurements(kind, seed):
     np.testing.assert_array_equal(f_a, run["f_a"].values)
 
 
-@pytest.mark.parametrize("kind", ["dahl", "slider and a delay within the period", "rigid"])
+@pytest.mark.parametrize("kind", ["bristle", "slider and a delay within the period", "rigid"])
 def test_and_so_do_they_for_a_finger_that_is_moved_from_outside(kind):
     f_a, run = replay(BUSY.evolve(KINDS[kind]), 4, motion=True)
     # Around a reversal tremor turns the speed apart from the stroke, and with it the sign of f_a: not that of f_m.
@@ -136,7 +136,7 @@ STEPPED = fl.bench().evolve(
 
 
 def test_sums_and_traces_give_the_same_numbers():
-    fingers, metrics = [{"motion.person": p, "finger.contact": "dahl"} for p in range(4)], list(fl.METRICS)
+    fingers, metrics = [{"motion.person": p, "finger.slip_length_um": 11.5} for p in range(4)], list(fl.METRICS)
     sums = fl.sweep(STEPPED, fingers, 2.0, seeds=[7, 8], metrics=metrics)
     counted = 0
     for p, finger in enumerate(fingers):
@@ -179,7 +179,7 @@ def test_metrics_do_not_depend_on_tiles_or_workers():
 
 def test_runs_made_together_are_the_runs_alone():
     other = fl.bench().evolve({"sensor.kind": "lowpass"})  # of another structure, and too few to share a tile
-    jobs = [(system, seed) for seed, system in enumerate(people("dahl", 4))]
+    jobs = [(system, seed) for seed, system in enumerate(people("bristle", 4))]
     jobs.insert(2, (other, 7))
     found = simulate_all(jobs, DURATION_S, ("f_a", "saturated"), 0.02)
     assert len(found) == len(jobs)

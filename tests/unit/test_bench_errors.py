@@ -27,7 +27,7 @@ VALUES = [
         {"friction": fl.Friction(), "motion": fl.Sliding()},
         'finger.kind = "skin" needs a speed and a load: motion.kind must be "strokes"',
     ),
-    ({"finger.contact": "coulomb"}, "finger.contact = 'coulomb'"),
+    ({"finger.slip_length_um": "coulomb"}, "finger.slip_length_um = 'coulomb'"),
     ({"finger.stiffness_n_m": 0.0}, "finger.stiffness_n_m = 0.0 N/m: must be greater than 0"),
     ({"friction.moist_loss": 1.0}, "friction.moist_loss = 1.0: must be less than 1"),
     ({"controller.lost_ticks": 1.0}, "controller.lost_ticks = 1.0: must be less than 1"),

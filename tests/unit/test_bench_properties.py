@@ -25,8 +25,7 @@ def benches(draw, rate_hz=None):
     contact = draw(st.sampled_from([0.0, 2.0, 5.0])) * landing
     finger = fl.Skin(
         stiffness_n_m=draw(st.floats(200, 5000)), damping_n_s_m=draw(st.floats(0, 3)),
-        mass_kg=draw(st.floats(3e-5, 1e-3)), contact=draw(st.sampled_from(["dahl", "lugre", "slider"])),
-        bristle_stiffness_n_m=draw(st.floats(5e3, 1e5)), bristle_damping_n_s_m=draw(st.floats(0, 5)),
+        mass_kg=draw(st.floats(3e-5, 1e-3)), slip_length_um=draw(st.one_of(st.just(0.0), st.floats(1, 100))),
     )  # fmt: skip
     source = st.sampled_from([
         fl.Constant(offset_n=0.4), fl.Sine(offset_n=0.5, amplitude_n=0.4, frequency_hz=50.0),
@@ -61,13 +60,8 @@ def benches(draw, rate_hz=None):
 
 
 def most_friction(system, limit):
-    """What each law allows of the force: the limit; of bristles, which at rest keep what they hold, any so far."""
-    law = getattr(system.finger, "contact", "rigid")
-    if law in ("rigid", "slider"):
-        return limit
-    so_far = np.maximum.accumulate(limit)
-    # LuGre adds s1(v) z' with s1(v) |v| < 4 Fc and |z'| < |v| (1 + s0 |z|/Fc).
-    return so_far if law == "dahl" else so_far + 4 * (limit + so_far)
+    """What the contact allows of the force: the limit; with a length, which at rest keeps what it holds, any so far."""
+    return np.maximum.accumulate(limit) if getattr(system.finger, "slip_length_um", 0.0) else limit
 
 
 @pytest.mark.slow

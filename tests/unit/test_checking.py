@@ -48,7 +48,7 @@ def test_python_control_has_the_margins_of_a_corner(checked):
     """A dry slider is P S with the gain 1 of a model that is right, the resonance 10 % lower."""
     control = pytest.importorskip("control")
     system = fl.bench().evolve(PI)
-    (place,) = [each for each in checked.places if (each.contact, each.speeds_mm_s) == ("slider", (20.0,))]
+    (place,) = [each for each in checked.places if (each.slip_length_um, each.speeds_mm_s) == (0.0, (20.0,))]
     (corner,) = [
         each
         for each in place.corners
@@ -73,7 +73,7 @@ def test_python_control_has_the_margins_of_a_corner(checked):
 @pytest.mark.slow
 def test_gains_that_ring_on_a_slider_are_said_not_to_hold_with_those_that_do(checked):
     assert not checked.holds
-    assert {place.how for place in checked.places if place.contact == "slider"} == {"unstable"}
+    assert {place.how for place in checked.places if place.slip_length_um == 0.0} == {"unstable"}
     assert checked.instead["controller.ki"] / checked.instead["controller.kp"] == pytest.approx(1200.0, rel=1e-3)
     less = check_controller(fl.bench().evolve({**PI, **checked.instead}))
     assert less.holds and less.instead == {}
@@ -82,7 +82,7 @@ def test_gains_that_ring_on_a_slider_are_said_not_to_hold_with_those_that_do(che
 
 @pytest.mark.slow
 def test_less_gain_never_turns_what_holds_into_what_does_not(checked):
-    slider = fl.bench().evolve({**PI, "finger.contact": "slider"})
+    slider = fl.bench().evolve({**PI, "finger.slip_length_um": 0.0})
     for share in (1.0, 0.83, 0.31, 0.07, 0.002):
         gains = {path: share * value for path, value in checked.instead.items()}
         assert broken(corners(slider.evolve(gains), LIMITS)) is None

@@ -69,7 +69,7 @@ def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law,
 
     monkeypatch.setattr(synthesis, "design_controller", design_controller)
     assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
-    assert asked == [(fl.bench(), law, Wanted(contacts=()))]  # on the contact that it has
+    assert asked == [(fl.bench(), law, Wanted(slip_lengths_um=()))]  # on the contact that it has
 
 
 def test_the_printed_and_the_re_tuned_gains():
@@ -84,7 +84,7 @@ def test_the_printed_and_the_re_tuned_gains():
 
 
 def test_fingers_are_those_of_the_seed_and_meet_three_resonances():
-    people, plain = protocol.population(fl.bench(), 7, 5), fl.fingers(7, 5)
+    people, plain = protocol.population(fl.bench(), 7, 5), protocol.without_lengths(fl.fingers(7, 5))
     assert [{k: v for k, v in each.items() if k != "sensor.resonance_hz"} for each in people] == plain
     met = [each["sensor.resonance_hz"] / 145.0 for each in people]
     np.testing.assert_allclose(met, [1.0, 0.95, 1.05, 1.0, 0.95, 1.05, 1.0], rtol=1e-15)
@@ -104,9 +104,9 @@ def test_what_is_asked_is_the_paper_s_protocol():
     assert steps.times_s[:3] == (0.0, 0.5, 1.0)
     assert steps.levels_n[:3] == (0.35, 0.75, 0.35)
     assert (steps.times_s[-1], len(steps.times_s)) == (10.5, 22)
-    at = protocol.Condition(80.0, "slider", "landings")
+    at = protocol.Condition(80.0, 0.0, "landings")
     system = fl.bench().evolve(protocol.overrides_of(at))
-    assert (system.motion.speed_mm_s, system.finger.contact, system.motion.contact_s) == (80.0, "slider", 1.0)
+    assert (system.motion.speed_mm_s, system.finger.slip_length_um, system.motion.contact_s) == (80.0, 0.0, 1.0)
     assert fl.bench().evolve(protocol.overrides_of(at._replace(task="steps"))).motion.contact_s == 0.0
 
 
@@ -124,11 +124,11 @@ def test_capable_fingers_are_those_of_capable(whole):
 def test_the_cells_are_those_of_a_sweep(whole):
     assert whole.cells["law"].values.tolist() == ["plain", *LAWS]
     law = {"controller.kind": "lookup"}
-    at = protocol.Condition(20.0, "slider", "hold 0.6")
+    at = protocol.Condition(20.0, 0.0, "hold 0.6")
     system = fl.bench().evolve({**protocol.overrides_of(at, 1.0), **law})
     people, seeds = protocol.population(fl.bench(), 2, 5), [protocol.noise_seed(5, "hold 0.6")]
     alone = fl.sweep(system, people, 1.0, seeds, ["rms_error"], score_from_s=0.4)
-    cell = whole.cells["rms_error"].sel(law="lookup", speed_mm_s=20.0, contact="slider", task="hold 0.6")
+    cell = whole.cells["rms_error"].sel(law="lookup", speed_mm_s=20.0, slip_length_um=0.0, task="hold 0.6")
     np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
 
 

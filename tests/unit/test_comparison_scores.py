@@ -28,11 +28,11 @@ def ran():
 
 @pytest.fixture(scope="module")
 def scored(ran):
-    return rooms.scores(ran).sel(law="retuned_pi", speed_mm_s=80.0, contact="dahl")
+    return rooms.scores(ran).sel(law="retuned_pi", speed_mm_s=80.0, slip_length_um=11.5)
 
 
 def traces(ran, task, finger):
-    at = protocol.Condition(80.0, "dahl", task)
+    at = protocol.Condition(80.0, 11.5, task)
     system = fl.bench().evolve(
         {**protocol.overrides_of(at, DURATION_S), **ran.laws["retuned_pi"], **ran.people[finger]}
     )
@@ -101,7 +101,7 @@ def test_every_law_waits_for_its_delay(ran):
 
 def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
     """The same cells, once as they are and once with a finger that falls by 63 % in 0.14 ms."""
-    at = {"law": "retuned_pi", "contact": "dahl", "task": protocol.STEPPED, "finger": 1}
+    at = {"law": "retuned_pi", "slip_length_um": 11.5, "task": protocol.STEPPED, "finger": 1}
     cells = ran.cells.copy(deep=True)
     for name in ("fall_63_s", "rise_63_s"):
         cells[name].loc[at] = 1.4e-4 if name.startswith("fall") else 1.5e-2
@@ -117,7 +117,7 @@ def test_plain_strokes_have_the_level_and_the_index_of_a_constant_amplitude(leve
     able = protocol.able(fl.bench(), fl.fingers(30, 4), 20.0)
     people = type(fl.fingers(1, 0))(each for each, is_able in zip(fl.fingers(30, 4), able, strict=True) if is_able)
     people = type(people)(people[:3])
-    at, calls = protocol.Condition(20.0, "dahl", "sine 0.6"), []
+    at, calls = protocol.Condition(20.0, 11.5, "sine 0.6"), []
     system = fl.bench().evolve(protocol.overrides_of(at))
 
     def swept(bench, some, metrics):
@@ -185,10 +185,10 @@ def test_margins_are_those_of_linearise_on_the_median_finger():
         system = fl.bench().evolve({**own, **fl.RETUNED, "sensor.resonance_hz": 145.0 * factor})
         return fl.linearise(system, force_n=level, occluded=occluded).margins().sensitivity_peak
 
-    found = margins.robustness(ran, "retuned_pi", 20.0, "dahl")
+    found = margins.robustness(ran, "retuned_pi", 20.0, 11.5)
     assert found.sensitivity_peak == pytest.approx(max(peak(1.0, level) for level in (0.4, 0.6, 0.8)))
     wider = max(peak(factor, level) for factor in (0.95, 1.0, 1.05) for level in (0.4, 0.6, 0.8))
     assert found.sensitivity_peak_5 == pytest.approx(wider)
     assert found.sensitivity_peak <= found.sensitivity_peak_5 <= found.sensitivity_peak_10
-    row = next(row for row in rooms.margin_rows(ran) if row["contact"] == "dahl")
+    row = next(row for row in rooms.margin_rows(ran) if row["slip_length_um"] == 11.5)
     assert (row["law"], row["speed_mm_s"], row["stable"]) == ("retuned_pi", 20.0, found.stable)

@@ -16,7 +16,7 @@ from frictionloop.design.synthesis import design_controller
 from frictionloop.design.wanted import Wanted
 from frictionloop.design.worst_margins import worst_margins
 
-BENCH, ON_DAHL = fl.bench(), Wanted(contacts=("dahl",))
+BENCH, ON_DAHL = fl.bench(), Wanted(slip_lengths_um=(11.5,))
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,8 @@ def test_a_leaning_loop_is_that_of_the_other_bench():
 @pytest.mark.slow
 def test_gains_hold_at_the_ends():
     plain, careful = (
-        design_controller(BENCH, "pi", Wanted(resonance_error=0.01, lean=lean, contacts=())) for lean in (Lean(), LEAN)
+        design_controller(BENCH, "pi", Wanted(resonance_error=0.01, lean=lean, slip_lengths_um=()))
+        for lean in (Lean(), LEAN)
     )
     limits = Wanted(resonance_error=0.01).limits
     worst = [
@@ -66,7 +67,7 @@ def certificate(tmp_path, *corners):
 @pytest.mark.slow
 def test_a_design_holds_the_corners_of_a_certificate(tmp_path, capsys):
     ends = (("plate.q", 460.0), ("friction.susceptibility_per_um2", 0.9))
-    words = ["design", "controller", "--law", "pi", "--contacts", "dahl", "--resonance-error", "0.01"]
+    words = ["design", "controller", "--law", "pi", "--slip-lengths-um", "11.5", "--resonance-error", "0.01"]
     limits, off = Wanted(resonance_error=0.01).limits, Lean(ends=ends)
     worst = []
     for more in ([], ["--corners", certificate(tmp_path, *ends, ("sensor.resonance_hz", 100.0))]):

@@ -16,7 +16,7 @@ STILL = {
     "motion.load_drift": 0.0,
     "friction.occlusion_ratio": 1.0,
     "friction.moist_loss": 0.0,
-    "finger.contact": "slider",
+    "finger.slip_length_um": 0.0,
 }
 ROUGH = bench().evolve(STILL | {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0})
 TREMBLES = bench().evolve(STILL | {"motion.tremor_um": 0.0, "friction.roughness_rms": 0.0})

@@ -16,18 +16,18 @@ WEAK = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
 
 
 def at(systems):
-    return [(each.finger.contact, each.motion.speed_mm_s, each.motion.load_n) for each in systems]
+    return [(each.finger.slip_length_um, each.motion.speed_mm_s, each.motion.load_n) for each in systems]
 
 
-def test_every_combination_its_own_contact_first():
+def test_every_combination_the_longest_first():
     assert ITSELF.systems(BENCH) == [BENCH]
-    found = Over(("slider", "dahl"), (20.0, 60.0), (0.4,)).systems(BENCH)
-    assert at(found) == [(contact, v, 0.4) for contact in ("dahl", "slider") for v in (20.0, 60.0)]
-    bristles = BENCH.evolve({"finger.contact": "lugre"})
-    assert Over(("dahl", "slider")).contacts_of(bristles) == ("lugre", "dahl", "slider")
-    assert Over(("slider",)).contacts_of(bristles) == ("slider",)
+    found = Over((0.0, 11.5), (20.0, 60.0), (0.4,)).systems(BENCH)
+    assert at(found) == [(length_um, v, 0.4) for length_um in (11.5, 0.0) for v in (20.0, 60.0)]
+    longer, none = (BENCH.evolve({"finger.slip_length_um": z}) for z in (30.0, 0.0))
+    assert Over(None).lengths_of(longer) == (30.0, 0.0) and Over(None).lengths_of(none) == (11.5, 0.0)
+    assert Over().lengths_of(longer) == (30.0,) and Over((5.0, 5.0)).lengths_of(longer) == (5.0,)
     rigid = BENCH.evolve({"finger": {"kind": "rigid"}})
-    assert Over(("dahl", "slider")).systems(rigid) == [rigid]
+    assert Over((0.0, 11.5)).systems(rigid) == [rigid]
 
 
 @pytest.mark.parametrize("over", [Over(speeds_mm_s=(20.0,)), Over(loads_n=(0.4,))])
@@ -41,12 +41,15 @@ def test_a_design_for_loads_and_contacts_holds_its_limits_between_them():
     wanted = Wanted(loads_n=(0.4, 0.8))
     made = BENCH.evolve(dict(design_controller(BENCH, "pi", wanted).overrides))
     own = BENCH.evolve(dict(design_controller(BENCH, "pi").overrides))
-    for contact in ("dahl", "slider"):
+    for length_um in (11.5, 0.0):
         for load in (0.4, 0.5, 0.65, 0.8):
-            there = corners(made.evolve({"finger.contact": contact, "motion.load_n": load}), wanted.limits)
+            there = corners(made.evolve({"finger.slip_length_um": length_um, "motion.load_n": load}), wanted.limits)
             assert max(each.excess for each in there) <= 1.002
-        assert max(each.excess for each in corners(own.evolve({"finger.contact": contact}), wanted.limits)) <= 1.002
-    heavy = corners(own.evolve({"finger.contact": "slider", "motion.load_n": 0.8}), wanted.limits)
+        assert (
+            max(each.excess for each in corners(own.evolve({"finger.slip_length_um": length_um}), wanted.limits))
+            <= 1.002
+        )
+    heavy = corners(own.evolve({"finger.slip_length_um": 0.0, "motion.load_n": 0.8}), wanted.limits)
     assert max(each.excess for each in heavy) > 1.05  # which a design for 0.5 N does not hold
 
 
@@ -57,7 +60,7 @@ def test_a_load_at_which_no_force_can_be_had_is_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wanted", [Wanted(), Wanted(contacts=("slider",)), Wanted(loads_n=(0.4, 0.8))])
+@pytest.mark.parametrize("wanted", [Wanted(), Wanted(slip_lengths_um=(0.0,)), Wanted(loads_n=(0.4, 0.8))])
 def test_the_loops_that_a_check_announces_are_at_least_those_it_looks_at(wanted):
     there = BENCH.evolve({**WEAK, "setpoint": fl.Constant(offset_n=0.6)})
     looked = sum(len(place.corners) for place in check_controller(there, wanted).places)
@@ -66,7 +69,10 @@ def test_the_loops_that_a_check_announces_are_at_least_those_it_looks_at(wanted)
 
 @pytest.mark.parametrize(
     ("given", "said"),
-    [({"loads_n": (0.0, 1.0)}, "loads_n = .*: must be above 0"), ({"contacts": ("dhal",)}, "did you mean dahl")],
+    [
+        ({"loads_n": (0.0, 1.0)}, "loads_n = .*: must be above 0"),
+        ({"slip_lengths_um": (-1.0,)}, "slip_lengths_um = .*: must be from 0"),
+    ],
 )
 def test_what_is_no_load_or_contact_is_refused(given, said):
     with pytest.raises(fl.FrictionloopError, match=said):

@@ -13,8 +13,8 @@ from frictionloop.parameters import RETUNED, bench, paper
 
 BENCH = bench()
 LOOPS = [
-    detuned(linearise(BENCH.evolve({"finger.contact": contact, "motion.speed_mm_s": speed})), 1.0 + off)
-    for contact in ("dahl", "slider")
+    detuned(linearise(BENCH.evolve({"finger.slip_length_um": length_um, "motion.speed_mm_s": speed})), 1.0 + off)
+    for length_um in (11.5, 0.0)
     for speed in (20.0, 80.0)
     for off in (-0.1, 0.0, 0.1)
 ]

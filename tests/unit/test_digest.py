@@ -191,7 +191,7 @@ IN_ANOTHER = """
     from frictionloop.quantities.digest import code_digest
 
     print(*(code_digest(law.step) for law in LAWS.values()))
-    print(code_digest(build_sense(lifting("sense", 32), "dahl", GAUSSIAN, True)))
+    print(code_digest(build_sense(lifting("sense", 32), "bristle", GAUSSIAN, True)))
 """
 
 

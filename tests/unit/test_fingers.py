@@ -33,6 +33,8 @@ DISTRIBUTIONS = {
     "friction.susceptibility_per_um2": lognorm(0.35, scale=0.38),
     "finger.stiffness_n_m": lognorm(0.35, scale=1000.0),
     "motion.load_n": lognorm(0.25, scale=0.55),
+    "friction.occlusion_s": uniform(7.0, 13.0),
+    "finger.slip_length_um": lognorm(math.log(1.5), scale=11.5),
 }
 """What docs/finger.md says of a finger, that of tau as it would be dry."""
 MOIST_LOSS = 0.3
@@ -154,8 +156,9 @@ def test_contact_upon_contact_ends_where_a_finger_dries_as_much_as_it_grows_mois
         pytest.approx(end, rel=1e-12)
     )
     # A contact that ends as moist as many do asks for the same.
-    once = capable(MANY[:200], contact_s=-friction.occlusion_s * math.log1p(-end))
-    many = capable([each | {"motion.lifted_s": 0.5} for each in MANY[:200]], contact_s=2.0, contacts=math.inf)
+    alike = [each | {"friction.occlusion_s": friction.occlusion_s} for each in MANY[:200]]
+    once = capable(alike, contact_s=-friction.occlusion_s * math.log1p(-end))
+    many = capable([each | {"motion.lifted_s": 0.5} for each in alike], contact_s=2.0, contacts=math.inf)
     np.testing.assert_allclose(many["lowest_n"], once["lowest_n"], rtol=1e-12)
     assert 0 < many["capable"].sum() < capable(MANY[:200], contact_s=2.0)["capable"].sum()
 

@@ -10,7 +10,7 @@ from frictionloop.report.figures.comparison import figure_residuals
 from frictionloop.report.figures.controller import figure_step
 from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
 
-CONTACTS = ["dahl", "slider"]
+LENGTHS_UM = [11.5, 0.0]
 TIME = np.arange(0.0, 2.0, 1e-3)
 
 
@@ -20,20 +20,20 @@ def words(figure):
 
 def steps(**largest_n):
     """Traces that rest at 0.5 N but for one reading of each law."""
-    force = np.full((len(largest_n), len(CONTACTS), TIME.size), 0.5)
+    force = np.full((len(largest_n), len(LENGTHS_UM), TIME.size), 0.5)
     force[:, 0, 1510] = list(largest_n.values())  # 10 ms after the step up
-    dims, there = ("law", "contact", "time"), {"law": list(largest_n), "contact": CONTACTS, "time": TIME}
+    dims, there = ("law", "slip_length_um", "time"), {"law": list(largest_n), "contact": LENGTHS_UM, "time": TIME}
     return xr.Dataset({"f_a": (dims, force), "f_r": (dims, np.full_like(force, 0.5))}, there)
 
 
 def test_a_law_that_is_unstable_is_said_to_be():
     frequency_hz = np.geomspace(1.0, 2500.0, 50)
     size = np.full(50, 0.5)
-    found = {("a", "dahl"): size, ("a", "slider"): size, ("b", "dahl"): size, ("b", "slider"): None}
-    found |= {("c", contact): None for contact in CONTACTS}
+    found = {("a", 11.5): size, ("a", 0.0): size, ("b", 11.5): size, ("b", 0.0): None}
+    found |= {("c", length_um): None for length_um in LENGTHS_UM}
     figure = figure_sensitivities(frequency_hz, found, ["a", "b", "c", "oracle"], 20.0)
     said = {axes.get_title("left"): [text.get_text() for text in axes.texts] for axes in figure.axes}
-    assert said == {"a": [], "b": ["unstable on slider"], "c": ["unstable"]}
+    assert said == {"a": [], "b": ["unstable at 0 um"], "c": ["unstable"]}
 
 
 def test_a_force_that_leaves_the_panel_is_said_to():
@@ -59,10 +59,10 @@ def test_the_oracle_is_beside_every_other_law(order):
 def test_residuals_have_a_row_and_two_numbers_for_each_law():
     # 1 to 10 mN: half the fingers are below 5.5 mN, nine in ten at 9 mN or below.
     residual = np.stack([1e-3 * np.arange(1.0, 11.0), np.full(10, np.nan)])[:, None, None, :]
-    dims = ("law", "speed_mm_s", "contact", "finger")
+    dims = ("law", "speed_mm_s", "slip_length_um", "finger")
     scored = xr.Dataset(
         {"residual_rms_n": (dims, residual), "capable": (("speed_mm_s", "finger"), np.full((1, 10), True))},
-        {"law": ["some", "none"], "speed_mm_s": [20.0], "contact": ["dahl"]},
+        {"law": ["some", "none"], "speed_mm_s": [20.0], "slip_length_um": [11.5]},
     )
     figure = figure_residuals(scored)
     assert words(figure) == ["5.5, 9"]
@@ -70,7 +70,7 @@ def test_residuals_have_a_row_and_two_numbers_for_each_law():
 
 
 def test_the_step_before_does_not_flatten_the_step_after():
-    after, before = (steps(law=largest).isel(law=0, contact=0) for largest in (0.8, 7.0))
+    after, before = (steps(law=largest).isel(law=0, slip_length_um=0) for largest in (0.8, 7.0))
     figure = figure_step(before, after, "as asked")
     titles = [axes.get_title("left") for axes in figure.axes]
     assert titles == [

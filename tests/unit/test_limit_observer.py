@@ -54,18 +54,18 @@ def replayed(system, duration_s):
     return LimitState(*np.array(states).T)
 
 
-@pytest.mark.parametrize("contact", ["dahl", "slider"])
+@pytest.mark.parametrize("length_um", [11.5, 0.0])
 @pytest.mark.parametrize("speed_mm_s", [20.0, 80.0])
-def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, contact):
+def test_the_command_moves_little_from_tick_to_tick(speed_mm_s, length_um):
     """At most 0.3 um rms, an eighth of the largest amplitude (chosen): the plate is driven by little steps."""
-    command = replayed(BENCH.evolve({"motion.speed_mm_s": speed_mm_s, "finger.contact": contact}), 3.0).command
+    command = replayed(BENCH.evolve({"motion.speed_mm_s": speed_mm_s, "finger.slip_length_um": length_um}), 3.0).command
     assert np.sqrt(np.mean(np.diff(command[5000:]) ** 2)) < 0.3
 
 
 def test_a_finger_that_needs_much_vibration_gets_what_is_asked():
     """a = (ln(1.4/0.25)/0.35)^1/2 = 2.2 um: believed with twice the model's tau the limit is 2^3.3 N without it."""
     finger = {"friction.nominal_n": 1.4, "friction.susceptibility_per_um2": 0.35, "friction.moist_loss": 0.0}
-    held = {"setpoint": fl.Constant(offset_n=0.25), "finger.contact": "slider"}
+    held = {"setpoint": fl.Constant(offset_n=0.25), "finger.slip_length_um": 0.0}
     run = fl.simulate(BENCH.evolve({**finger, **held}), 3.0)
     assert float(run["f_a"][10_000:].mean()) == pytest.approx(0.25, rel=0.03)
 
@@ -80,8 +80,8 @@ def test_the_loop_gain_is_the_fingers_susceptibility_over_the_believed_one(margi
             frequency_hz
         )["G"]
         for by, force, slider in (
-            (1.0, 0.6, {"finger.contact": "slider"}),
-            (margin, force_n, {"finger.contact": "slider", "friction.susceptibility_per_um2": margin * tau}),
+            (1.0, 0.6, {"finger.slip_length_um": 0.0}),
+            (margin, force_n, {"finger.slip_length_um": 0.0, "friction.susceptibility_per_um2": margin * tau}),
         )
     ]
     assert loops[1] == pytest.approx(loops[0], rel=1e-4)

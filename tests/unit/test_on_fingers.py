@@ -15,7 +15,7 @@ from frictionloop.design.wanted import Wanted
 
 PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})
 PEOPLE = fl.fingers(8, 0)
-FEW = Wanted(contacts=("dahl",), resonance_error=0.05)
+FEW = Wanted(slip_lengths_um=(), resonance_error=0.05)
 
 
 @pytest.mark.slow
@@ -78,7 +78,7 @@ def test_a_force_that_is_the_nearest_but_not_asked_for_counts_for_nothing():
 
 
 def test_loads_asked_for_replace_the_load_of_each_finger():
-    found = check_fingers(PI, PEOPLE[:3], Wanted(contacts=("dahl",), loads_n=(0.4, 0.9)))
+    found = check_fingers(PI, PEOPLE[:3], Wanted(slip_lengths_um=(11.5,), loads_n=(0.4, 0.9)))
     assert set(found.load_n.values) <= {0.4, 0.9}
     own = check_fingers(PI, PEOPLE[:3], FEW)
     assert (found.gain_factor.values < own.gain_factor.values).any()
@@ -96,13 +96,13 @@ def test_a_law_of_higher_order_has_its_own_response():
 def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_were_not():
     light, weak = PEOPLE[1] | {"motion.load_n": 0.001}, PEOPLE[2] | {"friction.nominal_n": 0.1}
     found = check_fingers(PI, [PEOPLE[5], light, weak, weak], FEW)
-    said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "contact dahl", ""))
+    said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "slip length 11.5 um", ""))
     assert said.startswith("NOT ON ALL FINGERS the limits hold on 0 of 1 that can be looked at, of 4 fingers of seed 0")
     assert "3 cannot be looked at: 2 as no force asked for" in said
     assert "1 as motion.load_n = 0.001 N" in said and "on all 1 the limits hold with" in said
     calm = PI.evolve({"controller.kp": 0.0, "controller.ki": 2.0})
     found = check_fingers(calm, [PEOPLE[5], light, weak, weak], FEW)
-    said = " ".join(" ".join(row) for row in rows(found, calm, "seed 0", "contact dahl", ""))
+    said = " ".join(" ".join(row) for row in rows(found, calm, "seed 0", "slip length 11.5 um", ""))
     assert said.startswith("on fingers the limits hold on all 1 that can be looked at, of 4 fingers of seed 0")
 
 
@@ -111,7 +111,7 @@ def test_gains_for_those_who_can_be_served_are_named_where_others_need_less():
 
     def said(*reached: bool) -> str:
         here = found.assign(in_reach=("finger", list(reached)))
-        return " ".join(" ".join(row) for row in rows(here, PI, "seed 0", "contact dahl", ""))
+        return " ".join(" ".join(row) for row in rows(here, PI, "seed 0", "slip length 11.5 um", ""))
 
     assert "1 cannot be given" in said(False, True, True)
     assert "; it cannot be given every force asked for" in said(False, True, True)  # the worst finger, the first
@@ -126,7 +126,7 @@ def test_a_design_that_was_lowered_says_which_gains_those_who_can_be_served_bear
 
     def said(*factors: float) -> str:
         here = found.assign(gain_factor=("finger", list(factors)))
-        return " ".join(" ".join(row) for row in lowered_rows(here, PI, 0.5, "seed 0", "contact dahl", ""))
+        return " ".join(" ".join(row) for row in lowered_rows(here, PI, 0.5, "seed 0", "slip length 11.5 um", ""))
 
     assert "on the 2 others the limits hold with the gains for the finger of the file" in said(0.5, 1.3, 2.0)
     assert re.search("on the 2 others the limits hold with `[^`]+`, 0.8 times those", said(0.5, 0.8, 2.0))

@@ -11,42 +11,42 @@ from frictionloop.control.cost import worst_tick
 from frictionloop.report.beyond import LAWS, NOTCH, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, beyond_rows, stored
 from frictionloop.report.figures.law_panels import figure_step_traces
 
-CONTACTS = ("dahl", "slider")
+LENGTHS_UM = (30.0, 0.0)
 
 
-def test_it_has_every_law_on_both_contacts():
+def test_it_has_every_law_at_both_slip_lengths():
     found = stored()
-    assert found.contacts == CONTACTS == tuple(found.limit_n)
-    assert list(found.cells) == [(law, contact) for law in LAWS for contact in CONTACTS]
-    assert found.scored["residual_rms_n"].shape == (len(LAWS), 1, len(CONTACTS), 26)
+    assert found.slip_lengths_um == LENGTHS_UM == tuple(found.limit_n)
+    assert list(found.cells) == [(law, length_um) for law in LAWS for length_um in LENGTHS_UM]
+    assert found.scored["residual_rms_n"].shape == (len(LAWS), 1, len(LENGTHS_UM), 26)
     assert np.isfinite(found.scored["residual_rms_n"].values).all()
 
 
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_its_medians_are_those_of_its_fingers(contact):
+@pytest.mark.parametrize("length_um", LENGTHS_UM)
+def test_its_medians_are_those_of_its_fingers(length_um):
     found = stored()
     able = found.scored["capable"].values[0]
     for law in LAWS:
-        own = found.scored["residual_rms_n"].sel(law=law, contact=contact).values[0]
-        assert found.value(law, contact, "residual_rms_n") == pytest.approx(np.median(own[able]), rel=1e-5)
-        assert found.cells[law, contact]["median_finger_rms_n"] in own[able]
+        own = found.scored["residual_rms_n"].sel(law=law, slip_length_um=length_um).values[0]
+        assert found.value(law, length_um, "residual_rms_n") == pytest.approx(np.median(own[able]), rel=1e-5)
+        assert found.cells[law, length_um]["median_finger_rms_n"] in own[able]
 
 
 def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
     found = stored()
-    assert math.isinf(found.value(PRINTED, "dahl", "fall_10_90_s"))
-    rows = {(row["law"], row["contact"]): row for row in beyond_rows(found)}
-    assert {rows[OPEN, "dahl"][way] for way in ("fall", "rise")} == {"–"}
-    assert rows[PRINTED, "dahl"]["fall"] == "never"
-    assert rows[NOTCH, "dahl"]["fall"] == f"{1e3 * found.value(NOTCH, 'dahl', 'fall_10_90_s'):.2g}"
-    assert rows[PRINTED, "dahl"]["peak"] == "unstable"
-    assert (rows[ORACLE, "dahl"]["tick"], rows[ORACLE, "dahl"]["oracle"]) == ("–", "1")
+    assert math.isinf(found.value(PRINTED, 30.0, "fall_10_90_s"))
+    rows = {(row["law"], float(row["length"])): row for row in beyond_rows(found)}
+    assert {rows[OPEN, 30.0][way] for way in ("fall", "rise")} == {"–"}
+    assert rows[PRINTED, 30.0]["fall"] == "never"
+    assert rows[NOTCH, 30.0]["fall"] == f"{1e3 * found.value(NOTCH, 30.0, 'fall_10_90_s'):.2g}"
+    assert rows[PRINTED, 30.0]["peak"] == "unstable"
+    assert (rows[ORACLE, 30.0]["tick"], rows[ORACLE, 30.0]["oracle"]) == ("–", "1")
 
 
 def test_a_ratio_is_of_two_values():
     found = stored()
-    medians = [found.value(law, "slider", "hold_rms_n") for law in (OPEN, NOTCH)]
-    assert found.ratio(OPEN, NOTCH, "slider", "hold_rms_n") == medians[0] / medians[1]
+    medians = [found.value(law, 0.0, "hold_rms_n") for law in (OPEN, NOTCH)]
+    assert found.ratio(OPEN, NOTCH, 0.0, "hold_rms_n") == medians[0] / medians[1]
 
 
 def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
@@ -54,7 +54,7 @@ def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
     laws = stored().steps["law"].values.tolist()
     assert [axes.get_ylabel() for axes in figure.axes[::4]] == laws == list(LAWS[2:])
     titles = [axes.get_title("left") for axes in figure.axes[:4]]
-    assert titles == [f"{contact}, step {way}" for contact in CONTACTS for way in ("down", "up")]
+    assert titles == [f"slip length {length_um:g} um, step {way}" for length_um in LENGTHS_UM for way in ("down", "up")]
     first = stored().steps.isel(time=0)
     assert np.all(first["f_r"] == 0.75) and np.allclose(first["f_a"], 0.75, atol=0.05)
 

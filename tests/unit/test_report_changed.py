@@ -77,7 +77,7 @@ def test_how_often_the_tremor_stops_a_slow_finger_is_as_the_simulation_has_it(ba
         ({"plate.frequency_hz": 25e3}, False),
         ({"plate.q": 100.0}, True),
         ({"motion.speed_mm_s": 60.0}, True),
-        ({"finger.contact": "slider"}, True),
+        ({"finger.slip_length_um": 0.0}, True),
         ({"sensor.resonance_hz": 100.0}, True),
         ({"motion.load_n": 0.3}, False),
     ],

@@ -23,9 +23,9 @@ CALM = {
 }
 
 
-def plain(speed_mm_s, ratio, contact, duration_s=3.0):
+def plain(speed_mm_s, ratio, length_um, duration_s=3.0):
     """f_a over the last second of a slow stroke without vibration."""
-    changes = {"motion.speed_mm_s": speed_mm_s, "friction.static_ratio": ratio, "finger.contact": contact}
+    changes = {"motion.speed_mm_s": speed_mm_s, "friction.static_ratio": ratio, "finger.slip_length_um": length_um}
     return fl.plain_stroke(fl.bench().evolve(CALM | changes), 0.0, duration_s)["f_a"].values[-5000:]
 
 
@@ -38,22 +38,21 @@ def test_the_factor_is_the_formula_and_between_one_and_the_ratio(slip, ratio, st
     assert found == pytest.approx(1 + (ratio - 1) * math.exp(-exponent), rel=1e-12)
 
 
-@pytest.mark.parametrize("contact", ["dahl", "lugre", "slider"])
-def test_a_fast_finger_slides_at_its_kinetic_limit(contact):
-    np.testing.assert_allclose(plain(20.0, 1.4, contact), 0.95, rtol=1e-6)
+@pytest.mark.parametrize("length_um", [11.5, 30.0, 0.0])
+def test_a_fast_finger_slides_at_its_kinetic_limit(length_um):
+    np.testing.assert_allclose(plain(20.0, 1.4, length_um), 0.95, rtol=1e-6)
 
 
-@pytest.mark.parametrize("contact", ["dahl", "lugre", "slider"])
-def test_a_slow_finger_sticks_and_slips_only_with_a_static_share(contact):
+@pytest.mark.parametrize("length_um", [11.5, 30.0, 0.0])
+def test_a_slow_finger_sticks_and_slips_only_with_a_static_share(length_um):
     # At 2 mm/s dF/dv is far below -c of the skin: steady sliding cannot be stable there.
-    assert np.ptp(plain(2.0, 1.0, contact)) < 1e-6
-    force = plain(2.0, 1.4, contact)
+    assert np.ptp(plain(2.0, 1.0, length_um)) < 1e-6
+    force = plain(2.0, 1.4, length_um)
     assert np.ptp(force) > 0.1
     assert force.max() <= 1.4 * 0.95 * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("contact", ["dahl", "lugre"])
-def test_a_creeping_finger_carries_the_static_force(contact):
-    # (0.5/2)^2 = 1/16. Bristles give way by creeping, so this slide is steady, after the skin's 1.3 mm.
-    force = plain(0.5, 1.4, contact, 7.0)
+def test_a_creeping_finger_carries_the_static_force():
+    # (0.5/2)^2 = 1/16. A long contact gives way by creeping, so this slide is steady, after the skin's 1.3 mm.
+    force = plain(0.5, 1.4, 100.0, 7.0)
     assert force == pytest.approx(0.95 * (1 + 0.4 * math.exp(-1 / 16)), rel=1e-3)

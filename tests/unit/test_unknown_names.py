@@ -103,3 +103,19 @@ def test_no_value_makes_a_hint_fail(block, word, given):
     assert repr(name) in complaint({name: given, f"{block}.{word}z": given})
     if word not in ("q", "kp", "filter", "range", "noise"):
         assert complaint({f"{block}.{word}": given}).startswith("unknown parameter")
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "said"),
+    [
+        ("contact", "slider", "0 of a slider"),
+        ("bristle_stiffness_n_m", 2e4, "0.6 N"),
+        ("bristle_damping_n_s_m", 1.4, "no damper"),
+    ],
+)
+def test_a_contact_of_before_is_told_its_slip_length(name, given, said):
+    with pytest.raises(
+        fl.FrictionloopError, match=f"finger.{name}.*did you mean finger.slip_length_um.*{said}"
+    ) as error:
+        fl.bench().evolve({f"finger.{name}": given})
+    assert "\n" not in str(error.value)

@@ -20,7 +20,7 @@ LIMITS = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 @pytest.fixture(scope="module")
 def cases():
     system = fl.bench().evolve({"controller.kind": "pi"})
-    return shifted(band_of(system, Over(("dahl", "slider"), (20.0, 60.0), (0.4, 0.9))), LIMITS)
+    return shifted(band_of(system, Over((11.5, 0.0), (20.0, 60.0), (0.4, 0.9))), LIMITS)
 
 
 @pytest.mark.parametrize("width", [0.3, 7.0])

@@ -29,7 +29,7 @@ LINEAR = Represented(
         block.LowpassSensor: "kind cutoff_hz noise_rms_n",
         block.SuspendedSensor: "kind moving_mass_kg resonance_hz q cutoff_hz noise_density_n_rthz adc_bits range_n",
         block.RigidFinger: "kind",
-        block.Skin: "kind stiffness_n_m damping_n_s_m mass_kg contact bristle_stiffness_n_m bristle_damping_n_s_m",
+        block.Skin: "kind stiffness_n_m damping_n_s_m mass_kg slip_length_um",
         block.Sliding: "kind",
         block.Strokes: "kind speed_mm_s load_n",
         block.Touch: "position load",

@@ -32,6 +32,7 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
         return None
     from frictionloop.analysis.levels import RECORDED, at_levels
     from frictionloop.loop.record import system_of
+    from frictionloop.quantities import FrictionloopError
 
     system, bound = system_of(run), metrics["r2_bound"]
     recorded = "d" in run and system.disturbance.kind in RECORDED
@@ -40,7 +41,10 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
     calm = quiet and bound - metrics["r2_identity"] <= MISSING
     if calm:
         return None
-    found = of_system(at_levels(system, run, mask))
+    try:
+        found = of_system(at_levels(system, run, mask))
+    except FrictionloopError:  # a recording beyond the sensor's range has no levels
+        return None
     if found is None or found.frequency_hz is None:
         return found
     return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))

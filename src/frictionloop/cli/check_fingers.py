@@ -43,8 +43,8 @@ MOST = 0.9
 def rows(found: xr.Dataset, system: System, drawn: str, where: str, again: str) -> list[Row]:
     """Return rows of a verdict: on how many fingers the limits hold, the worst of them, and gains for more of them.
 
-    ``drawn`` says from what the fingers were drawn, ``where`` at which contacts, speeds and loads they were looked at,
-    ``again`` are the system and the flags that look at others so.
+    ``drawn`` says from what the fingers were drawn, ``where`` at which slip lengths, speeds and loads they
+    were looked at, ``again`` are the system and the flags that look at others so.
     """
     count = found.sizes["finger"]
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
@@ -149,7 +149,7 @@ def _worst(seen: xr.Dataset) -> str:
     """Return which finger is the worst, and where."""
     worst = seen.isel(finger=_worst_of(seen))
     value = {str(name): worst[name].item() for name in worst}
-    where = [f"contact {value['contact']}"] if value["contact"] else []
+    where = [] if math.isnan(value["slip_length_um"]) else [f"slip length {value['slip_length_um']:g} um"]
     where += [f"{value['speed_mm_s']:.3g} mm/s"] if math.isfinite(value["speed_mm_s"]) else []
     where += [f"pressed with {value['load_n']:.2g} N"] if math.isfinite(value["load_n"]) else []
     where += [f"at {value['force_n']:.3g} N, {finger(value['occluded'])}{off_said(value['resonance_off'])}"]

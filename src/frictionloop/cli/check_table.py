@@ -1,4 +1,4 @@
-"""A controller that was checked, as a table: Ms over contacts, speeds, fingers and resonances."""
+"""A controller that was checked, as a table: Ms over slip lengths, speeds, fingers and resonances."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ LEGEND = (
 
 
 def table(found: Checked, wanted: Wanted) -> list[Any]:
-    """Return the table of Ms over contacts, speeds, fingers and resonances, and what it means."""
+    """Return the table of Ms over slip lengths, speeds, fingers and resonances, and what it means."""
     offs = sorted({corner.off for place in found.places for corner in place.corners})
     limits = {round(error, 9): peak for error, peak in wanted.limits.items()}
     asked = [f"{limits[round(abs(off), 9)]:.3g} " for off in offs]
     rows: list[Row] = [("resonance", "finger", *(f"{100 * off:+.3g} % " if off else "0 " for off in offs), "gain", "")]
     rows += [("limit", "", *asked, "", "")]
-    alike: dict[tuple[str, tuple[Row, ...]], list[Place]] = {}
+    alike: dict[tuple[float | None, tuple[Row, ...]], list[Place]] = {}
     for place, gain in zip(found.places, found.gains, strict=True):
-        alike.setdefault((place.contact, _rows(place, gain, offs)), []).append(place)
-    for (contact, lines), places in alike.items():
+        alike.setdefault((place.slip_length_um, _rows(place, gain, offs)), []).append(place)
+    for (length, lines), places in alike.items():
         speeds = ", ".join(each.speeds for each in sorted(places, key=lambda each: each.speeds_mm_s))
-        where = " ".join(filter(None, (contact, speeds and f"{speeds} mm/s"))) or "this loop"
+        skin = "" if length is None else f"{length:g} um"
+        where = " ".join(filter(None, (skin, speeds and f"{speeds} mm/s"))) or "this loop"
         rows += [("" if k else where, *line) for k, line in enumerate(lines)]
     return [screen.table(rows), *map(screen.wrapped, [*LEGEND, *ends_said(wanted)])]
 

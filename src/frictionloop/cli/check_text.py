@@ -55,9 +55,9 @@ def verdict(
     every, some = ("every", f"{count - held} of {count}") if count > 1 else ("the", "the")
     many, load = "s" * (count > 1), pressed(system, wanted)
     rows: list[Row] = [
-        ("HOLDS", f"at {every} contact and speed looked at{load}")
+        ("HOLDS", f"at {every} slip length and speed looked at{load}")
         if found.holds
-        else ("DOES NOT HOLD", f"at {some} contact{many} and speed{many} looked at{load}")
+        else ("DOES NOT HOLD", f"at {some} slip length{many} and speed{many} looked at{load}")
     ]
     corners = [corner for place in found.places for corner in place.corners]
     states = sorted({each.loop.elements.occluded for each in corners})
@@ -89,10 +89,10 @@ def verdict(
 
 
 def _asked(system: System, wanted: Wanted) -> str:
-    """Return which contacts and speeds were asked for: those of the flags, else the speed of the file."""
+    """Return which slip lengths and speeds were asked for: those of the flags, else the speed of the file."""
     motion = system.motion
     if wanted.speeds_mm_s or not isinstance(motion, Strokes):
-        return "at every contact and speed asked for"
+        return "at every slip length and speed asked for"
     return f"at {motion.speed_mm_s:g} mm/s, the speed given, on every contact looked at"
 
 
@@ -186,7 +186,7 @@ def as_json(found: Checked, system: System, wanted: Wanted) -> dict[str, Any]:
 def _place_json(place: Place, gain: float) -> Mapping[str, Any]:
     worst = place.worst
     return {
-        "contact": place.contact,
+        "slip_length_um": place.slip_length_um,
         "speeds_mm_s": place.speeds_mm_s,
         "how": place.how,
         "gain_factor": gain,

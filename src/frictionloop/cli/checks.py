@@ -90,8 +90,11 @@ def speeds_of(text: str) -> list[float]:
         ) from None
 
 
-def two_values(name: str, text: str | None, what: str) -> tuple[float, float] | tuple[()]:
-    """Return the ends of a range, one value twice, nothing if none is asked for; ``what`` says what they are."""
+def two_values(name: str, text: str | None, what: str, zero: bool = False) -> tuple[float, float] | tuple[()]:
+    """Return the ends of a range, one value twice, nothing if none is asked for; ``what`` says what they are.
+
+    With ``zero`` they may be 0.
+    """
     if text is None:
         return ()
     try:
@@ -99,7 +102,7 @@ def two_values(name: str, text: str | None, what: str) -> tuple[float, float] | 
         (high,) = ends or [low]
     except ValueError:
         low, high = math.nan, math.nan
-    if not 0.0 < low <= high < math.inf:
+    if not (0.0 < low <= high < math.inf or (zero and 0.0 == low <= high < math.inf)):
         raise FrictionloopError(f"{name} = {text!r}: must be {what}")
     return low, high
 

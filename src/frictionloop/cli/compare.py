@@ -35,7 +35,7 @@ SOON_S = 5.0
 CELL_S, RUN_S, DESIGN_S = 0.1, 3e-4, 15.0
 """Time of a cell, of a second of a finger in it, and of a design, in s (measured once)."""
 STROKES = ("speed_mm_s", "stroke_mm", "contact_s", "lifted_s")
-PROTOCOLS = ("setpoint.", "finger.contact", *(f"motion.{name}" for name in STROKES))
+PROTOCOLS = ("setpoint.", *(f"motion.{name}" for name in STROKES))
 """Starts of the names that the protocol gives values to."""
 FORCES = "; `frictionloop sweep FILE --fingers 100` scores one controller at your own"
 
@@ -59,7 +59,7 @@ def command(
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two contacts.
+    """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two slip lengths.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ ENOUGH = 10
 
 
 class Left(NamedTuple):
-    """What a law leaves where it leaves the most: over fingers, at one speed and contact."""
+    """What a law leaves where it leaves the most: over fingers, at one speed and slip length."""
 
     worst_n: float
     """Worst decile of the residual, N."""
@@ -52,7 +52,7 @@ def recommended(rows: Rows, margins: Rows) -> Recommended:
     if DEFAULT in stable:
         default = stable[DEFAULT]
         law = best if default.worst_n - stable[best].worst_n > default.scatter_n else DEFAULT
-    why.append(f"It leaves {_mn(stable[law].worst_n)} in the worst decile of fingers, speeds and contacts.")
+    why.append(f"It leaves {_mn(stable[law].worst_n)} in the worst decile of fingers, speeds and slip lengths.")
     if DEFAULT in stable and best != DEFAULT:
         other = best if law == DEFAULT else DEFAULT
         less = "less" if law == DEFAULT else "more"
@@ -119,11 +119,15 @@ def _rougher(rows: Rows, law: str, others: list[str]) -> list[str]:
 
 
 def _unstable(margins: Rows, law: str, peak: str) -> list[str]:
-    """Return the contacts and speeds at which a law is not known to be stable."""
+    """Return the slip lengths and speeds at which a law is not known to be stable."""
     rows = [row for row in margins if row["law"] == law]
     if not rows:
         return ["no margins are known"]
-    return [f"{row['contact']} at {row['speed_mm_s']:g} mm/s" for row in rows if not math.isfinite(row[peak])]
+    return [
+        f"slip length {row['slip_length_um']:g} um at {row['speed_mm_s']:g} mm/s"
+        for row in rows
+        if not math.isfinite(row[peak])
+    ]
 
 
 def _mn(force_n: float) -> str:

@@ -72,10 +72,10 @@ def summary(comparison: Comparison, scored: xr.Dataset, rows: Rows, margins: Row
         able = int(scored["capable"].values[v].sum())
         population = "capable" if able else "all"
         count = able or scored.sizes["finger"]
-        for contact in scored["contact"].values.tolist():
+        for z in scored["slip_length_um"].values.tolist():
             told = f"{count} {population} fingers" if able else f"all {count} fingers, none of them capable"
-            found += [f"{speed:g} mm/s, {contact}: median / worst decile of {told}"]
-            at = {"speed_mm_s": speed, "contact": contact, "population": population}
+            found += [f"{speed:g} mm/s, slip length {z:g} um: median / worst decile of {told}"]
+            at = {"speed_mm_s": speed, "slip_length_um": z, "population": population}
             found += [screen.table(_scores(comparison, rows, at)), ""]
     found += ["median capable finger, worst of three levels, by linear analysis; - is not known;"]
     found += ["phase margin in degrees, delay margin in ms; tick: the worst whole one, of"]
@@ -107,5 +107,7 @@ def _margins(margins: Rows) -> list[tuple[str, ...]]:
         cells = ["-" if name in none else number(factor * row[name]) for name, _, factor in MARGINS]
         stable = {True: "yes", False: "no", None: "-"}[row["stable"]]
         cost = "-" if row["tick_cycles_m4"] is None else str(row["tick_cycles_m4"])
-        table.append((row["law"], f"{row['speed_mm_s']:g} {row['contact']}", *cells, stable, cost, ""))
+        table.append(
+            (row["law"], f"{row['speed_mm_s']:g} mm/s, {row['slip_length_um']:g} um", *cells, stable, cost, "")
+        )
     return table

@@ -124,9 +124,9 @@ def _slowest(motion: Strokes, wanted: Wanted) -> str:
 
 
 def _contact(some: Sequence[System], there: Sequence[System]) -> str:
-    """Return the contact that some systems have; nothing where they have all that are looked at."""
-    found, every = ({getattr(each.finger, "contact", "") for each in group} for group in (some, there))
-    return f", contact {' and '.join(sorted(found))}" if found != every else ""
+    """Return the slip lengths that some systems have; nothing where they have all that are looked at."""
+    found, every = ({getattr(each.finger, "slip_length_um", 0.0) for each in group} for group in (some, there))
+    return f", slip length {' and '.join(f'{each:g}' for each in sorted(found))} um" if found != every else ""
 
 
 def off_said(share: float) -> str:

@@ -97,7 +97,7 @@ def followed_text(before: System, found: Followed | None, unbelieved: str = "") 
             screen.wrapped(f"how the set-point is followed is not known: a recording is shorter than {LEAST_S:g} s")
         ]
     motion: Any = before.motion
-    at = f", contact {before.finger.contact}" if hasattr(before.finger, "contact") else ""
+    at = f", slip length {before.finger.slip_length_um:g} um" if hasattr(before.finger, "slip_length_um") else ""
     at += f", {motion.speed_mm_s:g} mm/s" if hasattr(motion, "speed_mm_s") else ""
     head = f"how the set-point ({before.setpoint.kind}) is followed, {found.seconds:.3g} s of this finger simulated{at}"
     if getattr(motion, "contact_s", 0.0):

@@ -9,7 +9,6 @@ from frictionloop.analysis.reach import Missed, missed
 from frictionloop.design.corners import load_of
 from frictionloop.design.elsewhere import in_words
 from frictionloop.design.loop_gains import MOST_PEAK
-from frictionloop.design.over import CONTACTS
 from frictionloop.parameters import FingerFriction, Skin, Strokes
 
 if TYPE_CHECKING:
@@ -29,14 +28,12 @@ OFF = {
 
 
 def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
-    """Return the flags that check a controller for what it was designed for: contacts to errors."""
-    contacts = dict.fromkeys(each.loop.system.finger.contact for each in found
-                             if isinstance(each.loop.system.finger, Skin))  # fmt: skip
+    """Return the flags that check a controller for what it was designed for: slip lengths to errors."""
+    lengths = lengths_of(found)
     limits = {"sensitivity_peak": wanted.sensitivity_peak, "resonance_error": wanted.resonance_error}
     usual, shares = type(wanted)(), {name: f"{share:g}" for name, share in wanted.lean.shares.items() if share}
-    named = tuple(contacts)
     flags = {
-        "contacts": "" if named and {*named} == {named[0], *CONTACTS} else ",".join(named),
+        "slip_lengths_um": "" if wanted.slip_lengths_um is None and len(lengths) != 1 else _ends(lengths),
         "speeds": _ends(wanted.speeds_mm_s),
         "loads": _ends(wanted.loads_n),
     }
@@ -50,7 +47,7 @@ def _ends(values: Sequence[float]) -> str:
 
 
 def also_said(designed: Designed) -> list[str]:
-    """Return a line with the other contacts and speeds at which the same limits hold, resonance off too; or none."""
+    """Return a line with the other slip lengths and speeds at which the same limits hold; or none."""
     places = in_words(designed.elsewhere.where("within"))
     return [f"Within the same limits, resonance off too: {'; '.join(places)}."] if places else []
 
@@ -159,14 +156,20 @@ def finger(occluded: float) -> str:
 
 
 def strokes_said(found: Sequence[Corner], wanted: Wanted) -> str:
-    """Return contacts, speeds and loads in words, a range by its ends: contacts dahl and slider, 20 to 60 mm/s."""
+    """Return slip lengths, speeds and loads in words, a range by its ends: slip length 0 to 11.5 um, 20 to 60 mm/s."""
     systems = [each.loop.system for each in found]
-    contacts = list(dict.fromkeys(each.finger.contact for each in systems if isinstance(each.finger, Skin)))
+    lengths = lengths_of(found)
     speeds = [each.motion.speed_mm_s for each in systems if isinstance(each.motion, Strokes)]
-    said = [f"contact{'s' * (len(contacts) > 1)} {' and '.join(contacts)}"] if contacts else []
+    said = [f"slip length {range_said(lengths)} um"] if lengths else []
     said += [f"{range_said(speeds)} mm/s"] if speeds else []
     said += [f"pressed with {range_said(wanted.loads_n)} N"] if wanted.loads_n else []
     return ", ".join(said)
+
+
+def lengths_of(found: Sequence[Corner]) -> list[float]:
+    """Return the slip lengths of corners in um; none without a skin."""
+    fingers = [each.loop.system.finger for each in found]
+    return sorted({each.slip_length_um for each in fingers if isinstance(each, Skin)})
 
 
 def range_said(values: Sequence[float]) -> str:

@@ -14,6 +14,7 @@ from frictionloop.cli.controller_holds import (
     finger,
     fingers_proposed,
     has_people,
+    lengths_of,
     other_people,
     places_of,
     strokes_said,
@@ -22,7 +23,7 @@ from frictionloop.cli.other_fingers import LOWERED
 from frictionloop.cli.scores import between
 from frictionloop.design.elsewhere import in_words
 from frictionloop.firmware.board_fit import misfits_of_gains
-from frictionloop.parameters import Skin, Strokes
+from frictionloop.parameters import Strokes
 
 if TYPE_CHECKING:
     from frictionloop.design.corners import Corner
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
 
 Row = tuple[str, ...]
 NOT_THERE = "Do not use it there: it was not designed for it."
-BOTH = " `--contacts {}` designs for both contacts."
-ONE = "No controller of this law holds on both contacts, so this one is for one alone. {}."
+BOTH = " `--slip-lengths-um {:g},{:g}` designs for these lengths."
+ONE = "No controller of this law holds at every slip length, so this one is for one alone. {}."
 FASTER = " If fingers stroke so, `--speeds {:g},{:g}` designs for it; slower and faster ones are looked at too."
 MORE = "`--fingers {}` with this command {} so many random fingers too"
 LESS = " `frictionloop design check` says how much less gain would hold there."
@@ -74,7 +75,7 @@ def verdict(
     for name, how in NOT_HELD:
         worse += [(name if k == 0 else "", place) for k, place in enumerate(in_words(elsewhere.where(how)))]
     if not_held := [each for each in elsewhere.places if each.how != "within"]:
-        hints = _designs_for(not_held, found, bool(designed.not_both))
+        hints = _designs_for(not_held, found, bool(designed.one_length))
         not_there = NOT_THERE if any(each.how != "beyond" for each in not_held) else ""
         worse += [("", (not_there + hints + LESS).lstrip())]
     does = "lowers the gains until the limits hold on" if after.controller.kind in LOWERED else "looks at"
@@ -83,7 +84,7 @@ def verdict(
     rows: list[Row] = [("HOLDS", but(worse, moist) + "; ".join(filter(None, where)))]
     rows += [("firmware" if k == 0 else "", said) for k, said in enumerate(misfits_of_gains(after))] if out else []
     rows += [] if people else others
-    rows += [("one contact", ONE.format(designed.not_both))] if designed.not_both else []
+    rows += [("one length", ONE.format(designed.one_length))] if designed.one_length else []
     rows += [*worse, *(("also holds", each) for each in also_said(designed))]
     rows += moist_row(after, wanted, moist, bool(people))
     rows += [("noisy", said)] if (said := noisy(after)) else []
@@ -104,13 +105,14 @@ def but(worse: Sequence[Row], moist: str = "") -> str:
 def _designs_for(places: Sequence[Place], found: Sequence[Corner], in_vain: bool) -> str:
     """Return which flags design for places that do not hold; nothing for a law that is held there already.
 
-    ``in_vain`` says that both contacts were tried.
+    ``in_vain`` says that the whole range was tried.
     """
-    here = {each.loop.system.finger.contact for each in found if isinstance(each.loop.system.finger, Skin)}
-    missing = {each.contact for each in places} - here
-    hints = BOTH.format(",".join(sorted(here | missing))) if missing and len(here) == 1 and not in_vain else ""
+    here = set(lengths_of(found))
+    missing = {each.slip_length_um for each in places if each.slip_length_um is not None} - here
+    ends = min(here | missing, default=0.0), max(here | missing, default=0.0)
+    hints = BOTH.format(*ends) if missing and len(here) == 1 and not in_vain else ""
     own = [each.loop.system.motion.speed_mm_s for each in found if isinstance(each.loop.system.motion, Strokes)]
-    speeds = [speed for each in places if each.contact not in missing for speed in each.speeds_mm_s]
+    speeds = [speed for each in places if each.slip_length_um not in missing for speed in each.speeds_mm_s]
     others = [speed for speed in speeds if not min(own) <= speed <= max(own)] if own else []
     return hints + (FASTER.format(min(*others, *own), max(*others, *own)) if others else "")
 

@@ -106,8 +106,8 @@ def _moving(motion: Strokes, system: System) -> dict[str, str]:
         "motion": f"{motion.speed_mm_s:g} mm/s, {motion.cycle_s:.3g} s there and back, reversals included",
     }
     if isinstance(system.finger, Skin):
-        slew = system.finger.stuck_stiffness_n_m * motion.speed_mm_s * 1e-3
-        found["finger"] = f"friction rises by at most {slew:.3g} N/s, skin and stuck contact in series times speed"
+        slew = system.finger.stiffness_n_m * motion.speed_mm_s * 1e-3
+        found["finger"] = f"friction rises by at most {slew:.3g} N/s, stiffness of the skin times speed"
     return found
 
 

@@ -35,8 +35,8 @@ def command(
 ) -> None:
     """Check the controller of a system as it is: where it holds, where it does not and by how much, and what would.
 
-    No other controller is searched for. It is looked at on both contacts, at its speed, half and four times that, on a
-    dry and a moist finger, with the resonance off.
+    No other controller is searched for. It is looked at from slip length 0 to its own, at its speed, half and four
+    times that, on a dry and a moist finger, with the resonance off.
 
     Parameters
     ----------

@@ -255,12 +255,12 @@ def _designed(system: System, law: str, wanted: Wanted, more: str) -> tuple[Desi
     forecast = f" and checking it on up to {count} loops{noise}; this takes {lasts}{more}"
     with screen.waiting(f"designing {law}", forecast):
         found = design_controller(system, law, wanted)
-    if not found.not_both:
+    if not found.one_length:
         return found, wanted
     finger: Any = system.finger
     # Sections that are synthesised have more freedom than a notch.
-    hint = "" if law in SLOW else ". `--law hinf` may hold on both"
-    return found._replace(not_both=found.not_both + hint), replace(wanted, contacts=(finger.contact,))
+    hint = "" if law in SLOW else ". `--law hinf` may hold at both ends"
+    return found._replace(one_length=found.one_length + hint), replace(wanted, slip_lengths_um=(finger.slip_length_um,))
 
 
 def _figures(before: System, after: System, left: Any, wanted: Wanted, found: Sequence[Corner]) -> Mapping[str, Any]:

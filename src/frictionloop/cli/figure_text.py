@@ -91,15 +91,15 @@ def _answer(figure: Shown, name: str) -> list[str]:
     usual = figure.checked_before.places.get(name)
     was = f", unchanged at {usual.held}" if usual else ""
     said = [
-        f"{name}: {', unchanged '.join(errors)} mN of error; they hold at {there.held} of {there.places} contacts and "
-        f"speeds looked at{was}"
+        f"{name}: {', unchanged '.join(errors)} mN of error; they hold at {there.held} of {there.places} slip lengths "
+        f"and speeds looked at{was}"
     ]
     if HOLDS in figure.numbers:
         row, before = figure.numbers[HOLDS], figure.unchanged.get(HOLDS)
         own = f" (unchanged {_integral(before)})" if before else ""
         said.append(
-            f"where contact and speed are not known use {HOLDS}, an integral alone with the largest ki that holds at "
-            f"all of them: {_integral(row)}{own}"
+            f"where slip length and speed are not known use {HOLDS}, an integral alone with the largest ki that holds "
+            f"at all of them: {_integral(row)}{own}"
         )
     return [each for line in said for each in _indented(line)]
 
@@ -156,7 +156,7 @@ def _indented(line: str) -> list[str]:
 
 
 def _checked(figure: Shown) -> list[str]:
-    """Return at how many contacts and speeds the gains hold on a changed bench, and the command that says more."""
+    """Return at how many slip lengths and speeds the gains hold on a changed bench, and the command that says more."""
     found, before = figure.checked, figure.checked_before
     if not found.places:
         return [each for line in found.said for each in _indented(line)]
@@ -164,14 +164,14 @@ def _checked(figure: Shown) -> list[str]:
 
     changed = " on the changed bench" if bench_of(figure.changed) else ""
     lines = _indented(
-        f"What frictionloop design check says of them{changed}: on this finger with its own load, on both contacts, at "
-        f"its speed, half and four times that, just landed and {_moistest(figure)}, with the resonance off too"
+        f"What frictionloop design check says of them{changed}: on this finger with its own load, slip length 0 and "
+        f"its own, at its speed, half and four times that, just landed and {_moistest(figure)}, with the resonance off"
     )
     for name, there in found.places.items():
         ringing = f", unstable at {there.unstable}" if there.unstable else ""
         usual = before.places.get(name)
         was = f" (unchanged: {usual.held}, unstable at {usual.unstable})" if usual else ""
-        lines.append(f"  {name}: hold at {there.held} of {there.places} contacts and speeds{ringing}{was}")
+        lines.append(f"  {name}: hold at {there.held} of {there.places} slip lengths and speeds{ringing}{was}")
         lines += [f"    {where}" for where in there.unstable_on]
     name = found.best
     gains = [f"--controller.{each} {figure.numbers[name][each]:.4g}" for each in ("kp", "ki")]

@@ -62,9 +62,12 @@ class MustHold:
         ),
     ] = None
 
-    contacts: Annotated[
+    slip_lengths_um: Annotated[
         str | None,
-        _asked("Contacts of the finger on which all that holds: dahl, slider or lugre; dahl,slider if not given."),
+        _asked(
+            "Least and largest slip length in um, between which all that holds: 0,30, or one; from 0 to that of FILE "
+            "if not given."
+        ),
     ] = None
     loads: Annotated[
         str | None,
@@ -86,12 +89,13 @@ class MustHold:
 
         between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60, or one")
         loads = checks.two_values("loads", self.loads, checks.LOADS)
-        named = None if self.contacts is None else tuple(each.strip() for each in self.contacts.split(","))
+        asked = "the least and the largest in um, such as 0,30, or one"
+        lengths = checks.two_values("slip_lengths_um", self.slip_lengths_um, asked, zero=True) or None
         shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
         shares |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}
         ends = _ends(self.corners, shares)
         lean = Lean(self.sensor_error, self.delay_error, self.gain_error, self.q_error, ends)
-        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, named, loads)
+        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, lengths, loads)
 
 
 def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

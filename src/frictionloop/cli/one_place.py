@@ -1,4 +1,4 @@
-"""What a run of a stroking finger does not show: other contacts and speeds, and a loop that rings too little to see."""
+"""What a run of a stroking finger does not show: other slip lengths and speeds, a loop that rings too little to see."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def lines(
     if not (isinstance(finger, Skin) and isinstance(motion, Strokes)) or law in WITHOUT_CHECK:
         return []
     command = f"frictionloop design check {again(file, preset, given, unasked)}"
-    where = f"This run is at {motion.speed_mm_s:g} mm/s on contact {finger.contact}"
+    where = f"This run is at {motion.speed_mm_s:g} mm/s with slip length {finger.slip_length_um:g} um"
     other = f"{where}{_unstable(run, mask)}; `{command}` looks at others, and a resonance that is off{without(given)}."
     return textwrap.wrap(other, WIDTH, break_on_hyphens=False)
 
@@ -45,14 +45,14 @@ def without(flags: Iterable[str] | None) -> str:
 
 
 def unasked(path: str, value: str) -> bool:
-    """Tell whether a flag of runs is left out of the check that they name, which looks at both contacts.
+    """Tell whether a flag of runs is left out of the check that they name.
 
-    So is the disturbance, and a finger that is still so that a recording is alone: one that does not get moist would
+    The disturbance is, and a finger that is still so that a recording is alone: one that does not get moist would
     flatter the gains.
     """
     from frictionloop.parameters.still import STILL
 
-    return path.startswith("disturbance.") or path == "finger.contact" or STILL.get(path) == scalar(value)
+    return path.startswith("disturbance.") or STILL.get(path) == scalar(value)
 
 
 def _unstable(run: xr.Dataset, mask: np.ndarray) -> str:

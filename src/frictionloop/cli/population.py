@@ -163,12 +163,11 @@ class Population(Outcome):
 
 
 def slide_said(system: System) -> list[str]:
-    """Return at which speed and on which contact all fingers slide, and the flags for others."""
-    motion, finger = system.motion, system.finger
-    if not (isinstance(motion, Strokes) and isinstance(finger, Skin)):
+    """Return at which speed all fingers slide, and the flag for others."""
+    motion = system.motion
+    if not (isinstance(motion, Strokes) and isinstance(system.finger, Skin)):
         return []
-    said = f"all slide at {motion.speed_mm_s:g} mm/s (--motion.speed_mm_s) on contact {finger.contact}"
-    return [f"{said} (--finger.contact)", *MARGINS]
+    return [f"all slide at {motion.speed_mm_s:g} mm/s (--motion.speed_mm_s)", *MARGINS]
 
 
 def _cell(value: float, units: str) -> str:

@@ -49,9 +49,9 @@ class Ringing(NamedTuple):
     band: Band
     """Where they hold."""
     not_held: tuple[str, ...]
-    """Contacts and speeds at which they do not."""
+    """Slip lengths and speeds at which they do not."""
     also_held: tuple[str, ...] = ()
-    """Other contacts and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
+    """Other slip lengths and speeds at which they do, with the resonance off by `OFF`: Ms stays below `NEAR` there."""
     springs: bool = False
     """Whether the sensor resonates, so that a design has a notch."""
     moist_alone: bool = False

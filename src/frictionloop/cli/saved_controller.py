@@ -118,7 +118,7 @@ def by_file(file: Path | None, must: MustHold, others: OtherFingers) -> str:
 
 
 def beyond_said(designed: Designed) -> list[str]:
-    """Return a line with the other contacts and speeds at which it is stable, beyond the limits; or none."""
+    """Return a line with the other slip lengths and speeds at which it is stable, beyond the limits; or none."""
     places = in_words(designed.elsewhere.where("beyond"))
     return [f"Stable, but beyond these limits: {'; '.join(places)}."] if places else []
 

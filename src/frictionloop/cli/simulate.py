@@ -53,7 +53,7 @@ def command(
 ) -> None:
     """Simulate one run and say how well the force followed its set-point.
 
-    That is one finger on one contact at one speed; ``design check`` says whether the gains hold on others.
+    That is one finger with one slip length at one speed; ``design check`` says whether the gains hold for others.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ def margins(found: Outcome, system: System, of: Given) -> list[str]:
     system_flags = [flag for flag in flags or () if flag.partition("=")[0] not in best.point]
     how = rings(system, best.point)
     said = [f"The loop with the best {best.metric} {how or 'does not ring as described'}."] if how is not None else []
-    more = f"Its margins, on other contacts and at other speeds too{without(flags)}:"
+    more = f"Its margins, at other slip lengths and speeds too{without(flags)}:"
     return ["", *said, more, f"  frictionloop design check {again(file, preset, [*system_flags, *point], unasked)}"]
 
 

@@ -1,4 +1,4 @@
-"""Does a controller that is there hold? The corners, contacts and speeds of a design, and what gains would hold."""
+"""Does a controller that is there hold? The corners, slip lengths and speeds of a design, and what gains would hold."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Checked(NamedTuple):
 
     law: str
     places: tuple[Place, ...]
-    """Contacts and speeds, those of the system first."""
+    """Slip lengths and speeds, those asked for first."""
     unseen: tuple[str, ...]
     """Those that cannot be looked at, in words with the reason."""
     gains: tuple[float, ...]
@@ -58,7 +58,7 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     """Return how the controller of a System does, without a search for another one.
 
     It is looked at as a new design is: at lowest, mean and highest force, on a dry and a moist finger, with the
-    resonance off, on the contacts, at the speeds and loads that are asked for; then at half and four times the speed.
+    resonance off, at the slip lengths, speeds and loads that are asked for; then at half and four times the speed.
     A force out of reach counts as the nearest that can be had.
 
     Parameters
@@ -76,14 +76,14 @@ def check_controller(system: System, wanted: Wanted | None = None) -> Checked:
     """
     asked = wanted or Wanted()
     check_places(system, asked)
-    close = asked.over(CHECKED, LOADS)._replace(contacts=())
+    close = asked.over(CHECKED, LOADS)._replace(slip_lengths_um=())
     try:
-        touched = Over(asked.touched).systems(system)
+        touched = Over(asked.slip_lengths_um).systems(system)
         own = [Place.of(corners(each, asked.limits, close, asked.lean)) for each in touched]
     except FrictionloopError as error:
         what = "its runs show what it does: frictionloop simulate, frictionloop sweep --fingers 100"
         raise FrictionloopError(f"{error}; {what}") from None
-    more = elsewhere(system, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.touched)
+    more = elsewhere(system, asked.limits, asked.over(ENDS, LOADS), asked.lean, asked.slip_lengths_um)
     places = (*own, *more.places)
     gains = tuple(_least_gain(place) for place in places)
     people = loop_gains(system, asked.over(ENDS, LOADS))
@@ -104,7 +104,7 @@ def _least_gain(place: Place) -> float:
 def loops(system: System, wanted: Wanted) -> int:
     """Return at how many loops a check looks, at most: it says how long it takes."""
     close, few = wanted.over(CHECKED, LOADS), wanted.over(ENDS, LOADS)
-    strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.touched), max(1, len(few.loads_n))
+    strokes, loads = strokes_of(system, few.speeds_mm_s, wanted.slip_lengths_um), max(1, len(few.loads_n))
     return (len(close.systems(system)) + loads * len(strokes)) * _loops_of_a_place(system, wanted)
 
 

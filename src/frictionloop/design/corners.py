@@ -92,10 +92,10 @@ def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -
 
 
 def stroke_of(system: System) -> str:
-    """Return on which contact and at which speed a loop is linearised, for a person; empty for neither."""
+    """Return at which slip length and speed a loop is linearised, for a person; empty for neither."""
     finger, motion = system.finger, system.motion
-    contact = f", contact {finger.contact}" if isinstance(finger, Skin) else ""
-    return contact + (f", {motion.speed_mm_s:.4g} mm/s" if isinstance(motion, Strokes) else "")
+    length = f", slip length {finger.slip_length_um:g} um" if isinstance(finger, Skin) else ""
+    return length + (f", {motion.speed_mm_s:.4g} mm/s" if isinstance(motion, Strokes) else "")
 
 
 def load_of(system: System) -> float | None:

@@ -1,4 +1,4 @@
-"""Where a controller was looked at: contacts and speeds as values, how it does there, and the words for both."""
+"""Where a controller was looked at: slip lengths and speeds as values, how it does there, and the words for both."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from frictionloop.design.corners import NOTHING, Corner, broken, corners
 from frictionloop.design.leaning import Lean
-from frictionloop.design.over import CONTACTS, ITSELF, Over, at_place
+from frictionloop.design.over import ITSELF, Over, at_place
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.quantities import FrictionloopError
 
@@ -23,21 +23,21 @@ How = Literal["unstable", "near", "beyond", "within"]
 
 
 class Place(NamedTuple):
-    """A contact, and a speed or a range of speeds."""
+    """A slip length, and a speed or a range of speeds."""
 
-    contact: str
-    """Empty without a skin."""
+    slip_length_um: float | None
+    """None without a skin."""
     speeds_mm_s: tuple[float, ...]
     """Rising, all held to the same limits; none without strokes."""
     corners: tuple[Corner, ...]
 
     @classmethod
     def of(cls, found: Sequence[Corner]) -> Place:
-        """Return the place of corners on one contact."""
+        """Return the place of corners at one slip length."""
         systems = [each.loop.system for each in found]
         speeds = {each.motion.speed_mm_s for each in systems if isinstance(each.motion, Strokes)}
         finger = systems[0].finger
-        return cls(finger.contact if isinstance(finger, Skin) else "", tuple(sorted(speeds)), tuple(found))
+        return cls(finger.slip_length_um if isinstance(finger, Skin) else None, tuple(sorted(speeds)), tuple(found))
 
     @property
     def worst(self) -> Corner:
@@ -64,7 +64,7 @@ class Place(NamedTuple):
 
 
 class Elsewhere(NamedTuple):
-    """Contacts and speeds that a controller was looked at besides."""
+    """Slip lengths and speeds that a controller was looked at besides."""
 
     places: tuple[Place, ...] = ()
     unseen: tuple[str, ...] = ()
@@ -87,21 +87,21 @@ def in_words(places: Iterable[Place]) -> list[str]:
 
 
 def alike(places: Iterable[Place]) -> list[tuple[str, Place]]:
-    """Return groups of places in words, each with its worst: contact slider at 10, 20 mm/s (Ms up to 4.5).
+    """Return groups of places in words, each with its worst: slip length 0 um at 10, 20 mm/s (Ms up to 4.5).
 
     The error of the resonance and Ms are those of the worst corner, left out where the limits hold.
     """
-    groups: dict[tuple[str, How, float], list[Place]] = {}
+    groups: dict[tuple[float | None, How, float], list[Place]] = {}
     for each in places:
         off = 0.0 if each.how == "within" else each.worst.off
-        groups.setdefault((each.contact, each.how, off), []).append(each)
+        groups.setdefault((each.slip_length_um, each.how, off), []).append(each)
     worst = [max(group, key=lambda place: place.worst.excess) for group in groups.values()]
     return [(_said(*key, group), each) for (key, group), each in zip(groups.items(), worst, strict=True)]
 
 
-def _said(contact: str, how: How, off: float, group: Sequence[Place]) -> str:
+def _said(length_um: float | None, how: How, off: float, group: Sequence[Place]) -> str:
     speeds = ", ".join(each.speeds for each in sorted(group, key=lambda each: each.speeds_mm_s) if each.speeds)
-    where = [f"contact {contact}" if contact else "this loop"]
+    where = ["this loop" if length_um is None else f"slip length {length_um:g} um"]
     where += [f"at {speeds} mm/s"] if speeds else []
     where += [f"with the resonance {100 * abs(off):.3g} % {'higher' if off > 0 else 'lower'}"] if off else []
     peak = max(each.worst.sensitivity_peak for each in group)
@@ -114,15 +114,15 @@ def elsewhere(
     limits: Mapping[float, float],
     over: Over = ITSELF,
     lean: Lean = NOTHING,
-    contacts: Sequence[str] = CONTACTS,
+    lengths_um: tuple[float, ...] | None = None,
 ) -> Elsewhere:
-    """Return how a System's controller does besides the contacts and the speeds at which it has to hold.
+    """Return how a System's controller does besides the slip lengths and the speeds at which it has to hold.
 
-    That is on both contacts, or those named, at the speed of its strokes, four times that and half of it; with a range
-    of speeds also at its ends. It is pressed with each of the loads.
+    That is at both ends of the lengths, from 0 if none are named, at the speed of its strokes, four times that and
+    half of it; with a range of speeds also at its ends. It is pressed with each of the loads.
     """
     places, unseen = [], []
-    for changes in strokes_of(system, over.speeds_mm_s, contacts):
+    for changes in strokes_of(system, over.speeds_mm_s, lengths_um):
         try:
             there = at_place(system, changes)
             if not _held(there, system, over):
@@ -134,27 +134,27 @@ def elsewhere(
 
 
 def strokes_of(
-    system: System, speeds_mm_s: Sequence[float] = (), contacts: Sequence[str] = CONTACTS
+    system: System, speeds_mm_s: Sequence[float] = (), lengths_um: tuple[float, ...] | None = None
 ) -> list[dict[str, Any]]:
-    """Return overrides for the contacts and speeds that are looked at, the contact of a system first.
+    """Return overrides for the slip lengths and speeds that are looked at, the longest first.
 
     None without a skin; no slower speed at which the controller would hold its output.
     """
     if not isinstance(system.finger, Skin):
         return []
-    contacts, motion = Over(tuple(contacts)).contacts_of(system), system.motion
+    lengths, motion = Over(lengths_um).lengths_of(system), system.motion
     if not isinstance(motion, Strokes):
-        return [{"finger.contact": contact} for contact in contacts]
+        return [{"finger.slip_length_um": z} for z in lengths]
     usual = motion.speed_mm_s
     speeds = {usual * faster for faster in FASTER} | ({min(speeds_mm_s), max(speeds_mm_s)} if speeds_mm_s else set())
     slowest = SLOWER * min(speeds_mm_s, default=usual)
     speeds |= {slowest} if slowest >= system.touch.load.least_speed_mm_s else set()
-    return [{"finger.contact": contact, "motion.speed_mm_s": v} for contact in contacts for v in sorted(speeds)]
+    return [{"finger.slip_length_um": z, "motion.speed_mm_s": v} for z in lengths for v in sorted(speeds)]
 
 
 def _held(there: System, system: System, over: Over) -> bool:
-    """Tell whether a place has a contact and a speed at which the controller of a system was held."""
-    if isinstance(there.finger, Skin) and there.finger.contact not in over.contacts_of(system):
+    """Tell whether a place has a slip length and a speed at which the controller of a system was held."""
+    if isinstance(there.finger, Skin) and there.finger.slip_length_um not in over.lengths_of(system):
         return False
     if not (isinstance(there.motion, Strokes) and isinstance(system.motion, Strokes)):
         return True

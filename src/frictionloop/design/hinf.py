@@ -17,7 +17,7 @@ from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.state_space import Complex
 from frictionloop.design.corners import broken, corners, stroke_of
 from frictionloop.design.noise_model import NoiseModel, identify_noise
-from frictionloop.design.over import CONTACTS
+from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.sections import Cascade, factorise
 from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
@@ -105,23 +105,15 @@ def synthesised(system: System, wanted: Wanted) -> Designed:
         at = corners(system.evolve(overrides), wanted.limits, wanted.places, wanted.lean)
         worst = broken(at)
         if worst is None:
-            on = ", ".join(_contacts(system))
-            said = f"{found.order} states, reduced from {found.full_order}; designed on contacts {on}"
+            said = f"{found.order} states, reduced from {found.full_order}"
             return Designed(overrides, (*notes, said), tuple(at))
         first = first or unheld("hinf", wanted, worst)
     raise FrictionloopError(first)
 
 
-def _contacts(system: System) -> tuple[str, ...]:
-    """Return the contacts on which it must hold, the bench's own first."""
-    return tuple(dict.fromkeys((system.finger.contact, *CONTACTS))) if isinstance(system.finger, Skin) else CONTACTS
-
-
 def _points(system: System) -> list[LinearLoop]:
-    """Return the loop at the operating point of `linearise`, on each contact of a finger with a skin."""
-    skin = isinstance(system.finger, Skin)
-    touched = [{"finger.contact": each} for each in _contacts(system)] if skin else [{}]
-    return [linearise(system.evolve(each)) for each in touched]
+    """Return the loop at the operating point of `linearise`, at both ends of the slip length of a skin."""
+    return [linearise(each) for each in Over(None).systems(system)]
 
 
 def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, float]) -> Synthesised:
@@ -191,7 +183,7 @@ def _believed(system: System, weights: Weights) -> System:
     if not isinstance(system.sensor, LowpassSensor):
         changes["sensor.resonance_hz"] = system.sensor.resonance_hz * (1 + weights.resonance_bias)
     if isinstance(system.finger, Skin):
-        changes["finger.bristle_stiffness_n_m"] = system.finger.bristle_stiffness_n_m * weights.contact_faster
+        changes["finger.slip_length_um"] = system.finger.slip_length_um / weights.contact_faster
     return system.evolve(changes)
 
 

@@ -1,4 +1,4 @@
-"""The limit observer within margins: what it is made to believe of the sensor, for both contacts and all speeds.
+"""The limit observer within margins: what it is made to believe of the sensor, for all slip lengths and speeds.
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
 (docs/loop-gain.md). These three, and how much its springs are driven, are those with the least residual of
@@ -58,7 +58,7 @@ class Belief(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Loops on all contacts, and what of friction noise a belief leaves there."""
+    """Loops of all slip lengths, and what of friction noise a belief leaves there."""
 
     loops: list[LinearLoop]
     plants: Plants
@@ -139,13 +139,13 @@ def _speed(loop: LinearLoop) -> float:
 
 
 def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
-    """Return loops at forces, moistures and speeds, on both contacts."""
+    """Return loops at forces, moistures and speeds, at both ends of the slip length."""
     plain = system.evolve({"controller.kind": "pi"})
-    contacts, speeds, loads = wanted.places
+    lengths, speeds, loads = wanted.places
     if not speeds:
         motion: Any = system.motion
         speeds = tuple(motion.speed_mm_s * faster for faster in FASTER)
-    return band_of(plain, Over(contacts, speeds, loads))
+    return band_of(plain, Over(lengths, speeds, loads))
 
 
 def limit_observer(system: System, wanted: Wanted) -> Designed:

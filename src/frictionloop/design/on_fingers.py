@@ -37,7 +37,7 @@ class _Found(NamedTuple):
     sensitivity_peak: float = math.nan
     limit: float = math.nan
     gain_factor: float = math.nan
-    contact: str = ""
+    slip_length_um: float = math.nan
     speed_mm_s: float = math.nan
     load_n: float = math.nan
     force_n: float = math.nan
@@ -51,7 +51,7 @@ ABOUT = {
     "sensitivity_peak": ("1", "Ms where it is farthest beyond its limit, infinite if the loop is unstable"),
     "limit": ("1", "largest Ms there"),
     "gain_factor": ("1", "factor on the loop gain up to which the limits hold everywhere, with every smaller one"),
-    "contact": ("", "contact there"),
+    "slip_length_um": ("um", "slip length there"),
     "speed_mm_s": ("mm/s", "speed there"),
     "load_n": ("N", "mean load there"),
     "force_n": ("N", "friction force there"),
@@ -69,9 +69,10 @@ def check_fingers(
     """Return how near the loop of each finger of a population comes to instability, with one controller for all.
 
     Each finger is looked at as `check_controller` looks at that of the system: at lowest, mean and highest force, just
-    landed and moist, with the resonance off, on the contacts and speeds that are asked for. It is pressed with its own
-    load, or with the ends of the loads that are asked for. What the controller believes stays as it is. Where none of
-    the forces can be had, on a moist finger say, the command stays at its limit, and nothing is looked at.
+    landed and moist, with the resonance off, at the slip lengths and speeds that are asked for, from slip length 0 to
+    its own if none is. It is pressed with its own load, or with the ends of the loads that are asked for. What the
+    controller believes stays as it is. Where none of the forces can be had, on a moist finger say, the command stays
+    at its limit, and nothing is looked at.
 
     Parameters
     ----------
@@ -159,10 +160,10 @@ def _worst(peaks: np.ndarray, limits: np.ndarray, offs: Sequence[float]) -> int:
     return int(rings[np.argmin(np.abs(np.array(offs)[rings]))]) if rings.size else int(np.argmax(peaks / limits))
 
 
-def _where(loop: LinearLoop) -> tuple[str, float, float, float, float]:
-    """Return contact, speed, load, force and occlusion of a loop."""
+def _where(loop: LinearLoop) -> tuple[float, float, float, float, float]:
+    """Return slip length, speed, load, force and occlusion of a loop."""
     system, at = loop.system, loop.elements
-    contact = system.finger.contact if isinstance(system.finger, Skin) else ""
+    length = system.finger.slip_length_um if isinstance(system.finger, Skin) else math.nan
     load_n = load_of(system)
     speed = getattr(system.motion, "speed_mm_s", math.nan)
-    return contact, speed, math.nan if load_n is None else load_n, at.force_n, at.occluded
+    return length, speed, math.nan if load_n is None else load_n, at.force_n, at.occluded

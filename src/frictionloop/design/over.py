@@ -1,4 +1,4 @@
-"""What a controller has to hold over besides forces and moistures: contacts, speeds and loads, in all combinations."""
+"""What a controller has to hold over besides forces and moistures: slip lengths, speeds, loads, in all combinations."""
 
 from __future__ import annotations
 
@@ -11,23 +11,26 @@ from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.parameters.motion import TURN_SHARE, one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError
 
-CONTACTS = ("dahl", "slider")
+USUAL_UM: float = Skin.model_fields["slip_length_um"].default
+"""The other end of the range of a system whose own slip length is 0."""
 
 
 class Over(NamedTuple):
-    """Contacts, speeds and loads; of what is empty that of the system."""
+    """Slip lengths, speeds and loads; of what is empty that of the system."""
 
-    contacts: tuple[str, ...] = ()
+    slip_lengths_um: tuple[float, ...] | None = ()
+    """Ends of their range. None: 0 and that of the system."""
     speeds_mm_s: tuple[float, ...] = ()
     loads_n: tuple[float, ...] = ()
     """Mean loads, N."""
 
-    def contacts_of(self, system: System) -> tuple[str, ...]:
-        """Return the contacts, the system's own first, which belongs to several; none without a skin."""
+    def lengths_of(self, system: System) -> tuple[float, ...]:
+        """Return the slip lengths in um, the longest first; none without a skin."""
         if not isinstance(system.finger, Skin):
             return ()
-        own = system.finger.contact
-        return self.contacts if len(self.contacts) == 1 else tuple(dict.fromkeys((own, *self.contacts)))
+        own = system.finger.slip_length_um
+        ends = (0.0, own or USUAL_UM) if self.slip_lengths_um is None else self.slip_lengths_um
+        return tuple(sorted(set(ends or (own,)), reverse=True))
 
     def systems(self, system: System) -> list[System]:
         """Return the system at every combination.
@@ -41,7 +44,7 @@ class Over(NamedTuple):
             if listed and not isinstance(system.motion, Strokes):
                 raise FrictionloopError(f'{name}: motion.kind = "{system.motion.kind}" has none; needs "strokes"')
         given: dict[str, Sequence[Any]] = {
-            "finger.contact": self.contacts_of(system), "motion.speed_mm_s": self.speeds_mm_s,
+            "finger.slip_length_um": self.lengths_of(system), "motion.speed_mm_s": self.speeds_mm_s,
             "motion.load_n": self.loads_n,
         }  # fmt: skip
         axes = [[(path, value) for value in values] for path, values in given.items() if values]
@@ -49,7 +52,7 @@ class Over(NamedTuple):
 
 
 def at_place(system: System, place: Mapping[str, Any]) -> System:
-    """Return the system at a contact, speed and load.
+    """Return the system at a slip length, speed and load.
 
     A reversal too long for a stroke at that speed is shortened to what fits: a linear loop slides, and does not turn.
     """
@@ -88,4 +91,4 @@ def with_longest_contact(system: System, speeds_mm_s: Sequence[float]) -> System
 
 
 ITSELF = Over()
-"""The system at its own contact, speed and load."""
+"""The system at its own slip length, speed and load."""

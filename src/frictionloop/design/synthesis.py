@@ -85,8 +85,8 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
     law
         Name in `SYNTHESES`; `default_law` if None.
     wanted
-        What must hold. None: `Wanted` as it is. Where it names no contact and no controller holds on both, the answer
-        is for the contact of the system, and ``not_both`` says why.
+        What must hold. None: `Wanted` as it is. Where it names no slip length and no controller holds from 0 on, the
+        answer is for that of the system, and ``one_length`` says why.
 
     Raises
     ------
@@ -101,10 +101,10 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
         return _designed(system, name, asked)
     except FrictionloopError as error:
         finger, why = system.finger, str(error)
-        if asked.contacts is not None or not isinstance(finger, Skin) or not why.endswith(on_one(asked)):
+        if asked.slip_lengths_um is not None or not isinstance(finger, Skin) or not why.endswith(on_one(asked)):
             raise
-    alone = _designed(system, name, replace(asked, contacts=(finger.contact,)))
-    return alone._replace(not_both=why.removesuffix(on_one(asked)))
+    alone = _designed(system, name, replace(asked, slip_lengths_um=(finger.slip_length_um,)))
+    return alone._replace(one_length=why.removesuffix(on_one(asked)))
 
 
 def _designed(system: System, name: str, asked: Wanted) -> Designed:
@@ -117,7 +117,7 @@ def _designed(system: System, name: str, asked: Wanted) -> Designed:
 
 @contextmanager
 def _in_terms_of(wanted: Wanted) -> Iterator[None]:
-    """Say why a least ki is asked for where a search does not get there, and on how many contacts."""
+    """Say why a least ki is asked for where a search does not get there, and for which slip lengths."""
     asked = f"least_ki = {LEAST_KI:g} 1/s: "
     try:
         yield

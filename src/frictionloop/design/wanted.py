@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 from frictionloop.design.corners import NOTHING, Corner
 from frictionloop.design.elsewhere import Elsewhere
 from frictionloop.design.leaning import Lean
 from frictionloop.design.loop_gains import LoopGains
-from frictionloop.design.over import CONTACTS, Over
-from frictionloop.parameters import Skin, SuspendedSensor, System
+from frictionloop.design.over import Over
+from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
-from frictionloop.quantities import FrictionloopError, check_known
+from frictionloop.quantities import FrictionloopError
 
 WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
 """How Ms - 1 may grow with the resonance off by 0, e and 2 e: 1.7, 2.0 and 2.6."""
@@ -33,9 +33,9 @@ class Wanted:
     """Speeds of the stroke at which all that holds, and between which it does; none: that of the system."""
     lean: Lean = NOTHING
     """Shares by which sensor, delay and gain may be off as well, held to the same limits."""
-    contacts: tuple[str, ...] | None = None
-    """Contacts of a skin on which all that holds; empty: that of the system. None: both, as nobody knows that of a
-    finger, and that of the system alone where both cannot be had."""
+    slip_lengths_um: tuple[float, ...] | None = None
+    """Slip lengths of a skin at which all that holds, and between which it does; empty: that of the system. None: from
+    0 to that of the system, as nobody knows a finger's, and that of the system alone where the range cannot be had."""
     loads_n: tuple[float, ...] = ()
     """Mean loads at which all that holds, and between which it does, N; none: that of the system."""
 
@@ -49,25 +49,23 @@ class Wanted:
             raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
         if not all(0.0 < each < float("inf") for each in self.loads_n):
             raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0, e.g. (0.4, 1.2)")
-        check_known("contacts", self.contacts or (), get_args(Skin.model_fields["contact"].annotation))
+        if not all(0.0 <= each <= 1000.0 for each in self.slip_lengths_um or ()):
+            raise FrictionloopError(
+                f"slip_lengths_um = {self.slip_lengths_um}: must be from 0 to 1000, e.g. (0.0, 30.0)"
+            )
 
     def spread_mm_s(self, count: int) -> tuple[float, ...]:
         """Return so many speeds in equal ratios from the slowest to the fastest; one where they are the same."""
         return _spread(self.speeds_mm_s, count)
 
     def over(self, speeds: int, loads: int) -> Over:
-        """Return the contacts, and so many speeds and loads."""
-        return Over(self.touched, self.spread_mm_s(speeds), _spread(self.loads_n, loads))
+        """Return the slip lengths, and so many speeds and loads."""
+        return Over(self.slip_lengths_um, self.spread_mm_s(speeds), _spread(self.loads_n, loads))
 
     @property
     def places(self) -> Over:
-        """Contacts, and speeds and loads as they are listed."""
-        return Over(self.touched, self.speeds_mm_s, self.loads_n)
-
-    @property
-    def touched(self) -> tuple[str, ...]:
-        """Contacts that are looked at: both where none is named."""
-        return CONTACTS if self.contacts is None else self.contacts
+        """Slip lengths, speeds and loads as they are listed."""
+        return Over(self.slip_lengths_um, self.speeds_mm_s, self.loads_n)
 
     @property
     def limits(self) -> dict[float, float]:
@@ -99,8 +97,8 @@ class Designed(NamedTuple):
     """Its margins wherever it was looked at."""
     elsewhere: Elsewhere = Elsewhere()
     """Where it was looked at besides, and is unstable or not."""
-    not_both: str = ""
-    """Why it is for one contact where both were asked for, "" where it is for what was."""
+    one_length: str = ""
+    """Why it is for one slip length where a range was asked for, "" where it is for what was."""
     people: LoopGains | None = None
     """On how many other people it comes close to ringing; None without a finger."""
 
@@ -141,9 +139,14 @@ def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
 
 def on_one(wanted: Wanted) -> str:
     """Return the words, behind a failure, for a design that asks for less; none where it was on one contact."""
-    if len(wanted.touched) < 2:
+    ends = wanted.slip_lengths_um
+    if ends is not None and len(set(ends)) < 2:
         return ""
-    return f". It was to hold on contacts {' and '.join(wanted.touched)}; `--contacts {wanted.touched[0]}` asks for one"
+    said = "that of the system" if ends is None else f"{max(ends):g}"
+    flag = "Z" if ends is None else f"{max(ends):g}"
+    return (
+        f". It was to hold from slip length {min(ends or (0.0,)):g} to {said}; `--slip-lengths-um {flag}` asks for one"
+    )
 
 
 def unfound(law: str, system: System) -> str:

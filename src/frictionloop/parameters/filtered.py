@@ -39,9 +39,9 @@ Section = Annotated[tuple[Number, Number, Number, Number, Number], AfterValidato
 class FeedForward(Timing):
     """PI gains, and whether the set-point acts by itself besides the error."""
 
-    kp: NotNegative = 0.062
+    kp: NotNegative = 0.0
     """Proportional gain K_p, on the filtered error (``RETUNED``)."""
-    ki: NotNegative = 134.0
+    ki: NotNegative = 111.0
     """Integral gain K_i, on the filtered error (``RETUNED``)."""
     feedforward: bool = False
     """Whether f_r is commanded and the error taken against the reading that ``model`` expects of it."""
@@ -74,8 +74,8 @@ class NotchPiController(FeedForward):
     kp: NotNegative = 3.8
     """Proportional gain K_p, on the filtered error.
 
-    With the other defaults a place to begin: for a median finger of the bench Ms is 2.2 under Dahl and 1.4 on a
-    slider, but a resonance 10 % off makes it unstable. `retune_notch` finds better ones.
+    With the other defaults a place to begin: for the finger of the bench, slip lengths 0 to 30 um, Ms is 1.6 with the
+    resonance 5 % off and 1.9 with 10 %. `retune_notch` finds better ones.
     """
     ki: NotNegative = 80.0
     """Integral gain K_i, on the filtered error."""

@@ -38,7 +38,10 @@ class FingerFriction(FrictionLaw):
     occlusion_ratio: Annotated[Number, Field(gt=0, le=20)] = 2.0
     """Limit after long contact over that just after landing; 1 is none (1 to 10: Adams 2013; 2 is assumed)."""
     occlusion_s: Positive = 20.0
-    """Time constant of the rise in contact (Pasumarty 2011, paper ref. [9]; PNAS 2017, PMC5642691)."""
+    """Time constant of the rise: 20 s is published as one (Pasumarty 2011, Dzidek 2014).
+
+    "Within 20 s" (PMC5642691), read as 95 %, would be 7 s.
+    """
     drying_s: Positive = 20.0
     """Time constant of the recovery while lifted (assumed: as in contact)."""
     moist_loss: Annotated[Number, Field(ge=0, lt=1)] = 0.3
@@ -65,18 +68,8 @@ class Skin(Block):
     """Damping c (same table)."""
     mass_kg: Positive = 1e-4
     """Moving mass m (same table)."""
-    contact: Literal["dahl", "lugre", "slider"] = "dahl"
-    """Contact law: Dahl or LuGre bristles, or an elastoplastic Coulomb slider."""
-    bristle_stiffness_n_m: Positive = 2e4
-    """Stiffness s0 of the contact before it slips (1e4 to 5e4, assumed)."""
-    bristle_damping_n_s_m: NotNegative = 1.4
-    """Damping s1 of the bristles, used by LuGre alone (assumed: sqrt(s0 m))."""
-
-    @property
-    def stuck_stiffness_n_m(self) -> float:
-        """k s0/(k + s0), of the skin in series with a contact that sticks; friction rises by at most this times v."""
-        k, s0 = self.stiffness_n_m, self.bristle_stiffness_n_m
-        return k * s0 / (k + s0)
+    slip_length_um: Annotated[Number, Field(ge=0, le=1000)] = 11.5
+    """How far it slides while friction follows its limit, z; 0: at once (13.8 Hz per mm/s: arXiv 2505.11162)."""
 
 
 Finger = Annotated[RigidFinger | Skin, Kinds(Block, RigidFinger, Skin, default="rigid")]

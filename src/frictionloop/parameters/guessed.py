@@ -40,6 +40,9 @@ GUESSES = (
         "resonance_hz frequency_hz",
     ),
     Guess("k stiffness spring spring_constant spring_stiffness", "stiffness_n_m"),
+    Guess("contact", "slip_length_um", "0 of a slider"),
+    Guess("bristle_stiffness", "slip_length_um", "0.6 N over the stiffness", lambda v, _: 0.6 / v),
+    Guess("bristle_damping", "slip_length_um", "the contact has no damper", lambda v, _: math.nan),
     Guess(
         "k stiffness spring spring_constant spring_stiffness stiffness_n_m",
         "resonance_hz",

@@ -1,115 +1,120 @@
-"""What the three laws of the contact share: state of tip and bristle, the skin they pull on, constants of a step.
-
-A step takes the friction limit and the bone's speed in the middle of the step (or their means over it) and returns the
-mean force over the step. Inside, forces are counted in the deflection of the bristle, F/s0, and speeds in the way
-covered in a step, so that a law needs one division per pass. docs/contact.md derives them.
+"""The contact of skin and glass: a bristle whose length is how far the tip slides while friction follows its limit.
 
 The skin is a lateral spring, damper and mass between bone and contact, m x'' + c x' + k x = F. The bone moves over the
-glass with speed w, the tip lags behind it by x, and so slides with v = w - x'. Over a step the skin follows the
-implicit midpoint rule, which keeps the books of energy exactly at any step: with F the mean force of the step, the
-work F (x1 - x0) is what spring and mass gain plus what the damper takes.
+glass with speed w, the tip lags behind it by x, and so slides with v = w - x'. A step takes the friction limit and the
+bone's speed in the middle of the step (or their means over it) and returns the mean force over the step.
+docs/contact.md derives it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from frictionloop.parameters import Skin
 from frictionloop.quantities import Lti
 from frictionloop.quantities.arithmetic import fma, step
 
-LEAST_LIMIT_M = 1e-18
-"""Deflection at the limit below which a step would divide by zero; 2e-14 N with s0 = 2e4 N/m, far below any force."""
+STRONG_N = 1.0
+"""Largest friction limit whose ringing with the tip a step damps (assumed: that of a strong finger)."""
+TINY = 1e-300
+"""Keeps 0/0 out where nothing moves and nothing rubs."""
 
 
 class ContactState(NamedTuple):
-    """Where tip and bristle are; the same for every law, all zero for a finger off the glass at rest."""
+    """Where tip and contact are; all zero for a finger off the glass at rest."""
 
     lag_m: float
     """x, of the tip behind the bone."""
     lag_speed_m_s: float
     """x'."""
-    bristle_m: float
-    """Deflection z of the bristle."""
-    limit_m: float = 0.0
-    """Deflection Fc/s0 at the limit of the last step; the slider alone looks at it."""
+    force_n: float
+    """F of the bristle."""
 
 
 class ContactCoefficients(NamedTuple):
-    """Constants of a step.
-
-    A = 1 / (2 m/dt + c + k dt/2) is the skin's mean speed per newton of mean force.
-    """
+    """Constants of a step, with A = 1 / (m/(u dt) + c + k dt/2), the skin's mean speed per newton of mean force."""
 
     dt: float
-    two_per_dt: float
+    per_step: float
+    """1/(u dt)."""
+    kept: float
+    """1/u - 1, of the speed of the lag."""
     inertia: float
-    """2 m A."""
+    """m A/u."""
     elastic: float
     """dt k A."""
-    coupling: float
-    """B = dt s0 A: way the tip yields in a step, over the deflection of the bristle that makes it yield."""
-    stuck: float
-    """1 / (1 + B/2), a bristle that sticks."""
-    bristle: float
-    """s0 in N/m."""
-    per_bristle: float
-    damping: float
-    """G = s1 / (s0 dt)."""
-    guard: float
-    """What holds LuGre's damping below 4 Fc/|v|: equal to ``damping``; 0 would leave s1 as it is, and not passive."""
-
-
-@step
-def free_slide_step(
-    lag_m: float, lag_speed_m_s: float, speed_m_s: float, dt: float, inertia: float, elastic: float
-) -> float:
-    """dt w - (2 m A x' - dt k A x): how far the tip slides in a step without force, A = 1 / (2 m/dt + c + k dt/2)."""
-    return fma(dt, speed_m_s, fma(elastic, lag_m, -(inertia * lag_speed_m_s)))
-
-
-@step
-def follow_step(lag_m: float, lag_speed_m_s: float, moved_m: float, two_per_dt: float) -> tuple[float, float]:
-    """x + dx, 2 dx/dt - x': lag and its speed after a step in which the lag changed by dx."""
-    return lag_m + moved_m, fma(two_per_dt, moved_m, -lag_speed_m_s)
+    yielding: float
+    """dt A: how far the tip yields in a step, m/N."""
+    length: float
+    """z in m."""
+    beyond: float
+    """z/y: how far a force may be beyond a limit that fell, N; from farther it snaps back within a step."""
 
 
 def contact_coefficients(skin: Skin, dt: float) -> ContactCoefficients:
-    """Return the constants of `dahl_step`, `lugre_step` and `slider_step` for steps of ``dt`` s.
+    """Return the constants of `bristle_step` for steps of ``dt`` s; any is stable (docs/contact.md: how accurate).
 
-    Any length is stable; docs/contact.md says how accurate.
+    The mean speed of the lag is x' + u dx', u = 1/2: the midpoint rule. It would let a tip that sticks ring for ever on
+    a bristle that is stiffer than a step resolves, dt^2 F/(4 m z) > 1 with F = `STRONG_N`; there u rises to 1 at z = 0.
     """
-    k, c, m = skin.stiffness_n_m, skin.damping_n_s_m, skin.mass_kg
-    s0, s1 = skin.bristle_stiffness_n_m, skin.bristle_damping_n_s_m
-    yielding = 1.0 / (2.0 * m / dt + c + k * dt / 2.0)
-    coupling, damping = dt * s0 * yielding, s1 / (s0 * dt)
+    k, c, m, z = skin.stiffness_n_m, skin.damping_n_s_m, skin.mass_kg, 1e-6 * skin.slip_length_um
+    resolved = dt * dt * STRONG_N / (4.0 * m)
+    u = max(0.5, 1.0 - 0.5 * z / resolved)
+    yielding = 1.0 / (m / (u * dt) + c + k * dt / 2.0)
     return ContactCoefficients(
         dt=dt,
-        two_per_dt=2.0 / dt,
-        inertia=2.0 * m * yielding,
+        per_step=1.0 / (u * dt),
+        kept=1.0 / u - 1.0,
+        inertia=m * yielding / u,
         elastic=dt * k * yielding,
-        coupling=coupling,
-        stuck=1.0 / (1.0 + coupling / 2.0),
-        bristle=s0,
-        per_bristle=1.0 / s0,
-        damping=damping,
-        guard=damping,
+        yielding=dt * yielding,
+        length=z,
+        beyond=z / (dt * yielding),
     )
 
 
-def linearise_slip(skin: Skin, force_n: float, speed_m_s: float) -> Lti:
-    """Return friction limit to force F for small signals at steady sliding with speed v, N/N.
+@step
+def bristle_step(
+    state: ContactState, limit_n: float, speed_m_s: float, coefficients: ContactCoefficients
+) -> tuple[ContactState, float]:
+    """dF/dt = (v Fc - |v| F)/z (Dahl 1968, with a length): the state after a step and its mean force in N.
 
-        slider 1,   Dahl 1 / (1 + s T),   LuGre (1 + s s1(v)/s0) / (1 + s T),
-        T = F/(s0 |v|),   s1(v) = s1 / (1 + s1 |v|/(4 F))
+        z dF = s Fc - |s| (F + t dF),   s = free - y (F + t dF),   t = (3 z + |s|)/(6 z + |s|)
 
-    There v (1 - s0 z sign(v)/Fc) = 0, so the force does not feel small changes of speed: the skin drops out, and holds
-    again only where the force would have to rise faster than the skin allows (docs/contact.md).
+    s is how far the tip slides, y how far it yields to a newton; t is that of the force at the start. In the direction
+    of s this is a quadratic in dF. With z = 0 the force is free/y while that is within the limit, else the limit.
+    ``limit_n`` Fc and ``speed_m_s`` w are those of the middle of the step; without a limit (Fc <= 0) there is no force.
     """
-    if skin.contact == "slider":
+    lag, lag_speed, before = state
+    dt, per_step, kept, inertia, elastic, yielding, length, beyond = coefficients
+    limit = max(limit_n, 0.0)
+    most = limit + beyond if limit > 0.0 else 0.0
+    force = min(max(before, -most), most)
+    pulled = fma(elastic, lag, -(inertia * lag_speed))
+    free = fma(dt, speed_m_s, pulled)
+    slip = fma(-yielding, force, free)
+    way = abs(slip)
+    sign = 1.0 if slip >= 0.0 else -1.0
+    gap = fma(-sign, force, limit)
+    three, six = fma(3.0, length, way), fma(6.0, length, way)
+    # share^2 y t^2 - share b + way gap = 0, dF = share six; the smaller root, without cancellation.
+    pull, product = yielding * three, 2.0 * way * gap
+    b = fma(three, way, fma(pull, gap, length * six))
+    root = math.sqrt(max(fma(b, b, -2.0 * pull * three * product), 0.0))
+    share = product / max(b + root, TINY)
+    mean = fma(sign * three, share, force)
+    moved = fma(yielding, mean, -pulled)
+    after = ContactState(lag + moved, fma(per_step, moved, -(kept * lag_speed)), fma(sign * six, share, force))
+    return after, mean
+
+
+def linearise_slip(skin: Skin, force_n: float, speed_m_s: float) -> Lti:
+    """Return friction limit to force F for small signals at steady sliding with speed v: 1/(1 + s z/|v|), N/N.
+
+    There v Fc = |v| F, so the force does not feel small changes of speed: the skin drops out, and holds again only
+    where the force would have to rise faster than the skin allows (docs/contact.md).
+    """
+    if skin.slip_length_um == 0.0:
         return Lti((1.0,), (1.0,))
-    s0, s1 = skin.bristle_stiffness_n_m, skin.bristle_damping_n_s_m
-    relaxation_s = force_n / (s0 * abs(speed_m_s))
-    if skin.contact == "dahl":
-        return Lti((1.0,), (relaxation_s, 1.0))
-    return Lti((s1 / (1.0 + s1 * abs(speed_m_s) / (4.0 * force_n)) / s0, 1.0), (relaxation_s, 1.0))
+    return Lti((1.0,), (1e-6 * skin.slip_length_um / abs(speed_m_s), 1.0))

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.contact_laws import dahl_step, lugre_force_step, lugre_step, slider_step
+from frictionloop.physics.contact import ContactCoefficients, ContactState, bristle_step
 from frictionloop.physics.friction_limit import (
     LimitCoefficients,
     OcclusionCoefficients,
@@ -93,7 +92,7 @@ def rigid_step(
     return state, limit_n if speed_m_s >= 0.0 else -limit_n
 
 
-CONTACTS = {"rigid": rigid_step, "dahl": dahl_step, "lugre": lugre_step, "slider": slider_step}
+CONTACTS = {"rigid": rigid_step, "bristle": bristle_step}
 """Contact laws by name: state and mean force over a step."""
 
 
@@ -143,28 +142,12 @@ def rigid_force_step(limit_n: float, now: Motion, state: ContactState, given: Co
 
 @step
 def bristle_force_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
-    """s0 z of Dahl's bristle."""
-    return given.bristle * state.bristle_m
+    """F of the bristle; without a length within the limit, which it followed to the middle of the substep."""
+    most = limit_n + given.beyond
+    return min(max(state.force_n, -most), most)
 
 
-@step
-def lugre_told_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
-    """LuGre's force at an instant."""
-    return lugre_force_step(state, limit_n, now.speed, given)
-
-
-@step
-def slider_force_step(limit_n: float, now: Motion, state: ContactState, given: ContactCoefficients) -> float:
-    """s0 z within the limit: while that falls its bristle has slid with the limit of the middle of the substep."""
-    return min(max(given.bristle * state.bristle_m, -limit_n), limit_n)
-
-
-FORCES = {
-    "rigid": rigid_force_step,
-    "dahl": bristle_force_step,
-    "lugre": lugre_told_step,
-    "slider": slider_force_step,
-}
+FORCES = {"rigid": rigid_force_step, "bristle": bristle_force_step}
 """Force of the contact laws at a time."""
 
 
@@ -176,10 +159,10 @@ def settled_of(contact: str) -> Any:
     stiff = contact == "rigid"
 
     @step
-    def settled(limit_n, now, full_speed, compliance, given):  # type: ignore[no-untyped-def]
+    def settled(limit_n, now, full_speed, compliance):  # type: ignore[no-untyped-def]
         limit, slides = limit_n * now.factor, 0.5 * full_speed
         f = limit if now.speed >= slides else (-limit if now.speed <= -slides else 0.0)
         f = (limit if now.speed >= 0.0 else -limit) if stiff else f
-        return f, f * compliance, f * given.per_bristle, limit * given.per_bristle
+        return f, f * compliance
 
     return settled

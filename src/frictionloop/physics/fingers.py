@@ -24,6 +24,7 @@ UNIFORM = {
     "friction.speed_slope": (-0.15, 0.15),  # assumed; both signs are published
     "motion.load_drift": (0.1, 0.2),  # assumed
     "motion.tremor_hz": (8.0, 12.0),  # Sutton & Sykes 1967
+    "friction.occlusion_s": (7.0, 20.0),  # the two published readings (FingerFriction.occlusion_s)
 }
 LOG_UNIFORM = {
     "friction.occlusion_ratio": (1.0, 5.0),  # assumed; up to 10 in Adams 2013
@@ -35,8 +36,12 @@ LOG_UNIFORM = {
 LOG_NORMAL = {  # median and standard deviation of the logarithm
     "friction.susceptibility_per_um2": (0.38, 0.35),  # median: paper, Sec. 2.1; spread assumed
     "finger.stiffness_n_m": (1000.0, 0.35),  # median: robomechjournal 10.1186/s40648-017-0080-8; spread assumed
+    "finger.slip_length_um": (11.5, math.log(1.5)),  # median: arXiv 2505.11162; a spread of a factor 1.5 is assumed
     "motion.load_n": (0.55, 0.25),  # assumed, around the 0.49 to 0.64 N of Smith 2002
 }
+LAST = ("moisture", "friction.occlusion_s", "finger.slip_length_um")
+COLUMNS = (*(path for path in (*UNIFORM, *LOG_UNIFORM, *LOG_NORMAL) if path not in LAST), *LAST)
+"""Which of a finger's numbers each value is drawn with."""
 DRAWN_AT = {"friction.reference_load_n": 0.5, "friction.reference_speed_mm_s": 20.0}
 """Load and speed at which the drawn ``friction.nominal_n`` is that of the finger, whatever those of a system are."""
 MOIST_LOSS = 0.3
@@ -100,8 +105,7 @@ def _pressed(found: Fingers, z: np.ndarray, loads_n: tuple[float, float]) -> Fin
     low, high = loads_n
     if not 0 < low <= high < math.inf:
         raise FrictionloopError(f"loads_n = {tuple(loads_n)} N: must be above 0, the least before the largest")
-    column = [*UNIFORM, *LOG_UNIFORM, *LOG_NORMAL].index("motion.load_n")
-    shares = ndtr(z[:, column]).tolist()
+    shares = ndtr(z[:, COLUMNS.index("motion.load_n")]).tolist()
     return Fingers(
         each | {"motion.load_n": low + (high - low) * share} for each, share in zip(found, shares, strict=True)
     )
@@ -115,7 +119,7 @@ def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Finge
             known = ", ".join(path for path in drawn if UNIFORM.get(path, (0.0,))[0] >= 0)
             raise FrictionloopError(f"population: path = {each.path!r}: fingers have no such value; accepted: {known}")
     # Each value keeps its own column of the noise, so a finger changes in what was measured alone.
-    own = z[:, [drawn.index(each.path) for each in population.value]] @ population.root().T
+    own = z[:, [COLUMNS.index(each.path) for each in population.value]] @ population.root().T
     for finger, row in zip(found, own, strict=True):
         for each, normal in zip(population.value, row.tolist(), strict=True):
             finger[each.path] = each.median * math.exp(each.spread * normal)
@@ -123,13 +127,11 @@ def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Finge
 
 
 def _finger(z: np.ndarray) -> dict[str, float]:
-    drawn = iter(z.tolist())
-    found = {path: low + (high - low) * float(ndtr(next(drawn))) for path, (low, high) in UNIFORM.items()}
-    for path, (low, high) in LOG_UNIFORM.items():
-        found[path] = low * (high / low) ** float(ndtr(next(drawn)))
-    for path, (median, spread) in LOG_NORMAL.items():
-        found[path] = median * math.exp(spread * next(drawn))
-    left = 1.0 - MOIST_LOSS * float(ndtr(next(drawn)))
+    drawn = dict(zip(COLUMNS, z.tolist(), strict=False))
+    found = {path: low + (high - low) * float(ndtr(drawn[path])) for path, (low, high) in UNIFORM.items()}
+    found |= {path: low * (high / low) ** float(ndtr(drawn[path])) for path, (low, high) in LOG_UNIFORM.items()}
+    found |= {path: median * math.exp(spread * drawn[path]) for path, (median, spread) in LOG_NORMAL.items()}
+    left = 1.0 - MOIST_LOSS * float(ndtr(drawn["moisture"]))
     found["friction.susceptibility_per_um2"] *= left
     found["friction.moist_loss"] = 1.0 - (1.0 - MOIST_LOSS) / left
     return found

@@ -41,21 +41,21 @@ class Beyond:
     version: str
     """Of the package that ran it."""
     seed: int
-    contacts: tuple[str, ...]
+    slip_lengths_um: tuple[float, ...]
     scored: xr.Dataset
-    """``residual_rms_n`` (N) over law, speed_mm_s, contact and finger, and which fingers are ``capable``."""
-    cells: Mapping[tuple[str, str], Mapping[str, Any]]
-    """By law and contact: ``scores`` of the capable fingers, and what is told of the median one of them.
+    """``residual_rms_n`` (N) over law, speed_mm_s, slip_length_um and finger, and which fingers are ``capable``."""
+    cells: Mapping[tuple[str, float], Mapping[str, Any]]
+    """By law and slip length: ``scores`` of the capable fingers, and what is told of the median one of them.
 
     ``sensitivity_peak`` is Ms around 0.6 N, ``sensitivity_peak_10`` the worst with the resonance 10 % off,
     ``median_finger_rms_n`` what is left on the sines.
     """
     tick_cycles: Mapping[str, int | None]
     """Cycles of the worst tick on a Cortex-M4, by law."""
-    limit_n: Mapping[str, float]
-    """Bound on the residual of any linear controller of force and load with Ms at most 2 on that finger, by contact."""
+    limit_n: Mapping[float, float]
+    """Bound on the residual of any linear controller of force and load with Ms at most 2 there, by slip length."""
     steps: xr.Dataset
-    """``f_r`` and ``f_a`` (N) of that finger around a step down and one up, over law, contact and time."""
+    """``f_r`` and ``f_a`` (N) of that finger around a step down and one up, over law, slip length and time."""
 
     @property
     def able(self) -> list[bool]:
@@ -63,35 +63,35 @@ class Beyond:
         found: list[bool] = self.scored["capable"].values[0].tolist()
         return found
 
-    def value(self, law: str, contact: str, score: str, key: str = MEDIAN) -> float:
+    def value(self, law: str, length_um: float, score: str, key: str = MEDIAN) -> float:
         """Return one number of the capable fingers: the median of a score, or its worst decile."""
-        return float(self.cells[law, contact]["scores"][score][(MEDIAN, WORST).index(key)])
+        return float(self.cells[law, length_um]["scores"][score][(MEDIAN, WORST).index(key)])
 
-    def ratio(self, of: str, over: str, contact: str, score: str, key: str = MEDIAN) -> float:
+    def ratio(self, of: str, over: str, length_um: float, score: str, key: str = MEDIAN) -> float:
         """Return a score under one law over that under another."""
-        return self.value(of, contact, score, key) / self.value(over, contact, score, key)
+        return self.value(of, length_um, score, key) / self.value(over, length_um, score, key)
 
 
 @cache
 def stored() -> Beyond:
     """Return the study that comes with the package."""
     found = json.loads((FOLDER / SUMMARY).read_text(encoding="utf-8"))
-    laws, contacts = list(found["laws"]), list(found["limit_n"])
-    residual = np.array([[found["laws"][law][contact]["residual_rms_n"] for contact in contacts] for law in laws])
+    laws, lengths = list(found["laws"]), list(found["limit_n"])
+    residual = np.array([[found["laws"][law][z]["residual_rms_n"] for z in lengths] for law in laws])
     return Beyond(
         version=found["version"],
         seed=found["seed"],
-        contacts=tuple(contacts),
+        slip_lengths_um=tuple(map(float, lengths)),
         scored=xr.Dataset(
             {
-                "residual_rms_n": (("law", "speed_mm_s", "contact", "finger"), residual[:, None]),
+                "residual_rms_n": (("law", "speed_mm_s", "slip_length_um", "finger"), residual[:, None]),
                 "capable": (("speed_mm_s", "finger"), np.array([found["capable"]])),
             },
-            {"law": laws, "speed_mm_s": [found["speed_mm_s"]], "contact": contacts},
+            {"law": laws, "speed_mm_s": [found["speed_mm_s"]], "slip_length_um": list(map(float, lengths))},
         ),
-        cells={(law, contact): found["laws"][law][contact] for law in laws for contact in contacts},
+        cells={(law, float(z)): found["laws"][law][z] for law in laws for z in lengths},
         tick_cycles={law: found["laws"][law]["tick_cycles_m4"] for law in laws},
-        limit_n=found["limit_n"],
+        limit_n={float(z): limit for z, limit in found["limit_n"].items()},
         steps=_steps(),
     )
 
@@ -99,46 +99,46 @@ def stored() -> Beyond:
 def _steps() -> xr.Dataset:
     heads, *rows = csv.reader((FOLDER / STEPS).read_text(encoding="utf-8").splitlines())
     columns = dict(zip(heads, np.array(rows, dtype=float).T, strict=True))
-    laws, contacts = (
+    laws, lengths = (
         list(dict.fromkeys(names)) for names in zip(*(head.split(", ") for head in heads[2:]), strict=True)
     )
-    forces = np.array([[columns[f"{law}, {contact}"] for contact in contacts] for law in laws])
-    over = ("law", "contact", "time")
+    forces = np.array([[columns[f"{law}, {z}"] for z in lengths] for law in laws])
+    over = ("law", "slip_length_um", "time")
     return xr.Dataset(
         {"f_r": (over, np.broadcast_to(columns["f_r"], forces.shape)), "f_a": (over, forces)},
-        {"law": laws, "contact": contacts, "time": columns["time_s"]},
+        {"law": laws, "slip_length_um": list(map(float, lengths)), "time": columns["time_s"]},
     )
 
 
 def beyond_rows(found: Beyond) -> list[dict[str, str]]:
-    """Return a row of texts for each law and contact."""
-    return [_row(found, law, contact) for law, contact in found.cells]
+    """Return a row of texts for each law and slip length."""
+    return [_row(found, law, z) for law, z in found.cells]
 
 
-def _row(found: Beyond, law: str, contact: str) -> dict[str, str]:
+def _row(found: Beyond, law: str, length_um: float) -> dict[str, str]:
     def both(score: str) -> str:
-        return " / ".join(_mn(found.value(law, contact, score, key)) for key in (MEDIAN, WORST))
+        return " / ".join(_mn(found.value(law, length_um, score, key)) for key in (MEDIAN, WORST))
 
-    cell, cycles = found.cells[law, contact], found.tick_cycles[law]
-    levels = [found.value(law, contact, f"r2_identity_{level:g}_n") for level in LEVELS_N]
+    cell, cycles = found.cells[law, length_um], found.tick_cycles[law]
+    levels = [found.value(law, length_um, f"r2_identity_{level:g}_n") for level in LEVELS_N]
     fall, rise = (
-        "–" if law == OPEN else _ms(found.value(law, contact, score))  # whose force goes elsewhere
+        "–" if law == OPEN else _ms(found.value(law, length_um, score))  # whose force goes elsewhere
         for score in ("fall_10_90_s", "rise_10_90_s")
     )
     return {
         "law": law,
-        "contact": contact,
+        "length": f"{length_um:g}",
         "sines": both("residual_rms_n"),
         "hold": both("hold_rms_n"),
-        "r2": _r2(found.value(law, contact, "r2_identity")),
+        "r2": _r2(found.value(law, length_um, "r2_identity")),
         "levels": " ".join(_r2(level) for level in levels),
         "fall": fall,
         "rise": rise,
-        "felt": _plain(found.value(law, contact, "relative_index"), 2),
+        "felt": _plain(found.value(law, length_um, "relative_index"), 2),
         "peak": _plain(float(cell["sensitivity_peak"]), 2),
         "peak_10": _plain(float(cell["sensitivity_peak_10"]), 2),
         "tick": "–" if cycles is None else f"{cycles:,}",
-        "oracle": "1" if law == ORACLE else _plain(found.value(law, contact, "over_oracle"), 2),
+        "oracle": "1" if law == ORACLE else _plain(found.value(law, length_um, "over_oracle"), 2),
     }
 
 

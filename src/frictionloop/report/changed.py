@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from frictionloop.loop.progress import Bar
-from frictionloop.parameters import RETUNED, System, bench
+from frictionloop.parameters import RETUNED, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.changed_check import Check
@@ -73,7 +73,7 @@ def check(names: Sequence[str], changes: Mapping[str, Any]) -> None:
         raise FrictionloopError(f"{missing}: is missing beside {given[0]}; give both gains")
     if given and "fig-5a-printed" in names:
         raise FrictionloopError('only = "fig-5a-printed": is of the printed gains; gains of your own are for fig-5a')
-    setpoint: Any = bench().evolve(changes).setpoint
+    setpoint: Any = protocol.the_bench().evolve(changes).setpoint
     if setpoint.amplitude_n <= 0.0:
         raise FrictionloopError(
             f"{SINES[1]} = {setpoint.amplitude_n:g} N: must be above 0; R2 is of a set-point that varies"
@@ -117,9 +117,10 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
         more, rows = runs_of({HOLDS: found.instead}, changes)
         runs, numbers = runs | more, numbers | rows
     held = {
-        each: f"holds at {there.held} of {there.places}\ncontacts and speeds" for each, there in found.places.items()
+        each: f"holds at {there.held} of {there.places}\nslip lengths and speeds"
+        for each, there in found.places.items()
     }
-    held |= {HOLDS: "holds at all\ncontacts and speeds"}
+    held |= {HOLDS: "holds at all slip\nlengths and speeds"}
     figure = figure_closed_loop(runs, list(runs), numbers, held)
     other = "Not the paper's bench: " if bench_of(changes) else "With gains as given: "
     title = textwrap.wrap(other + words(changes), LETTERS * len(runs), break_long_words=False)
@@ -160,8 +161,8 @@ def seeds_of(changes: Mapping[str, Any]) -> str:
 def file_name(name: str, changes: Mapping[str, Any]) -> str:
     """Return the name of the figure's file without suffix.
 
-    >>> file_name("fig-5a", {"sensor.resonance_hz": 200.0, "finger.contact": "slider"})
-    'fig-5a-with-sensor.resonance_hz-200-finger.contact-slider'
+    >>> file_name("fig-5a", {"sensor.resonance_hz": 200.0, "finger.slip_length_um": 0.0})
+    'fig-5a-with-sensor.resonance_hz-200-finger.slip_length_um-0.0'
     """
     told = (f"{path}-{value:g}" if isinstance(value, float) else f"{path}-{value}" for path, value in changes.items())
     return "-".join([name, "with", *told])

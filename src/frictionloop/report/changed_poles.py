@@ -30,7 +30,7 @@ DOES = {
 def moved(changes: Mapping[str, Any], base: System, sines: Sines, tuned: bool) -> list[str]:
     """Return which poles move, and if ``tuned`` the loop gain of the re-tuned gains at the sensor's resonance.
 
-    The pole of the plate is at f0/(2 Q), that of a Dahl or LuGre contact at s0 v/(2 pi F), a slider has none.
+    The pole of the plate is at f0/(2 Q), that of the contact at v/(2 pi z), without a slip length it has none.
     """
     force_n = sum(sines.levels_n) / len(sines.levels_n)
     before, there = base, base.evolve(changes)
@@ -84,4 +84,4 @@ def _pole_hz(lag: Lti) -> float:
 
 
 def _hz(pole: float) -> str:
-    return f"{pole:.3g} Hz" if math.isfinite(pole) else "infinity (slider)"
+    return f"{pole:.3g} Hz" if math.isfinite(pole) else "infinity"

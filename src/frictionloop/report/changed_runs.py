@@ -9,7 +9,6 @@ import xarray as xr
 
 from frictionloop.design import retune
 from frictionloop.loop.progress import Bar
-from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit, tracking
@@ -37,7 +36,7 @@ def tracked(name: str, changes: Mapping[str, Any], bar: Bar) -> tuple[dict[str, 
     """Return the strokes of each controller on a bench, and their numbers."""
     of_bench = bench_of(changes)
     again = HERE in SHOWN[name] and (of_bench or not changes)  # found anew, but not beside gains of one's own alone
-    found = {HERE: retune(bench().evolve(of_bench)).overrides} if again else {}
+    found = {HERE: retune(protocol.the_bench().evolve(of_bench)).overrides} if again else {}
     if gains := {path: changes[path] for path in GAINS if path in changes}:
         found[GIVEN] = gains
     controllers = {

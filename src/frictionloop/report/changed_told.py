@@ -9,7 +9,7 @@ from typing import Any
 
 from frictionloop.analysis import operating_band, output_noise_rms_n
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.parameters import System, bench
+from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.changed_poles import moved
@@ -17,7 +17,7 @@ from frictionloop.report.changed_runs import GAINS, SINES, words
 from frictionloop.report.changed_speed import speed
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
-from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end
+from frictionloop.report.protocol import THE_SINES, Sines, occlusion_at_end, the_bench
 
 NOISE = ("sensor.noise_density_n_rthz", "sensor.adc_bits", "sensor.range_n")
 MEAN, DELAY, RATE = "setpoint.offset_n", "controller.delay_s", "controller.rate_hz"
@@ -67,7 +67,7 @@ def _own(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) -> l
     """Return what this finger had in the place of values that a finger brings."""
     said = []
     for path in (each for each in changes if each in fingers(1, 0)[0]):
-        own, preset = (f"{_value(each, path):.3g} {unit_of(path) or ''}".rstrip() for each in (base, bench()))
+        own, preset = (f"{_value(each, path):.3g} {unit_of(path) or ''}".rstrip() for each in (base, the_bench()))
         unchanged = f" (the preset's, for which {HERE} of the bench unchanged is found: {preset})" * (HERE in rows)
         said.append(f"{path} = {own}{unchanged}")
     return [f"this finger's own, which the change replaces: {', '.join(said)}"] if said else []
@@ -209,7 +209,7 @@ def _here(changes: Mapping[str, Any], rows: Mapping[str, Any], before: Mapping[s
     if HERE not in rows or HERE not in before:
         return []
     forces = "these forces" if any(path.startswith("setpoint.") for path in changes) else "its forces"
-    said = f"{HERE}: by fl.retune for one contact and speed, the finger of the preset and {forces}, as the "
+    said = f"{HERE}: by fl.retune for one slip length and speed, the finger of the preset and {forces}, as the "
     said += f"{RETUNED_GAINS} were; this finger is another, and so is its Ms"
     pairs = [[each[HERE][name] for name in ("kp", "ki")] for each in (rows, before)]
     if all(math.isclose(now, was, rel_tol=1e-3, abs_tol=1e-6) for now, was in zip(*pairs, strict=True)):

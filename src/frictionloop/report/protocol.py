@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.parameters import Sine, Steps, System, bench
+from frictionloop.parameters.presets import PAPER_SLIP_LENGTH_UM
 from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
 
@@ -55,8 +56,9 @@ F0, TAU = "friction.nominal_n", "friction.susceptibility_per_um2"
 
 
 def population() -> Fingers:
-    """Return the 1000 fingers."""
-    return fingers(FINGERS, POPULATION_SEED)
+    """Return the 1000 fingers, all with one slip length."""
+    own = {"finger.slip_length_um": PAPER_SLIP_LENGTH_UM}
+    return Fingers(each | own for each in fingers(FINGERS, POPULATION_SEED))
 
 
 def chosen(people: Fingers) -> int:
@@ -99,14 +101,19 @@ def occlusion_at_end(system: System) -> float:
     return 1.0 - (1.0 - occlusion_at_starts(system)[-1]) * float(np.exp(-STROKE_S / friction.occlusion_s))
 
 
+def the_bench() -> System:
+    """Return the bench with the slip length of the report."""
+    return bench().evolve({"finger.slip_length_um": PAPER_SLIP_LENGTH_UM})
+
+
 def finger_system(finger: Mapping[str, float]) -> System:
     """Return the bench under a finger that makes one long stroke at a time."""
-    return bench().evolve({**finger, "motion.stroke_mm": STROKE_MM})
+    return the_bench().evolve({**finger, "motion.stroke_mm": STROKE_MM})
 
 
 def with_path(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return changes of the bench with a path and a plate whose end no stroke at a higher speed reaches."""
-    usual: Any = bench()
+    usual: Any = the_bench()
     times = float(changes.get("motion.speed_mm_s", 0.0)) / usual.motion.speed_mm_s
     if times <= 1.0:
         return dict(changes)

@@ -1,4 +1,4 @@
-"""Where gains are stable: at the forces of Fig. 5a on its finger, and at the contacts and speeds of a design."""
+"""Where gains are stable: at the forces of Fig. 5a on its finger, and at the slip lengths and speeds of a design."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.design.checking import check_controller, rounded
 from frictionloop.design.elsewhere import in_words
-from frictionloop.parameters import RETUNED, Sine, System, bench
+from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 from frictionloop.report.people import the_finger
@@ -79,13 +79,13 @@ def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_S
 
 
 class Places(NamedTuple):
-    """What ``design check`` says of gains: at how many contacts and speeds they hold."""
+    """What ``design check`` says of gains: at how many slip lengths and speeds they hold."""
 
     held: int
     unstable: int
     places: int
     unstable_on: list[str]
-    """Contacts and speeds at which they are unstable, in words."""
+    """Slip lengths and speeds at which they are unstable, in words."""
 
 
 def checked(system: System) -> Places:
@@ -110,7 +110,7 @@ class Held(NamedTuple):
     """Where the re-tuned gains hold, and the printed ones with an ideal sensor and no delay."""
 
     sensitivity_peak: float
-    """Ms where the gains were chosen: at 0.5 N on a dry finger, Dahl contact, 20 mm/s."""
+    """Ms at 0.5 N on a dry finger with the report's slip length, 20 mm/s."""
     of_finger: float
     """The largest at the forces of the sines, on the finger that Fig. 5a shows, just landed."""
     of_finger_moist: float
@@ -129,7 +129,7 @@ class Held(NamedTuple):
 
 def held() -> Held:
     """Return what the linear analysis says of both pairs of gains, and ``design check`` of the re-tuned ones."""
-    system, finger = bench().evolve(RETUNED), protocol.finger_system(the_finger())
+    system, finger = protocol.the_bench().evolve(RETUNED), protocol.finger_system(the_finger())
     peak = linearise(system, force_n=0.5).margins().sensitivity_peak
     shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
     there = asked_for(RETUNED)

@@ -114,13 +114,13 @@ def steady_error_n(runs: xr.Dataset) -> np.ndarray:
 
 
 def skin_limit_ms(system: System, step_n: float) -> float:
-    """Return the least time from 10 to 90 % of a rise at a steady speed, 0.8 dF/(k_s v) in ms.
+    """Return the least time from 10 to 90 % of a rise at a steady speed, 0.8 dF/(k v) in ms.
 
-    Stuck skin pulls as fast as the finger moves; k_s is `Skin.stuck_stiffness_n_m`.
+    The tip lags no faster than the finger moves, so the skin pulls at most k v harder.
     """
     finger, motion = system.finger, system.motion
     assert isinstance(finger, Skin) and isinstance(motion, Strokes)
-    return 1e3 * SHARE_10_90 * step_n / (finger.stuck_stiffness_n_m * 1e-3 * motion.speed_mm_s)
+    return 1e3 * SHARE_10_90 * step_n / (finger.stiffness_n_m * 1e-3 * motion.speed_mm_s)
 
 
 def this_skin_limit_ms() -> float:

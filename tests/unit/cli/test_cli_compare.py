@@ -83,8 +83,8 @@ def test_summary_files_and_figures(frictionloop, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     answer = frictionloop(*WORDS, "--out", "r.h5", "--plots", "figures")
     assert (answer.code, answer.noted) == (0, [])
-    assert "20 mm/s, dahl: median / worst decile of" in answer.out
-    assert "20 mm/s, slider: median / worst decile of" in answer.out
+    assert "20 mm/s, slip length 11.5 um: median / worst decile of" in answer.out
+    assert "20 mm/s, slip length 0 um: median / worst decile of" in answer.out
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 100
     assert "saved results as r.h5" in answer.out
     assert fl.load(tmp_path / "r.h5").attrs["kind"] == "comparison"

@@ -106,7 +106,7 @@ BENCH = [
     (("--controller.lost_ticks", "1"), "controller.lost_ticks = 1: must be less than 1"),
     (("--controller.rate_hz", "20"), "controller.rate_hz = 20 Hz: must be at least"),
     (("--finger.kind", "soft"), "finger.kind = 'soft' is unknown; accepted: 'rigid', 'skin'"),
-    (("--finger.contact", "glue"), "contact = 'glue': must be 'dahl', 'lugre' or 'slider'"),
+    (("--finger.slip_length_um", "glue"), "slip_length_um = 'glue' um: must be a valid number"),
     (("--finger.stiffness", "1"), "unknown parameter 'finger.stiffness'; did you mean finger.stiffness_n_m (N/m)"),
     (("--motion.kind", "sliding"), 'friction.kind = "finger" needs a speed and a load: motion.kind must be "strokes"'),
     (("--motion.load_n", "-1"), "motion.load_n = -1 N: must be greater than 0"),

@@ -145,10 +145,11 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
     assert head.split()[-2:] == ["spread", "error"] and again.split()[:5] == ["kp", "ki", "Ms", "moist", "R2"]
     assert re.fullmatch(
-        r"  printed gains: hold at 0 of 6 contacts and speeds, unstable at 6 \(unchanged: 0, unstable at 6\)", printed
+        r"  printed gains: hold at 0 of 6 slip lengths and speeds, unstable at 6 \(unchanged: 0, unstable at 6\)",
+        printed,
     )
     assert [where.split(" mm/s")[0] for where in (dahl, slider)] == [
-        f"    contact {contact} at 10, 20, 80" for contact in ("dahl", "slider")
+        f"    contact {length_um} at 10, 20, 80" for length_um in (11.5, 0.0)
     ]
     assert unreached == '  sensor.resonance_hz does not reach "ideal sensor, no delay"'
     file = "report/figures/fig-5a-printed-with-sensor.resonance_hz-200.toml"

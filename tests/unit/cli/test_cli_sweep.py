@@ -217,10 +217,10 @@ def test_few_points_are_listed_and_those_that_ring_are_marked(frictionloop):
 
 
 def test_few_points_of_two_axes_are_listed_too(frictionloop):
-    over = ("--over", "motion.speed_mm_s=60,200", "--over", "finger.contact=dahl,slider")
+    over = ("--over", "motion.speed_mm_s=60,200", "--over", "finger.slip_length_um=11.5,0")
     lines = frictionloop("sweep", "--preset", "bench", "--duration-s", "0.1", *over).out.splitlines()
     assert any(line.startswith("motion.speed_mm_s,") for line in lines)
-    for point in ("60, dahl", "60, slider", "200, dahl", "200, slider"):
+    for point in ("60, 11.5", "60, 0", "200, 11.5", "200, 0"):
         assert sum(line.startswith(point) for line in lines) == 1
 
 
@@ -243,12 +243,12 @@ def test_where_gains_vary_the_loop_of_the_best_point_is_told_apart_from_its_erro
 def test_a_loop_that_no_linear_analysis_looks_at_is_not_said_to_be_calm(frictionloop):
     Path("d.csv").write_text("d\n" + "0.1\n0.12\n" * 300)
     recorded = ("--disturbance.kind", "recording", "--disturbance.path", "d.csv", "--disturbance.rate_hz", "500")
-    still = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.contact", "slider")
+    still = ("--friction.occlusion_ratio", "1", "--friction.moist_loss", "0", "--finger.slip_length_um", "0")
     out = frictionloop(*BENCH, *recorded, *still, "--over", "controller.kp=9,10", "--controller.ki", "0").out
     assert "does not ring" not in out
     assert out.endswith(
-        "Its margins, on other contacts and at other speeds too, without this disturbance:\n"
-        "  frictionloop design check --preset bench --controller.ki 0 --controller.kp 10\n"
+        "Its margins, at other slip lengths and speeds too, without this disturbance:\n"
+        "  frictionloop design check --preset bench --finger.slip_length_um 0 --controller.ki 0 --controller.kp 10\n"
     )
 
 

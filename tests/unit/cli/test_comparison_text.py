@@ -59,14 +59,14 @@ def test_all_laws_fit_80_columns_to_the_last_score(capsys, monkeypatch):
 def rows_of(worst, unstable_5=(), unstable_10=(), capable=12):
     """Return rows of residuals in N and of margins, for laws at one speed and contact; the median is half the worst."""
     rows = [
-        {"law": law, "score": "residual_rms_n", "speed_mm_s": 20.0, "contact": "slider", "population": population}
+        {"law": law, "score": "residual_rms_n", "speed_mm_s": 20.0, "slip_length_um": 0.0, "population": population}
         | {"fingers": count, "median": 0.5 * value * factor, "worst_decile": value * factor}
         for law, value in worst.items()
         for population, count, factor in (("all", 30, 10.0), ("capable", capable, 1.0))
     ]
     off_5, off_10 = dict.fromkeys(unstable_5, math.inf), dict.fromkeys(unstable_10, math.inf)
     margins = [
-        {"law": law, "speed_mm_s": 20.0, "contact": "slider"}
+        {"law": law, "speed_mm_s": 20.0, "slip_length_um": 0.0}
         | {"sensitivity_peak_5": off_5.get(law, 1.7), "sensitivity_peak_10": (off_10 | off_5).get(law, 2.0)}
         for law in worst
     ]
@@ -77,7 +77,8 @@ def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fin
     worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.010, "lookup": 0.001}
     said = recommendation(*rows_of(worst, ["retuned_pi"]))
     assert said == (
-        "Recommended: notch_pi. It leaves 36 mN in the worst decile of fingers, speeds and contacts. hinf leaves less, "
+        "Recommended: notch_pi. It leaves 36 mN in the worst decile of fingers, speeds and slip lengths. "
+        "hinf leaves less, "
         "26 mN. That differs by no more than fingers do: 18 mN from their median."
     )
 
@@ -86,10 +87,16 @@ def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fin
 def test_a_law_that_is_rougher_to_touch_than_another_says_so(felt, told):
     rows, margins = rows_of({"notch_pi": 0.036, "retuned_pi": 0.040})
     rows += [
-        {"law": law, "score": "relative_index", "speed_mm_s": 20.0, "contact": contact, "population": "capable"}
+        {
+            "law": law,
+            "score": "relative_index",
+            "speed_mm_s": 20.0,
+            "slip_length_um": length_um,
+            "population": "capable",
+        }
         | {"fingers": 12, "median": value, "worst_decile": 9.0}
         for law, value in (("notch_pi", felt), ("retuned_pi", 1.1))
-        for contact in ("dahl", "slider")
+        for length_um in (11.5, 0.0)
     ]
     said = recommendation(rows, margins)
     assert said.startswith("Recommended: notch_pi.")
@@ -105,15 +112,15 @@ def test_another_law_is_recommended_where_it_is_clearly_better():
 def test_another_law_is_recommended_where_the_default_is_not_stable():
     said = recommendation(*rows_of({"notch_pi": 0.036, "hinf": 0.040}, ["notch_pi"]))
     assert said.startswith("Recommended: hinf. It leaves 40 mN")
-    assert said.endswith("notch_pi is not known to be stable with the resonance 5 % off: slider at 20 mm/s.")
+    assert said.endswith("notch_pi is not known to be stable with the resonance 5 % off: slip length 0 um at 20 mm/s.")
 
 
 def test_what_the_recommended_law_does_not_bear_is_said():
     said = recommendation(*rows_of({"notch_pi": 0.02, "hinf": 0.025, "mine": 0.026}, [], ["notch_pi"]))
     assert said.startswith("Recommended: notch_pi. ")
     assert (
-        "With the resonance 10 % off it is not stable everywhere: slider at 20 mm/s. Stable there: hinf and mine."
-        in said
+        "With the resonance 10 % off it is not stable everywhere: slip length 0 um at 20 mm/s. "
+        "Stable there: hinf and mine." in said
     )
     said = recommendation(*rows_of({"notch_pi": 0.02}, [], ["notch_pi"]))
     assert said.endswith("Stable there: none of these laws.")

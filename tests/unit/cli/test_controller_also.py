@@ -70,10 +70,10 @@ def test_noise_is_that_of_the_analysis():
 
 def test_other_places_are_grouped_by_contact():
     held = Corner(0.0, 1.7, fl.linearise(WEAK), 1.2)
-    at = [("slider", 100.0), ("slider", 30.0), ("dahl", 240.0)]
-    there = tuple(Place(contact, (speed,), (held,)) for contact, speed in at)
+    at = [(0.0, 100.0), (0.0, 30.0), (11.5, 240.0)]
+    there = tuple(Place(length_um, (speed,), (held,)) for length_um, speed in at)
     (line,) = also_said(Designed({}, elsewhere=Elsewhere(there)))
-    assert line.endswith("contact slider at 30, 100 mm/s; contact dahl at 240 mm/s.")
+    assert line.endswith("slip length 0 um at 30, 100 mm/s; slip length 11.5 um at 240 mm/s.")
     assert also_said(Designed({})) == []
 
 
@@ -92,10 +92,10 @@ def test_a_command_that_is_louder_than_a_synthesis_may_make_it_is_told(density, 
 
 def test_an_unstable_finger_that_just_landed_is_named_with_its_contact():
     system = fl.bench().evolve({"controller.kp": 0.165, "controller.ki": 194.0, "sensor.resonance_hz": 190.0})
-    dry = {contact: system.evolve({"finger.contact": contact}) for contact in ("dahl", "slider")}
+    dry = {length_um: system.evolve({"finger.slip_length_um": length_um}) for length_um in (11.5, 0.0)}
     rings = [name for name, each in dry.items() if math.isinf(max(map(peak, fl.operating_band(each, occluded=(0.0,)))))]
-    assert rings == ["slider"]
-    assert also.fully_moist(system, Wanted()).endswith("as on a finger just landed, contact slider")
+    assert rings == [0.0]
+    assert also.fully_moist(system, Wanted()).endswith("as on a finger just landed, slip length 0 um")
 
 
 def peak(loop):

@@ -38,14 +38,15 @@ def test_the_verdict_comes_first_and_the_answer_fits(frictionloop, monkeypatch):
     assert max(len(line.rstrip()) for line in answer.out.splitlines()) <= 80
     said = " ".join(answer.out.split())
     assert said.startswith(
-        "DOES NOT HOLD at 4 of 6 contacts and speeds looked at, pressed with 0.5 N alone "
-        "UNSTABLE contact slider at 10, 20,"
+        "DOES NOT HOLD at 5 of 6 slip lengths and speeds looked at, pressed with 0.5 N alone "
+        "UNSTABLE slip length 0 um at 10, 20,"
     )
     assert "mm/s with the resonance 5 % lower: starts to ring near 13" in said
-    assert "CLOSE TO UNSTABLE contact dahl at 80 mm/s with the resonance 10 % lower (Ms 9.9" in said
-    assert "the limit is 2.6, gain margin 1.1" in said and "HOLDS contact dahl at 10, 20 mm/s looked at 0.5 to" in said
+    assert "slip length 11.5 um at 80 mm/s with the resonance 10 % lower: starts to ring near 12" in said
+    assert "BEYOND LIMITS slip length 11.5 um at 20 mm/s with the resonance 5 % lower (Ms 3.0" in said
+    assert "the limit is 2, gain margin 1." in said and "HOLDS slip length 11.5 um at 10 mm/s looked at 0.5 to" in said
     assert "would hold kp at most 0.0" in said and "`frictionloop design controller --preset bench` searches" in said
-    assert "resonance finger -10 % -5 % 0 +5 % +10 % gain limit 2.6 2 1.7 2 2.6 dahl 20 mm/s dry" in said
+    assert "resonance finger -10 % -5 % 0 +5 % +10 % gain limit 2.6 2 1.7 2 2.6 11.5 um 20 mm/s dry" in said
     assert not {"nan", "inf"} & set(said.split())
 
 
@@ -53,14 +54,14 @@ def test_a_file_whose_gains_hold(frictionloop):
     Path("c.toml").write_text('preset = "bench"\n[controller]\nkind = "pi"\nkp = 0.0\nki = 7.0\n')
     found = frictionloop(*CHECK, "c.toml", "--json").json()
     assert (found["holds"], found["would_hold"], found["law"]) == (True, {}, "pi")
-    at = {(place["contact"], *place["speeds_mm_s"]) for place in found["places"]}
-    assert at == {(contact, speed) for contact in ("dahl", "slider") for speed in (10.0, 20.0, 80.0)}
+    at = {(place["slip_length_um"], *place["speeds_mm_s"]) for place in found["places"]}
+    assert at == {(length_um, speed) for length_um in (11.5, 0.0) for speed in (10.0, 20.0, 80.0)}
     assert {place["how"] for place in found["places"]} == {"within"}
     for place in found["places"]:
         at = [(each["occluded"] > 0, each["resonance_off"]) for each in place["corners"]]
         assert set(at) == {(moist, off) for moist in (False, True) for off in (-0.1, -0.05, 0.0, 0.05, 0.1)}
         worst = place["worst"]
-        there = {"finger.contact": place["contact"], "motion.speed_mm_s": worst["speed_mm_s"]}
+        there = {"finger.slip_length_um": place["slip_length_um"], "motion.speed_mm_s": worst["speed_mm_s"]}
         there["sensor.resonance_hz"] = 145.0 * (1 + worst["resonance_off"])
         loop = fl.linearise(fl.read_toml("c.toml").evolve(there), force_n=worst["force_n"], occluded=worst["occluded"])
         assert worst["sensitivity_peak"] == pytest.approx(loop.margins().sensitivity_peak, rel=1e-5)
@@ -70,13 +71,13 @@ def test_one_place_and_what_is_asked_for(frictionloop):
     little = (*RIGID, *WITH_KP, "0", "--controller.ki", "7")
     out = " ".join(frictionloop(*CHECK, *little).out.split())
     assert out.startswith(
-        "HOLDS at the contact and speed looked at, pressed with 0.5 N alone "
+        "HOLDS at the slip length and speed looked at, pressed with 0.5 N alone "
         "this loop at 20 mm/s looked at 0.5 to 0.7 N;"
     )
     assert "room for the file's finger the gain of the loop may be" in out
     tight = " ".join(frictionloop(*CHECK, *little, "--sensitivity-peak", "1.05").out.split())
     assert tight.startswith(
-        "DOES NOT HOLD at the contact and speed looked at, pressed with 0.5 N alone "
+        "DOES NOT HOLD at the slip length and speed looked at, pressed with 0.5 N alone "
         "BEYOND LIMITS this loop at 20 mm/s (Ms 1."
     )
     assert "would hold ki at most " in tight and "kp at most" not in tight
@@ -101,25 +102,25 @@ def test_bad_input_is_one_line(frictionloop, tokens, said):
 
 @pytest.mark.slow
 def test_a_slider_that_does_alike_at_all_speeds_is_one_row(frictionloop):
-    said = " ".join(frictionloop(*CHECK, *PI, "60", "--contacts", "slider").out.split())
+    said = " ".join(frictionloop(*CHECK, *PI, "60", "--slip-lengths-um", "0").out.split())
     assert said.startswith(
-        "DOES NOT HOLD at 3 of 3 contacts and speeds looked at, pressed with 0.5 N alone "
-        "UNSTABLE contact slider at 10, 20, 80"
+        "DOES NOT HOLD at 3 of 3 slip lengths and speeds looked at, pressed with 0.5 N alone "
+        "UNSTABLE slip length 0 um at 10, 20, 80"
     )
-    assert "slider 10, 20, 80 mm/s dry" in said and "dahl" not in said.partition("resonance finger")[2]
+    assert "0 um 10, 20, 80 mm/s dry" in said and "11.5 um" not in said.partition("resonance finger")[2]
 
 
 @pytest.mark.slow
 def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop):
     light = ("--setpoint.offset_n", "0.4", "--setpoint.amplitude_n", "0.25", "--motion.contact_s", "10")
-    few = ("--plate.max_amplitude_um", "2.2", "--controller.model.max_amplitude_um", "2.2", "--contacts", "slider")
+    few = ("--plate.max_amplitude_um", "2.2", "--controller.model.max_amplitude_um", "2.2", "--slip-lengths-um", "0")
     weak = ("--controller.kind", "pi", "--controller.kp", "0", "--controller.ki", "2")
     at = fl.bench().evolve({"motion.load_n": 1.2, "friction.moist_loss": 0.0})
     least = at.friction.nominal_n * 2.4**at.friction.load_exponent * math.exp(-0.38 * 2.2**2)
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--loads", "0.4,1.2").out.split())
     assert said.startswith(
-        "HOLDS but OUT OF REACH; rows below. Where it holds: at every contact and speed looked at, "
-        "pressed with 0.4 to 1.2 N contact slider at 10, 20, 80 mm/s OUT OF REACH 0.15 N of"
+        "HOLDS but OUT OF REACH; rows below. Where it holds: at every slip length and speed looked at, "
+        "pressed with 0.4 to 1.2 N slip length 0 um at 10, 20, 80 mm/s OUT OF REACH 0.15 N of"
     )
     assert f"a finger just landed: 0.203 N pressed with 0.693 N, {least:.3g} N pressed with 1.2 N are looked at" in said
     said = " ".join(frictionloop(*CHECK, *weak, *light, *few, "--motion.load_n", "1.2").out.split())
@@ -128,7 +129,7 @@ def test_a_range_of_loads_clips_what_no_amplitude_gives_and_says_so(frictionloop
 
 @pytest.mark.slow
 def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_one(frictionloop):
-    weak = (*WITH_KP, "0", "--controller.ki", "2", "--contacts", "slider", "--motion.load_n", "0.8")
+    weak = (*WITH_KP, "0", "--controller.ki", "2", "--slip-lengths-um", "0", "--motion.load_n", "0.8")
     there = f"{0.95 * 1.6**0.9:.3g}"
     said = " ".join(frictionloop(*CHECK, *weak).out.split())
     assert "the law believes 0.95 N without vibration, that of friction.reference_load_n = 0.5 N;" in said
@@ -139,15 +140,15 @@ def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_o
 
 @pytest.mark.slow
 def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones(frictionloop):
-    weak = (*WITH_KP, "0.02", "--controller.ki", "60", "--contacts", "dahl", "--speeds", "15,25")
+    weak = (*WITH_KP, "0.02", "--controller.ki", "60", "--slip-lengths-um", "11.5", "--speeds", "15,25")
     found = frictionloop(*CHECK, *weak, "--json").json()
     asked, slower, faster = found["places"]
     assert [asked["how"], slower["how"], faster["how"]] == ["within", "within", "beyond"]
     assert (found["holds"], found["holds_as_asked"]) == (False, True)
     said = " ".join(frictionloop(*CHECK, *weak).out.split())
     assert said.startswith(
-        "HOLDS but elsewhere BEYOND LIMITS; rows below. Where it holds: at every contact and speed asked for, pressed "
-        "with 0.5 N alone BEYOND LIMITS contact dahl at 80 mm/s"
+        "HOLDS but elsewhere BEYOND LIMITS; rows below. Where it holds: at every slip length and speed asked for, "
+        "pressed with 0.5 N alone BEYOND LIMITS slip length 11.5 um at 80 mm/s"
     )
     assert "everywhere in the table, the slower and faster places too, pressed with 0.5 N alone" in said
     one = frictionloop(*CHECK, *weak[:-1], "20", "--json").json()
@@ -155,7 +156,7 @@ def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones
     alone = " ".join(frictionloop(*CHECK, *weak[:-2]).out.split())  # without --speeds, at that of the preset
     assert alone.startswith(
         "HOLDS but elsewhere BEYOND LIMITS; rows below. Where it holds: at 20 mm/s, the speed given, on every contact "
-        "looked at, pressed with 0.5 N alone BEYOND LIMITS contact dahl at 80 mm/s"
+        "looked at, pressed with 0.5 N alone BEYOND LIMITS slip length 11.5 um at 80 mm/s"
     )
 
 
@@ -173,7 +174,7 @@ def test_a_finger_that_lands_again_and_again_is_as_moist_as_contact_after_contac
 
 @pytest.mark.slow
 def test_contacts_that_follow_each_other_are_looked_at_with_what_moisture_they_leave(frictionloop):
-    given = (*CHECK, *PI, "60", "--contacts", "dahl", "--motion.contact_s", "5")
+    given = (*CHECK, *PI, "60", "--slip-lengths-um", "11.5", "--motion.contact_s", "5")
     said = " ".join(frictionloop(*given).out.split())
     assert "a moist finger (occluded 92%)" in said and "fully moist" not in said
     assert "moist contacts of 5 s, 0.5 s apart, in the end leave a finger 92% occluded, a single one 22%" in said
@@ -194,8 +195,8 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
         "20",
         "--fingers",
         "8",
-        "--contacts",
-        "dahl",
+        "--slip-lengths-um",
+        "11.5",
     )
     found = frictionloop(*given, "--json").json()["fingers"]
     held, rings = found["hold"], sum(not each for each in found["stable"])
@@ -203,14 +204,14 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
     answer = frictionloop(*given)
     said = " ".join(answer.out.split())
     assert (
-        f"the limits hold on {held} of 8 fingers of seed 0; contact dahl, 20 mm/s, none more than 39% occluded; "
+        f"the limits hold on {held} of 8 fingers of seed 0; slip length 11.5 um, 20 mm/s, none more than 39% occluded; "
         "each has its own"
         in said
         and "NOT ON ALL FINGERS" in said
     )
     assert f"on {8 - held - rings} the loop is stable, beyond a limit; on {rings} it is unstable" in said
     least = min(range(8), key=lambda k: found["gain_factor"][k])
-    system = "--preset bench --controller.kind pi --contacts dahl --fingers 8 --fingers-seed 1"
+    system = "--preset bench --controller.kind pi --slip-lengths-um 11.5 --fingers 8 --fingers-seed 1"
     assert (
         f"`frictionloop design check {system}`, with these gains and `--out my-gains.toml`, checks them on others"
         in said
@@ -221,7 +222,7 @@ def test_a_check_counts_the_fingers_on_which_it_holds(frictionloop, monkeypatch)
 
 
 def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
-    given = (*CHECK, *PI, "7", "--contacts", "dahl")
+    given = (*CHECK, *PI, "7", "--slip-lengths-um", "11.5")
     said = " ".join(frictionloop(*given).out.split())
     assert "% of 1000 bring a loop gain above" in said and "`--fingers 100` counts the fingers on which" in said
     refused = frictionloop(*given, "--population", "people.toml")
@@ -230,7 +231,7 @@ def test_a_check_without_fingers_says_how_to_look_at_them(frictionloop):
 
 @pytest.mark.slow
 def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
-    gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--contacts", "dahl")
+    gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--slip-lengths-um", "11.5")
     said = frictionloop(*CHECK, *PI[:2], *gains, "--out", "g.toml").out
     assert "saved controller as g.toml" in " ".join(said.split())
     assert fl.read_toml("g.toml").controller.ki == 20.0
@@ -238,9 +239,9 @@ def test_what_was_checked_is_saved_with_what_was_found(frictionloop, tmp_path):
     head = " ".join(" ".join(line.removeprefix("# ").split()) for line in lines)
     assert "NOT ON ALL FINGERS: the limits hold on " in head
     assert "would hold" not in head
-    assert "Look again: frictionloop design check FILE --contacts dahl --fingers 8 as in bench()," in head
+    assert "Look again: frictionloop design check FILE --slip-lengths-um 11.5 --fingers 8 as in bench()," in head
     again = " ".join(frictionloop("design", "check", "g.toml").out.split())
-    assert "by the file `--contacts dahl --fingers 8` looks at what it was designed or checked for" in again
+    assert "by the file `--slip-lengths-um 11.5 --fingers 8` looks at what it was designed or checked for" in again
     assert "exists and is not replaced" in frictionloop("design", "check", "g.toml", "--out", "g.toml").err
 
 
@@ -258,11 +259,13 @@ def test_a_check_that_is_stopped_tells_what_it_has_found(frictionloop, monkeypat
         return of_one(*given)
 
     monkeypatch.setattr(on_fingers, "_of", look)
-    gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--contacts", "dahl")
+    gains = ("--controller.kp", "0.03", "--controller.ki", "20", "--fingers", "8", "--slip-lengths-um", "11.5")
     answer = frictionloop(*CHECK, *WITH_KP[:2], *gains, "--out", "c.toml")
     assert answer.code == 130 and answer.err.endswith("interrupted: 3 of 8 fingers looked at\n")
     said = " ".join(answer.out.split())
-    assert said.startswith("HOLDS but elsewhere") and "of 3 fingers of the first 3 of seed 0; contact dahl" in said
+    assert (
+        said.startswith("HOLDS but elsewhere") and "of 3 fingers of the first 3 of seed 0; slip length 11.5 um" in said
+    )
     assert "of 3 fingers of the first 3 of seed 0" in " ".join(Path("c.toml").read_text().replace("#", " ").split())
 
 
@@ -294,7 +297,8 @@ def test_a_check_of_a_designed_file_tells_what_it_was_designed_with_and_what_nob
          "`--loads 0.4,0.6`, with which it was designed or checked, is left out here"),
         ("--loads 0.4,0.6 --fingers 8", {}, {},
          "`--loads 0.4,0.6 --fingers 8` looks at what it was designed or checked for"),
-        ("--contacts", {"speeds": "20"}, {}, "`--contacts`, with which it was designed or checked, is left out here"),
+        ("--slip-lengths-um 0", {"speeds": "20"}, {},
+         "`--slip-lengths-um 0`, with which it was designed or checked, is left out here"),
         ("--loads 1", {"loads": "0.4"}, {}, ""),
         ("", {}, {}, ""),
     ],
@@ -322,5 +326,5 @@ def test_what_somebody_gave_is_known_from_the_head_of_a_file_that_was_written_wh
 
 @pytest.mark.slow
 def test_a_file_of_another_contact_is_checked_on_it_without_a_flag(frictionloop):
-    frictionloop(*CHECK, *PI, "60", "--finger.contact", "slider", "--out", "s.toml")
+    frictionloop(*CHECK, *PI, "60", "--finger.slip_length_um", "0", "--out", "s.toml")
     assert re.search("^# Look again: frictionloop design check FILE$", Path("s.toml").read_text(), re.M)

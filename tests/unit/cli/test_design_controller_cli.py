@@ -59,11 +59,13 @@ def test_the_margins_are_those_of_the_file(designed):
     found, system, _ = designed
     assert found["system"] == json.loads(json.dumps(system.model_dump()))
     at = {(row["stroke"], row["resonance_off"]) for row in found["margins"]}
-    contacts = ("contact dahl, 20 mm/s", "contact slider, 20 mm/s")
-    assert at == {(contact, off) for contact in contacts for off in (-0.1, -0.05, 0.0, 0.05, 0.1)}
+    strokes = ("slip length 11.5 um, 20 mm/s", "slip length 0 um, 20 mm/s")
+    assert at == {(stroke, off) for stroke in strokes for off in (-0.1, -0.05, 0.0, 0.05, 0.1)}
     for row in found["margins"]:
-        contact, speed = row["stroke"].removeprefix("contact ").split(", ")
-        there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + row["resonance_off"]), "finger.contact": contact})
+        length, speed = row["stroke"].removeprefix("slip length ").split(" um, ")
+        there = system.evolve(
+            {"sensor.resonance_hz": 145.0 * (1 + row["resonance_off"]), "finger.slip_length_um": float(length)}
+        )
         assert speed == "20 mm/s"
         margins = fl.linearise(there, force_n=row["force_n"], occluded=row["occluded"]).margins()
         for name in ("sensitivity_peak", "gain_margin", "phase_margin_deg", "delay_margin_s"):
@@ -80,8 +82,8 @@ def test_the_margins_hold_between_the_corners_too(designed):
     for off in (-0.1, -0.07, -0.03, 0.0, 0.03, 0.07, 0.1):
         limit = 1.7 if off == 0 else 2.0 if abs(off) < 0.05 else 2.6
         there = system.evolve({"sensor.resonance_hz": 145.0 * (1 + off)})
-        for contact, occluded in itertools.product(("dahl", "slider"), (0.0, moist / 2, moist)):
-            there = there.evolve({"finger.contact": contact})
+        for length_um, occluded in itertools.product((11.5, 0.0), (0.0, moist / 2, moist)):
+            there = there.evolve({"finger.slip_length_um": length_um})
             loop = fl.linearise(there, force_n=0.55, occluded=occluded)
             assert loop.is_stable()
             assert np.abs(loop.responses(f)["S"]).max() <= limit * 1.001
@@ -171,11 +173,14 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
     assert f"{controller.ki:.4g} 1/s" in answer.out
     first = " ".join(answer.out.split())
     assert first.startswith(
-        "HOLDS but CLOSE TO UNSTABLE when fully moist; rows below. Where it holds: contacts dahl and slider, 20 mm/s;"
+        "HOLDS but CLOSE TO UNSTABLE when fully moist; rows below. Where it holds: slip length 0 to 11.5 um, 20 mm/s;"
     )
     assert "0.5 to 0.7 N; a finger just landed and a moist finger" in first
     assert "wider for other speeds and loads, `--speeds 10,20` and `--loads 0.35,0.7` design between these" in first
-    assert "Within the same limits, resonance off too: contact dahl at 10, 80 mm/s; contact slider at 10, 80" in first
+    assert (
+        "Within the same limits, resonance off too: slip length 11.5 um at 10, 80 mm/s; slip length 0 um at 10, 80"
+        in first
+    )
     assert "go on with frictionloop simulate c.toml --plot run.svg A simulation runs at 20 mm/s" in first
     for said in ("as described", "+10 %", "Bode's least", "saved controller as c.toml"):
         assert said in answer.out
@@ -183,9 +188,9 @@ def test_the_answer_fits_and_says_what_was_found(frictionloop, monkeypatch, colu
 
 
 def test_the_figure_of_margins_names_force_contact_and_speed():
-    slider = fl.bench().evolve({"finger.contact": "slider"} | fl.RETUNED)
+    slider = fl.bench().evolve({"finger.slip_length_um": 0.0} | fl.RETUNED)
     figure = figure_sensitivity(slider, headroom(slider, 1.7), {0.0: 1.7})
-    assert figure.get_suptitle() == "0.6 N, dry finger, contact slider, 20 mm/s"
+    assert figure.get_suptitle() == "0.6 N, dry finger, slip length 0 um, 20 mm/s"
 
 
 @pytest.mark.parametrize(
@@ -210,7 +215,7 @@ def test_a_saved_controller_begins_with_where_it_holds(designed):
     said = [line for line in (folder / "c.toml").read_text().splitlines() if line.startswith("# ")]
     forces = [row["force_n"] for row in answer["margins"]]
     assert said[0].startswith(f"# Law {answer['law']} from frictionloop design controller.")
-    assert said[1] == "# Strokes: contacts dahl and slider, 20 mm/s."
+    assert said[1] == "# Strokes: slip length 0 to 11.5 um, 20 mm/s."
     assert said[2].startswith(f"# Forces: {min(forces):.3g} to {max(forces):.3g} N, a finger just landed and a moist")
     assert (
         said[3] == "# A moist finger is one after 10 s on the plate, or after contact upon contact of motion.contact_s."
@@ -255,7 +260,7 @@ def test_a_preset_is_the_bench_of_a_file_that_holds_it(frictionloop):
         (("--controller.kind", "tracker"), "take 'notch_pi' (frictionloop design controller)"),
         (("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s: is 250 control periods"),
         (("no.toml",), "no.toml: cannot be read"),
-        (("--contacts", "dahl,slide"), "contacts: 'slide' is unknown; did you mean slider"),
+        (("--slip-lengths-um", "0,b"), "slip_lengths_um = '0,b': must be the least"),
         (("--loads", "0.4,1,2"), "loads = '0.4,1,2': must be the least and the largest in N, such as 0.4,1.2, or one"),
         (("--preset", "feasible", "--loads", "0.4,1.2"), "loads_n: motion.kind = "),
         (("my.toml", "--preset", "bench"), "my.toml and --preset bench both name a system; give one"),
@@ -299,14 +304,14 @@ def test_saturation_is_judged_by_the_friction_law():
 
 @pytest.mark.slow
 def test_one_contact_is_designed_for_where_it_is_asked_for_and_the_rest_is_told(frictionloop):
-    said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--contacts", "dahl").out.split())
+    said = " ".join(frictionloop(*CONTROLLER, "--law", "pi", "--slip-lengths-um", "11.5").out.split())
     assert said.startswith(
         "HOLDS but elsewhere UNSTABLE, BEYOND LIMITS, CLOSE TO UNSTABLE when fully moist; rows below. "
-        "Where it holds: contact dahl"
+        "Where it holds: slip length 11.5 um"
     )
-    assert "UNSTABLE contact dahl at 80 mm/s" in said and "contact slider at 10, 20, 80 mm/s" in said
+    assert "UNSTABLE slip length 11.5 um at 80 mm/s" in said and "slip length 0 um at 10, 20, 80 mm/s" in said
     assert (
-        "`--contacts dahl,slider` designs for both contacts. If fingers stroke so, `--speeds 10,80` designs for it;"
+        "`--slip-lengths-um 0,11.5` designs for both contacts. If fingers stroke so, `--speeds 10,80` designs for it;"
         in said
     )
 
@@ -316,7 +321,7 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
     asked = (*CONTROLLER, "--law", "pi", "--loads", "0.4,0.8", "--controller.rate_hz", "4000")
     answer = frictionloop(*asked)
     said = " ".join(answer.out.split())
-    assert "contacts dahl and slider, 20 mm/s, pressed with 0.4 to 0.8 N; 0.5 to 0.7 N" in said
+    assert "slip length 0 to 11.5 um, 20 mm/s, pressed with 0.4 to 0.8 N; 0.5 to 0.7 N" in said
     assert answer.noted == []
     saved = frictionloop(*asked, "--out", "c.toml")
     (note,) = saved.noted
@@ -332,18 +337,18 @@ def test_a_range_of_loads_is_held_and_a_rate_matters_to_a_board_alone(frictionlo
 @pytest.mark.slow
 def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(frictionloop):
     asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
-    answer = frictionloop(*asked, "--contacts", "dahl,slider")
+    answer = frictionloop(*asked, "--slip-lengths-um", "0,11.5")
     assert (answer.code, answer.err.count("\n")) == (2, 1)
-    assert "It was to hold on contacts dahl and slider; `--contacts dahl` asks for one" in answer.err
+    assert "It was to hold on slip length 0 to 11.5 um; `--slip-lengths-um 11.5` asks for one" in answer.err
 
 
 @pytest.mark.slow
 def test_what_holds_on_one_contact_alone_is_designed_for_that_and_says_so_first(frictionloop):
     asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
     said = " ".join(frictionloop(*asked).out.split())
-    assert "contact dahl, 20 mm/s" in said.partition("one contact")[0]
+    assert "slip length 11.5 um, 20 mm/s" in said.partition("one length")[0]
     assert "No controller of this law holds on both contacts, so this one is for one alone. " in said
-    assert "no PI gains with Ms <= 1.03 get there" in said and "`--contacts" not in said
+    assert "no PI gains with Ms <= 1.03 get there" in said and "`--slip-lengths-um" not in said
 
 
 @pytest.mark.slow
@@ -351,7 +356,7 @@ def test_a_limit_observer_holds_on_both_contacts_and_says_up_to_which_finger(fri
     answer = frictionloop(*CONTROLLER, "--law", "limit_observer")
     said = " ".join(answer.out.split())
     assert "these limits hold up to a finger 2 times as susceptible as controller.model has it" in said
-    assert "UNSTABLE" not in said and "`--contacts" not in said
+    assert "UNSTABLE" not in said and "`--slip-lengths-um" not in said
 
 
 def test_the_estimate_counts_the_errors_that_are_asked_for(frictionloop, monkeypatch):
@@ -376,7 +381,7 @@ def test_the_estimate_counts_the_errors_that_are_asked_for(frictionloop, monkeyp
 
 def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
     lean = Lean(sensor_error=0.1, gain_error=0.2, ends=(("sensor.q", 15.0),))
-    asked = Wanted(1.5, 0.1, (15.0, 60.0), lean, ("dahl",), (0.4, 1.0))
+    asked = Wanted(1.5, 0.1, (15.0, 60.0), lean, (11.5,), (0.4, 1.0))
     assert wanted_flags([], asked) == (
         " --speeds 15,60 --loads 0.4,1 --sensitivity-peak 1.5 --resonance-error 0.1 --sensor-error 0.1 --gain-error 0.2"
         " --corners CERTIFICATE"
@@ -409,13 +414,13 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     many, people = told["fingers"]["before_lowering"], fl.fingers(6, 0)
     assert many["count"] == 6 and many["hold"] < 6
     assert told["fingers"]["gains_lowered_to"] == min(many["gain_factor"]) and not told["fingers"]["not_lowered"]
-    found = check_fingers(fl.read_toml(file), people, Wanted(contacts=("dahl", "slider")), progress=False)
+    found = check_fingers(fl.read_toml(file), people, Wanted(slip_lengths_um=(11.5, 0.0)), progress=False)
     assert found["holds"].all() and float(found["gain_factor"].min()) == pytest.approx(1.0, rel=2e-3)
     head = file.read_text(encoding="utf-8").partition("schema = ")[0]
-    assert "on fingers: the limits hold on all 6 fingers of seed 0; contacts dahl and slider" in head
+    assert "on fingers: the limits hold on all 6 fingers of seed 0; slip length 0 to 11.5 um" in head
     assert "of other fingers 1 in 7 is to be expected beyond the limits" in head and "sweep FILE" not in head
     said = " ".join(frictionloop(*given, "--fingers", "6").out.split())
-    assert said.startswith("HOLDS contacts dahl and slider, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
+    assert said.startswith("HOLDS slip length 0 to 11.5 um, 20 mm/s; 0.5 to 0.7 N;") and "other people" not in said
     assert "design check FILE --fingers 100 --fingers-seed 1` looks at others" in said
     assert "the finger of the file with 0.5 N; where people are to press so, `--loads 0.35,0.7` in this command" in said
     assert f"Those hold on {many['hold']} of these fingers, and are unstable on {6 - sum(many['stable'])}" in said

@@ -42,7 +42,7 @@ def designed(law: str) -> Entrant:
         from frictionloop.design.synthesis import design_controller
         from frictionloop.design.wanted import Wanted
 
-        return design_controller(system, law, Wanted(contacts=())).overrides
+        return design_controller(system, law, Wanted(slip_lengths_um=())).overrides
 
     return entrant
 

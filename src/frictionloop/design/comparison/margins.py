@@ -43,13 +43,13 @@ class Robustness(NamedTuple):
     """At all levels, with the true resonance up to 10 % off."""
 
 
-def median_system(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> System | None:
+def median_system(comparison: Comparison, law: str, speed_mm_s: float, slip_length_um: float) -> System | None:
     """Return the bench with the median of the capable fingers under a law; None if none is capable."""
     some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
     finger = protocol.median_finger(comparison.people, some)
     if finger is None:
         return None
-    at = protocol.Condition(speed_mm_s, contact, protocol.SINES[1])
+    at = protocol.Condition(speed_mm_s, slip_length_um, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
     return comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own})
 
@@ -64,9 +64,9 @@ def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | No
         return None
 
 
-def robustness(comparison: Comparison, law: str, speed_mm_s: float, contact: str) -> Robustness:
-    """Return the margins of a law at one speed and contact."""
-    system = median_system(comparison, law, speed_mm_s, contact)
+def robustness(comparison: Comparison, law: str, speed_mm_s: float, slip_length_um: float) -> Robustness:
+    """Return the margins of a law at one speed and slip length."""
+    system = median_system(comparison, law, speed_mm_s, slip_length_um)
     found = None if system is None else {shift: _around(system, shift, comparison.middle_s) for shift in SHIFTS}
     if found is None or any(each is None for margins in found.values() for each in margins):
         return Robustness()
@@ -96,34 +96,34 @@ def _around(system: System, shift: float, occlude_s: float) -> list[Margins | No
 
 
 def step_traces(comparison: Comparison, speed_mm_s: float) -> xr.Dataset:
-    """Return ``f_r`` and ``f_a`` (N) over law, contact and time: the first steps of the median finger.
+    """Return ``f_r`` and ``f_a`` (N) over law, slip length and time: the first steps of the median finger.
 
     Empty if no finger is capable at that speed.
     """
     runs = []
     for law in comparison.laws:
-        for contact in protocol.CONTACTS:
-            system = median_system(comparison, law, speed_mm_s, contact)
+        for z in protocol.lengths_of(comparison.system):
+            system = median_system(comparison, law, speed_mm_s, z)
             if system is None:
                 return xr.Dataset()
             stepped = system.evolve({"setpoint": protocol.setpoint_of(protocol.STEPPED, STEPS_S)})
             run = simulate(stepped, STEPS_S, protocol.noise_seed(comparison.seed, protocol.STEPPED))[["f_r", "f_a"]]
             run.attrs = {}
-            runs.append(run.expand_dims(law=[law], contact=[contact]))
+            runs.append(run.expand_dims(law=[law], slip_length_um=[z]))
     traces = xr.combine_by_coords(runs, combine_attrs="drop")
-    # Combining sorts by name; the order of the laws decides their colours.
-    return traces.sel(law=list(comparison.laws))  # type: ignore[return-value]
+    # Combining sorts by name; the order of the laws decides their colours; the longer length comes first.
+    return traces.sel(law=list(comparison.laws), slip_length_um=list(protocol.lengths_of(comparison.system)))  # type: ignore[return-value]
 
 
 def sensitivities(
     comparison: Comparison, speed_mm_s: float, frequency_hz: np.ndarray
-) -> dict[tuple[str, str], np.ndarray | None]:
-    """Return |S| by law and contact around 0.6 N: None if a loop is unstable, no entry if it is not linear."""
-    found: dict[tuple[str, str], np.ndarray | None] = {}
+) -> dict[tuple[str, float], np.ndarray | None]:
+    """Return |S| by law and slip length around 0.6 N: None if a loop is unstable, no entry if it is not linear."""
+    found: dict[tuple[str, float], np.ndarray | None] = {}
     for law in comparison.laws:
-        for contact in protocol.CONTACTS:
-            system = median_system(comparison, law, speed_mm_s, contact)
+        for z in protocol.lengths_of(comparison.system):
+            system = median_system(comparison, law, speed_mm_s, z)
             loop = None if system is None else loop_at(system, LEVEL_N, comparison.middle_s)
             if loop is not None:
-                found[law, contact] = np.abs(loop.responses(frequency_hz)["S"]) if loop.is_stable() else None
+                found[law, z] = np.abs(loop.responses(frequency_hz)["S"]) if loop.is_stable() else None
     return found

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from frictionloop.design.over import Over
 from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.physics.capable import capable
@@ -35,7 +36,6 @@ LEVELS_N, AMPLITUDE_N, FREQUENCY_HZ = (0.4, 0.6, 0.8), 0.1, 1.0
 STEP_LEVELS_N, STEP_EVERY_S = (0.35, 0.75), 0.5
 """Levels and pace of the steps (the levels are assumed, the pace is that of Fig. 5b)."""
 SPEEDS_MM_S = (20.0, 80.0)
-CONTACTS = ("dahl", "slider")
 START_S, DURATION_S = 1.0, 11.0
 STROKE_MM = 240.0
 RESONANCES = (1.0, 0.95, 1.05)
@@ -54,7 +54,8 @@ class Condition(NamedTuple):
     """One thing that every entrant does on every finger."""
 
     speed_mm_s: float
-    contact: str
+    slip_length_um: float
+    """Of every finger."""
     task: str
 
 
@@ -85,7 +86,7 @@ def overrides_of(condition: Condition, duration_s: float = DURATION_S) -> dict[s
     """Return what a condition asks of a bench, for all fingers alike."""
     return {
         "setpoint": setpoint_of(condition.task, duration_s),
-        "finger.contact": condition.contact,
+        "finger.slip_length_um": condition.slip_length_um,
         "motion.speed_mm_s": condition.speed_mm_s,
         "motion.stroke_mm": STROKE_MM,
         **(LANDING if condition.task == LANDINGS else {"motion.contact_s": 0.0}),
@@ -98,7 +99,7 @@ def noise_seed(seed: int, task: str) -> int:
 
 
 def population(system: System, count: int, seed: int) -> Fingers:
-    """Return the fingers that are scored, each with the resonance it meets.
+    """Return the fingers that are scored, each with the resonance it meets; their slip length is the condition's.
 
     Raises
     ------
@@ -108,7 +109,18 @@ def population(system: System, count: int, seed: int) -> Fingers:
     check_bench(system)
     if seed == TUNING_SEED:
         raise FrictionloopError(f"seed = {seed}: is that of the fingers laws are tuned on; choose any other")
-    return each_resonance(system, fingers(count, seed))
+    return each_resonance(system, without_lengths(fingers(count, seed)))
+
+
+def without_lengths(people: Fingers) -> Fingers:
+    """Return fingers without a slip length of their own."""
+    path = "finger.slip_length_um"
+    return Fingers({name: value for name, value in each.items() if name != path} for each in people)
+
+
+def lengths_of(system: System) -> tuple[float, ...]:
+    """Return the slip lengths that are compared, um: both ends of what a design holds, the longer first."""
+    return Over(None).lengths_of(system)
 
 
 def each_resonance(system: System, people: Fingers) -> Fingers:

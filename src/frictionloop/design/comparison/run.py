@@ -118,7 +118,7 @@ def compare(
     speeds = protocol.speeds_of(system, speeds_mm_s)
     protocol.check_times(duration_s, start_s)
     trial = _Trial(system, people, seed, duration_s, start_s, n_jobs)
-    for at in _conditions(speeds):
+    for at in _conditions(system, speeds):
         trial.check(at)
     attrs = provenance(system, fingers=count, seed=seed, duration_s=float(duration_s), start_s=float(start_s))
     store = Store(path, attrs)
@@ -126,14 +126,14 @@ def compare(
         store.resume()
     else:
         check_new(path)
-    begin([name for name, at in _cells(fields, speeds) if (name, at) not in store.cells])
+    begin([name for name, at in _cells(system, fields, speeds) if (name, at) not in store.cells])
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
     try:
         given, left_out = _laws(system, fields, store, spare=laws is None, progress=progress)
     except KeyboardInterrupt:
-        asked = _cells(fields, speeds)
+        asked = _cells(system, fields, speeds)
         raise ComparisonInterrupted(sum(key in store.cells for key in asked), len(asked)) from None
-    wanted = _cells(given, speeds)
+    wanted = _cells(system, given, speeds)
     digests = {(name, at): trial.digest(given.get(name), at) for name, at in wanted}
     left = [key for key in wanted if not store.has(*key, digests[key])]
     store.keep()
@@ -141,7 +141,7 @@ def compare(
     with progress_bar("compare", len(left), progress) as bar:
         try:
             for name, at in left:
-                bar.doing(f"{name}, {at.speed_mm_s:g} mm/s, {at.contact}, {at.task}")
+                bar.doing(f"{name}, {at.speed_mm_s:g} mm/s, {at.slip_length_um:g} um, {at.task}")
                 store.cells[name, at] = Cell(trial.run(given.get(name), at), digests[name, at])
                 save()
                 bar()
@@ -174,16 +174,17 @@ def _laws(
     return {name: given[name] for name in fields if name in given}, left_out
 
 
-def _cells(laws: Iterable[str], speeds: Iterable[float]) -> list[tuple[str, Condition]]:
-    return [(name, at) for at in _conditions(speeds) for name in (PLAIN, *laws) if _competes(name, at)]
+def _cells(system: System, laws: Iterable[str], speeds: Iterable[float]) -> list[tuple[str, Condition]]:
+    return [(name, at) for at in _conditions(system, speeds) for name in (PLAIN, *laws) if _competes(name, at)]
 
 
 def _competes(name: str, at: Condition) -> bool:
     return name != PLAIN or at.task in protocol.SINES
 
 
-def _conditions(speeds: Iterable[float]) -> list[Condition]:
-    return [Condition(v, contact, task) for v in speeds for contact in protocol.CONTACTS for task in protocol.TASKS]
+def _conditions(system: System, speeds: Iterable[float]) -> list[Condition]:
+    lengths = protocol.lengths_of(system)
+    return [Condition(v, z, task) for v in speeds for z in lengths for task in protocol.TASKS]
 
 
 @dataclass(frozen=True)

@@ -38,11 +38,11 @@ SCORES: dict[str, Score] = {
     "saturation_index": Score("share of commands that are clamped, sines"),
 }
 """Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
-_DIMS = ("law", "speed_mm_s", "contact", "finger")
+_DIMS = ("law", "speed_mm_s", "slip_length_um", "finger")
 
 
 def scores(comparison: Comparison) -> xr.Dataset:
-    """Return every score over law, speed_mm_s, contact and finger.
+    """Return every score over law, speed_mm_s, slip_length_um and finger.
 
     ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N at their mean load; ``resonance``
     (finger) is the true one over the bench's.

@@ -20,7 +20,7 @@ from frictionloop.loop.record import load, save
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, why_unwritable
 
-DIMS = ("law", "speed_mm_s", "contact", "task")
+DIMS = ("law", "speed_mm_s", "slip_length_um", "task")
 KIND = "comparison"
 
 
@@ -82,7 +82,7 @@ class Store:
         return cell is not None
 
     def dataset(self) -> xr.Dataset:
-        """Return all cells over law, speed, contact, task and finger, NaN where nothing has run."""
+        """Return all cells over law, speed, slip length, task and finger, NaN where nothing has run."""
         return dataset_of(self.cells, self.attrs)
 
     def keep(self) -> None:
@@ -96,7 +96,7 @@ def dataset_of(cells: Mapping[tuple[str, Condition], Cell], attrs: Mapping[str, 
     axes: dict[str, list[Any]] = {
         "law": list(dict.fromkeys(law for law, _ in cells)),
         "speed_mm_s": sorted({at.speed_mm_s for _, at in cells}),
-        "contact": list(dict.fromkeys(at.contact for _, at in cells)),
+        "slip_length_um": list(dict.fromkeys(at.slip_length_um for _, at in cells)),
         "task": [task for task in TASKS if any(at.task == task for _, at in cells)],
     }
     shape = tuple(len(values) for values in axes.values())
@@ -111,7 +111,8 @@ def dataset_of(cells: Mapping[tuple[str, Condition], Cell], attrs: Mapping[str, 
     variables: dict[str, Any] = {name: ((*DIMS, "finger"), values, about[name]) for name, values in data.items()}
     variables["digest"] = (DIMS, digests.astype(str))
     coordinates = {name: np.array(values) for name, values in axes.items()}
-    coordinates["speed_mm_s"] = coordinates["speed_mm_s"].astype(float)
+    for name in ("speed_mm_s", "slip_length_um"):
+        coordinates[name] = coordinates[name].astype(float)
     return xr.Dataset(variables, {**coordinates, "finger": np.arange(int(attrs["fingers"]))}, {**attrs, "kind": KIND})
 
 
@@ -120,10 +121,10 @@ def cells_of(kept: xr.Dataset) -> dict[tuple[str, Condition], Cell]:
     found = {}
     digests = kept["digest"].values
     for place in zip(*np.nonzero(digests != ""), strict=True):
-        law, speed, contact, task = (kept[dim].values[k] for dim, k in zip(DIMS, place, strict=True))
+        law, speed, z, task = (kept[dim].values[k] for dim, k in zip(DIMS, place, strict=True))
         values = {name: kept[name].values[place] for name in METRICS}
         some = {name: each for name, each in values.items() if not np.isnan(each).all()}
-        key = (str(law), Condition(float(speed), str(contact), str(task)))
+        key = (str(law), Condition(float(speed), float(z), str(task)))
         found[key] = Cell(some, str(digests[place]))
     return found
 
@@ -146,4 +147,4 @@ def check_writable(path: str | os.PathLike[str]) -> None:
 
 
 def _said(condition: Condition) -> str:
-    return f"{condition.speed_mm_s:g} mm/s, {condition.contact}, {condition.task}"
+    return f"{condition.speed_mm_s:g} mm/s, {condition.slip_length_um:g} um, {condition.task}"

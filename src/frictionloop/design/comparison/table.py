@@ -34,10 +34,10 @@ def score_rows(scored: xr.Dataset) -> list[Row]:
         for v, speed in enumerate(scored["speed_mm_s"].values):
             able = scored["capable"].values[v]
             populations = {"all": np.ones_like(able), "capable": able}
-            for contact in scored["contact"].values:
-                cell = scored.sel(law=law, speed_mm_s=speed, contact=contact)
+            for z in scored["slip_length_um"].values:
+                cell = scored.sel(law=law, speed_mm_s=speed, slip_length_um=z)
                 for population, some in populations.items():
-                    where = {"law": str(law), "speed_mm_s": float(speed), "contact": str(contact)}
+                    where = {"law": str(law), "speed_mm_s": float(speed), "slip_length_um": float(z)}
                     where |= {"population": population, "fingers": int(some.sum())}
                     found += [where | _spread(name, cell[name].values[some]) for name in SCORES]
     return found
@@ -49,15 +49,15 @@ def _spread(name: str, values: np.ndarray) -> Row:
 
 
 def margin_rows(comparison: Comparison) -> list[Row]:
-    """Return a row for each law, speed and contact: margins for small signals, and cycles a tick."""
+    """Return a row for each law, speed and slip length: margins for small signals, and cycles a tick."""
     found = []
     for law, overrides in comparison.laws.items():
         worst = worst_tick(comparison.system.evolve(overrides).controller.kind)
         cost = {"tick_cycles_m4": worst.cycles if worst else None}
         for speed in comparison.speeds_mm_s:
-            for contact in comparison.cells["contact"].values:
-                where = {"law": law, "speed_mm_s": speed, "contact": str(contact)}
-                found.append(where | robustness(comparison, law, speed, str(contact))._asdict() | cost)
+            for z in comparison.cells["slip_length_um"].values:
+                where = {"law": law, "speed_mm_s": speed, "slip_length_um": float(z)}
+                found.append(where | robustness(comparison, law, speed, float(z))._asdict() | cost)
     return found
 
 
@@ -65,7 +65,7 @@ def tidy_rows(scored: list[Row], margins: list[Row]) -> list[Row]:
     """Return everything in one table: margins as scores of the median finger."""
     found = list(scored)
     for row in margins:
-        where = {name: row[name] for name in ("law", "speed_mm_s", "contact")}
+        where = {name: row[name] for name in ("law", "speed_mm_s", "slip_length_um")}
         for name, unit in MARGINS.items():
             value = math.nan if row[name] is None else float(row[name])
             about = {"population": "median capable finger", "fingers": 1, "score": name, "unit": unit}

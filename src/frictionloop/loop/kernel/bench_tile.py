@@ -33,12 +33,12 @@ def lift_settle(lifting: Lifting, contact: str) -> Any:
 
     @step
     def settle(finger, disturbance_n):  # type: ignore[no-untyped-def]
-        force_n, lag_m, bristle_m, limit_m = settled(*finger)
+        force_n, lag_m = settled(*finger)
         pushed_n = fma(finger[1].direction, disturbance_n, force_n)
-        return lag_m, bristle_m, limit_m, pushed_n, pushed_n
+        return lag_m, force_n, pushed_n, pushed_n
 
-    finger = _LIMIT, _NOW, ROW["stroke_plan"].speed_m_s, ROW["compliance"], _GIVEN
-    results = _CONTACT.lag_m, _CONTACT.bristle_m, _CONTACT.limit_m, _SPRINGS.spring_n, _SPRINGS.filtered_n
+    finger = _LIMIT, _NOW, ROW["stroke_plan"].speed_m_s, ROW["compliance"]
+    results = _CONTACT.lag_m, _CONTACT.force_n, _SPRINGS.spring_n, _SPRINGS.filtered_n
     return lift(lifting, settle, (finger, ROW["disturbance"]), results)
 
 

@@ -117,4 +117,4 @@ def _friction(system: System) -> FingerFriction:
 def contact_of_step(system: System, h: float) -> ContactCoefficients:
     """Return the coefficients of the contact for a step of h seconds."""
     skin = system.finger
-    return contact_coefficients(skin, h) if isinstance(skin, Skin) else ContactCoefficients(*[0.0] * 10)
+    return contact_coefficients(skin, h) if isinstance(skin, Skin) else ContactCoefficients(*[0.0] * 8)

@@ -138,7 +138,7 @@ def effect_of(system: System) -> Program | None:
 
 def contact_of(system: System) -> str:
     """Return the contact law."""
-    return system.finger.contact if isinstance(system.finger, Skin) else "rigid"
+    return "bristle" if isinstance(system.finger, Skin) else "rigid"
 
 
 def moves(system: System) -> bool:

@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
-from frictionloop.parameters import bench, paper
+from frictionloop.parameters import paper
 from frictionloop.report.claims.judging import Numbers, numbers
 from frictionloop.report.device import CLOSED, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, Fit, fit
 from frictionloop.report.people import LOOKUPS
-from frictionloop.report.protocol import LEVELS_N
+from frictionloop.report.protocol import LEVELS_N, the_bench
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import steady_error_n
 from frictionloop.report.systems import in_both_units
@@ -52,9 +52,9 @@ def pi_reduces_variability(results: Results) -> Numbers:
 
 def printed_gains_stable(results: Results) -> Numbers:
     """Return the largest stable Kp."""
-    systems = in_both_units({name: bench().evolve(changes) for name, changes in BENCHES.items()})
+    systems = in_both_units({name: the_bench().evolve(changes) for name, changes in BENCHES.items()})
     limits = {name: None if math.isnan(limit := kp_limit(system)) else limit for name, system in systems.items()}
-    slider = bench().evolve({**BENCHES["without either"], "finger.contact": "slider"})
+    slider = the_bench().evolve({**BENCHES["without either"], "finger.slip_length_um": 0.0})
     return numbers(
         limits,
         assumed=list(BENCHES)[1:],

@@ -64,14 +64,14 @@ def higher_order_cancels(results: Results) -> Numbers:
     """Return the residual of the re-tuned PI over that of other laws, on fingers that no law was tuned on."""
     study = results.beyond
     found = {
-        f"{law}, {contact} contact, {words}": study.ratio(RETUNED_GAINS, law, contact, "hold_rms_n", key)
+        f"{law}, slip length {z:g} um, {words}": study.ratio(RETUNED_GAINS, law, z, "hold_rms_n", key)
         for law in (NOTCH, ORACLE)
         for key, words in ((MEDIAN, "median"), (WORST, "worst decile"))
-        for contact in study.contacts
+        for z in study.slip_lengths_um
     }
 
     def left_mn(law: str, key: str) -> str:
-        values = (1e3 * study.value(law, contact, "hold_rms_n", key) for contact in study.contacts)
+        values = (1e3 * study.value(law, z, "hold_rms_n", key) for z in study.slip_lengths_um)
         return " and ".join(number(each, 2) for each in values)
 
     return numbers(

@@ -37,15 +37,15 @@ HERE = "re-tuned here"
 GIVEN = "gains as given"
 """Gains of one's own."""
 HOLDS = "hold everywhere"
-"""Gains that hold at all contacts and speeds that a check looks at."""
+"""Gains that hold at all slip lengths and speeds that a check looks at."""
 TITLES = {
     OPEN: "open loop: the lookup alone",
     PRINTED: "closed loop, printed gains",
     RETUNED_GAINS: "closed loop, re-tuned gains",
     IDEAL: "ideal sensor, no delay",
-    HERE: "re-tuned here,\nfor one contact and speed",
+    HERE: "re-tuned here,\nfor one slip length and speed",
     GIVEN: GIVEN,
-    HOLDS: "hold at all contacts\nand speeds checked",
+    HOLDS: "hold at all slip lengths\nand speeds checked",
 }
 
 

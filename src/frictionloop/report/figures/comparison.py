@@ -41,16 +41,16 @@ def drawings(comparison: Comparison, scored: xr.Dataset) -> Iterator[tuple[str, 
 @styled
 def figure_residuals(scored: xr.Dataset) -> Figure:
     """Return the residual of the capable fingers on the sines, a row for each law: median, halves, deciles; in mN."""
-    speeds, contacts, laws = (scored[name].values.tolist() for name in ("speed_mm_s", "contact", "law"))
+    speeds, lengths, laws = (scored[name].values.tolist() for name in ("speed_mm_s", "slip_length_um", "law"))
     figure = new_figure(7.2, (0.21 * len(laws) + 0.45) * len(speeds) + 0.7)
-    grid = figure.subplots(len(speeds), len(contacts), squeeze=False, sharex=True, sharey=True)
+    grid = figure.subplots(len(speeds), len(lengths), squeeze=False, sharex=True, sharey=True)
     for v, speed in enumerate(speeds):
         some = scored["capable"].values[v]
-        for axes, contact in zip(grid[v], contacts, strict=True):
+        for axes, z in zip(grid[v], lengths, strict=True):
             for row, law in enumerate(laws):
-                cell = scored["residual_rms_n"].sel(law=law, speed_mm_s=speed, contact=contact)
+                cell = scored["residual_rms_n"].sel(law=law, speed_mm_s=speed, slip_length_um=z)
                 _residual_row(axes, row, 1e3 * cell.values[some])
-            axes.set(title=f"{contact}, {speed:g} mm/s, {some.sum()} fingers", xscale="log")
+            axes.set(title=f"slip length {z:g} um, {speed:g} mm/s, {some.sum()} fingers", xscale="log")
             axes.grid(visible=False, axis="y")
     grid[0, 0].set_yticks(range(len(laws)), laws)
     grid[0, 0].set_ylim(len(laws) - 0.5, -0.5)

@@ -27,29 +27,29 @@ ROOM_N = 0.3
 """How far the axis of the steps goes beyond the levels, N; what goes further is cut off, and said."""
 COLUMNS = 3
 """Panels of |S| beside each other."""
-CONTACT_LINES: dict[str, dict[str, Any]] = {
-    "dahl": {"color": BLUE, "linestyle": "-"},
-    "slider": {"color": VERMILLION, "linestyle": (0, (4, 1.5))},
-}
+LENGTH_LINES: tuple[dict[str, Any], ...] = (
+    {"color": BLUE, "linestyle": "-"}, {"color": VERMILLION, "linestyle": (0, (4, 1.5))}
+)  # fmt: skip
+"""Of the longer slip length, and of the other."""
 
 
 @styled
 def figure_step_traces(
     traces: xr.Dataset, speed_mm_s: float, shown_ms: Mapping[str, tuple[float, float]] = SHOWN_MS
 ) -> Figure:
-    """Return the force after a step on the median capable finger: a row for each law, steps by contact.
+    """Return the force after a step on the median capable finger: a row for each law, steps by slip length.
 
     The oracle's force, where it competes, is in every panel: what plant and drive allow.
     """
     laws = traces["law"].values.tolist()
-    columns = [(contact, way) for contact in traces["contact"].values.tolist() for way in STARTS_S]
+    columns = [(z, way) for z in traces["slip_length_um"].values.tolist() for way in STARTS_S]
     figure = new_figure(7.2, 0.8 * len(laws) + 1.0)
     grid = figure.subplots(len(laws), len(columns), squeeze=False, sharex="col", sharey=True)
     low, high = max(0.0, min(STEP_LEVELS_N) - ROOM_N), max(STEP_LEVELS_N) + ROOM_N
     for row, law in zip(grid, laws, strict=True):
         row[0].set_ylabel(law, fontweight="bold", rotation=0, ha="right", va="center")
-        for axes, (contact, way) in zip(row, columns, strict=True):
-            since_ms, here = _since(traces.sel(contact=contact), STARTS_S[way], shown_ms[way])
+        for axes, (z, way) in zip(row, columns, strict=True):
+            since_ms, here = _since(traces.sel(slip_length_um=z), STARTS_S[way], shown_ms[way])
             if ORACLE in laws and law != ORACLE:
                 axes.plot(since_ms, here["f_a"].sel(law=ORACLE), color=ORANGE, lw=1.6, label="oracle")
             force = here["f_a"].sel(law=law)
@@ -59,8 +59,8 @@ def figure_step_traces(
             if reached:
                 place = {"transform": axes.transAxes, "ha": "right", "va": "bottom", "fontsize": 7.0}
                 axes.text(0.98, 0.04, f"cut off, reaches {' and '.join(reached)} N", **place)
-    for axes, (contact, way) in zip(grid[0], columns, strict=True):
-        axes.set_title(f"{contact}, step {way}")
+    for axes, (z, way) in zip(grid[0], columns, strict=True):
+        axes.set_title(f"slip length {z:g} um, step {way}")
         axes.set_xlim(*shown_ms[way])
     grid[0, 0].set(ylim=(low, high), yticks=STEP_LEVELS_N)
     figure.suptitle(f"force (N) at {speed_mm_s:g} mm/s", fontsize=9.0)
@@ -81,7 +81,10 @@ def _since(traces: xr.Dataset, start_s: float, shown_ms: tuple[float, float]) ->
 
 @styled
 def figure_sensitivities(
-    frequency_hz: np.ndarray, found: Mapping[tuple[str, str], np.ndarray | None], laws: Sequence[str], speed_mm_s: float
+    frequency_hz: np.ndarray,
+    found: Mapping[tuple[str, float], np.ndarray | None],
+    laws: Sequence[str],
+    speed_mm_s: float,
 ) -> Figure:
     """Return |S| over frequency on the median capable finger around 0.6 N, a panel for each law.
 
@@ -98,27 +101,33 @@ def figure_sensitivities(
     for axes in grid.flat[max(len(drawn) - COLUMNS, 0) : len(drawn)]:
         axes.set_xlabel("frequency (Hz)")
         axes.tick_params(labelbottom=True)
+    lines = dict(zip(sorted({z for _, z in found}, reverse=True), LENGTH_LINES, strict=False))
     for axes, law in zip(grid.flat, drawn, strict=False):
         for other in (each for each in found.values() if each is not None):
             axes.loglog(frequency_hz, other, color=SILVER, lw=0.5)
         axes.axhline(1.0, color=GREY, lw=0.6)
         axes.set_title(law)
-        _own(axes, frequency_hz, {contact: size for (name, contact), size in found.items() if name == law})
+        _own(axes, frequency_hz, {z: size for (name, z), size in found.items() if name == law}, lines)
     for axes in grid[:, 0]:
         axes.set_ylabel("$|S|$, residual\nover disturbance")
     grid[0, 0].set_xlim(frequency_hz[0], frequency_hz[-1])
-    kinds: list[Any] = [Line2D([], [], **line, label=contact) for contact, line in CONTACT_LINES.items()]
+    kinds: list[Any] = [Line2D([], [], **line, label=f"slip length {z:g} um") for z, line in lines.items()]
     kinds.append(Line2D([], [], color=SILVER, lw=0.5, label="all laws"))
     figure.legend(handles=kinds, loc="outside lower center", ncols=len(kinds))
     return figure
 
 
-def _own(axes: Axes, frequency_hz: np.ndarray, sizes: Mapping[str, np.ndarray | None]) -> None:
-    """Draw |S| of one law by contact, and name the contacts on which it is unstable."""
-    for contact, size in sizes.items():
+def _own(
+    axes: Axes,
+    frequency_hz: np.ndarray,
+    sizes: Mapping[float, np.ndarray | None],
+    lines: Mapping[float, dict[str, Any]],
+) -> None:
+    """Draw |S| of one law by slip length, and name those at which it is unstable."""
+    for z, size in sizes.items():
         if size is not None:
-            axes.loglog(frequency_hz, size, lw=1.4, **CONTACT_LINES[contact])
-    ringing = [contact for contact, size in sizes.items() if size is None]
+            axes.loglog(frequency_hz, size, lw=1.4, **lines[z])
+    ringing = [f"{z:g} um" for z, size in sizes.items() if size is None]
     if ringing:
-        said = "unstable" if len(ringing) == len(sizes) else f"unstable on {', '.join(ringing)}"
+        said = "unstable" if len(ringing) == len(sizes) else f"unstable at {', '.join(ringing)}"
         axes.text(0.97, 0.06, said, transform=axes.transAxes, ha="right", fontweight="bold")
