@@ -33,7 +33,9 @@ def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
     limits = {"sensitivity_peak": wanted.sensitivity_peak, "resonance_error": wanted.resonance_error}
     usual, shares = type(wanted)(), {name: f"{share:g}" for name, share in wanted.lean.shares.items() if share}
     flags = {
-        "slip_lengths_um": "" if wanted.slip_lengths_um is None and len(lengths) != 1 else _ends(lengths),
+        "slip_lengths_um": ""
+        if wanted.slip_lengths_um is None and len(lengths) != 1
+        else ",".join(f"{z:g}" for z in lengths),
         "speeds": _ends(wanted.speeds_mm_s),
         "loads": _ends(wanted.loads_n),
     }

@@ -142,7 +142,7 @@ def on_one(wanted: Wanted) -> str:
     ends = wanted.slip_lengths_um
     if ends is not None and len(set(ends)) < 2:
         return ""
-    said = "that of the system" if ends is None else f"{max(ends):g}"
+    said = "that of the system" if ends is None else f"{max(ends):g} um"
     flag = "Z" if ends is None else f"{max(ends):g}"
     return (
         f". It was to hold from slip length {min(ends or (0.0,)):g} to {said}; `--slip-lengths-um {flag}` asks for one"

@@ -339,7 +339,7 @@ def test_margins_that_both_contacts_cannot_have_say_that_one_was_not_asked_for(f
     asked = (*CONTROLLER, "--law", "pi", "--sensitivity-peak", "1.03")
     answer = frictionloop(*asked, "--slip-lengths-um", "0,11.5")
     assert (answer.code, answer.err.count("\n")) == (2, 1)
-    assert "It was to hold on slip length 0 to 11.5 um; `--slip-lengths-um 11.5` asks for one" in answer.err
+    assert "It was to hold from slip length 0 to 11.5 um; `--slip-lengths-um 11.5` asks for one" in answer.err
 
 
 @pytest.mark.slow
