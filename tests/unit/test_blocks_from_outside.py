@@ -18,7 +18,7 @@ from frictionloop.loop.blocks import forget, outside_digest
 from frictionloop.quantities.arithmetic import fma
 
 BENCH = fl.bench().evolve(fl.RETUNED)
-GAINS = {"controller.kp": 0.062, "controller.ki": 134.0}
+GAINS = {path: fl.RETUNED[path] for path in ("controller.kp", "controller.ki")}
 KPS = {"controller.kp": [0.05, 0.062, 0.07]}
 
 
@@ -275,8 +275,8 @@ import frictionloop as fl
 
 class Mine(fl.Timing):
     kind: Literal["mine"] = "mine"
-    kp: float = 0.062
-    ki: float = 134.0
+    kp: float = 0.0
+    ki: float = 111.0
 class State(NamedTuple):
     integral: float
 class Gains(NamedTuple):

@@ -47,7 +47,7 @@ def test_the_share_is_that_of_fingers_looked_at_one_by_one():
     people, over = fl.fingers(40, 0), Over()
     system = NOTCH.evolve({"controller.kp": 5.7, "controller.ki": 49.0, "controller.notch_hz": 134.0})
     found = loop_gains(system, over, people)
-    each = check_fingers(system, people, Wanted(MOST_PEAK, 0.0, contacts=()), progress=False)
+    each = check_fingers(system, people, Wanted(MOST_PEAK, 0.0, slip_lengths_um=()), progress=False)
     exact = float(np.mean(each["sensitivity_peak"].values > MOST_PEAK))
     assert found is not None and 0.0 < exact < 1.0
     # Two of forty: fingers near the limit differ by their skin and by how moist they get as well.

@@ -88,7 +88,11 @@ def test_a_law_of_higher_order_has_its_own_response():
     observer = fl.bench().evolve({"controller.kind": "limit_observer", "controller.model.resonance_hz": 132.0})
     found = check_fingers(observer, PEOPLE[:2], FEW)
     for k, person in enumerate(PEOPLE[:2]):
-        alone = max(corners(observer.evolve(person), FEW.limits), key=lambda each: each.excess)
+        every = corners(observer.evolve(person), FEW.limits)
+        asked = [
+            each for each in every if 0.5 <= round(each.loop.elements.force_n, 9) <= 0.7
+        ]  # others count for nothing
+        alone = max(asked, key=lambda each: each.excess)
         mine = found.isel(finger=k)
         assert mine.sensitivity_peak / mine.limit == pytest.approx(alone.excess, rel=0.01)
 

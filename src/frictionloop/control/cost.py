@@ -19,11 +19,11 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1752, 3322),
-    "lookup": WorstTick(1732, 3257),
-    "notch_pi": WorstTick(2560, 4443),
-    "filtered_pi": WorstTick(3473, 5656),
-    "limit_observer": WorstTick(2381, 4634),
+    "pi": WorstTick(1790, 3368),
+    "lookup": WorstTick(1770, 3299),
+    "notch_pi": WorstTick(2598, 4491),
+    "filtered_pi": WorstTick(3511, 5704),
+    "limit_observer": WorstTick(2414, 4687),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
