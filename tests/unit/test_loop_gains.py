@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.analysis.linear import linearise
 from frictionloop.analysis.operating import law_at
+from frictionloop.design.corners import moistest
 from frictionloop.design.loop_gains import MOST_PEAK, loop_gain, loop_gains
 from frictionloop.design.on_fingers import check_fingers
 from frictionloop.design.over import Over
+from frictionloop.design.synthesis import design_controller
 from frictionloop.design.wanted import Wanted
+from frictionloop.experiments.reach import Reach
 
 NOTCH = fl.bench().evolve({"controller.kind": "notch_pi", "setpoint": fl.Constant(offset_n=0.6)})
 DRY = {"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
@@ -57,3 +61,28 @@ def test_the_share_is_that_of_fingers_looked_at_one_by_one():
 def test_without_a_finger_or_a_loop_nobody_is_counted():
     assert loop_gains(fl.feasible(), Over()) is None
     assert loop_gains(fl.bench().evolve({"controller.kind": "lookup"}), Over()) is None
+
+
+@pytest.mark.slow  # two designs
+def test_a_design_bears_the_loop_gain_that_a_finger_may_have():
+    bench = fl.bench()
+    plain, strong = (design_controller(bench, "pi", Wanted(finger_gain=gain)) for gain in (1.0, 6.0))
+    assert plain.people is not None and strong.people is not None and plain.people.critical < 6.0
+    assert strong.people.critical == pytest.approx(6.0, rel=0.01) and strong.people.share < plain.people.share
+    # The loop of a finger with that gain, by its own margins.
+    factor = strong.people.critical / loop_gain(bench.evolve(strong.overrides))
+    gains = {path: factor * strong.overrides[path] for path in ("controller.kp", "controller.ki")}
+    peaks = [
+        linearise(bench.evolve({**strong.overrides, **gains, "finger.slip_length_um": z}), force_n=force_n, occluded=w)
+        for z in (11.5, 0.0) for force_n in (0.5, 0.7) for w in (0.0, moistest(bench.friction, bench.motion))
+    ]  # fmt: skip
+    assert max(each.sensitivity_peak() for each in peaks) == pytest.approx(MOST_PEAK, rel=0.01)
+
+
+def test_what_is_measured_of_a_finger_is_in_what_the_controller_believes():
+    assert fl.bench().controller.model.gain_spread == 2.7
+    assert Reach(1.0, 0.1, 0.4).changes["controller.model.gain_spread"] == 1.1
+    measured = fl.bench().evolve({"controller.model.gain_spread": 1.1})
+    assert (Wanted().gain_of(measured), Wanted(finger_gain=1.5).gain_of(measured)) == (1.1, 1.5)
+    with pytest.raises(fl.FrictionloopError, match=r"^finger_gain = 0\.5: must be from 1 to 10"):
+        Wanted(finger_gain=0.5)

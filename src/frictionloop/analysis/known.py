@@ -41,6 +41,7 @@ LINEAR = Represented(
         "table_size table_um2",
     },
     {
+        block.Model: "gain_spread",
         block.LowpassPlate: "pulse_ticks",
         block.ResonantPlate: "pulse_ticks",
         block.FingerFriction: "static_ratio static_mm_s occlusion_s drying_s roughness_rms roughness_longest_mm",

@@ -39,6 +39,7 @@ def wanted_flags(found: Sequence[Corner], wanted: Wanted) -> str:
         "speeds": _ends(wanted.speeds_mm_s),
         "loads": _ends(wanted.loads_n),
     }
+    limits |= {} if wanted.finger_gain is None else {"finger_gain": wanted.finger_gain}
     flags |= {name: f"{value:g}" for name, value in limits.items() if value != getattr(usual, name)} | shares
     flags |= {"corners": "CERTIFICATE"} if wanted.lean.ends else {}
     return "".join(f" --{name.replace('_', '-')} {value}" for name, value in flags.items() if value)

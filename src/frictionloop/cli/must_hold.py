@@ -77,6 +77,15 @@ class MustHold:
         ),
     ] = None
 
+    finger_gain: Annotated[
+        float | None,
+        _asked(
+            "Loop gain of a finger over the believed one up to which Ms is at most 2.9: 2.7 of a finger that nobody "
+            "measured, 1.1 of one whose friction and susceptibility are in FILE; controller.model.gain_spread if not "
+            "given."
+        ),
+    ] = None
+
     @property
     def stated(self) -> set[str]:
         """Parameters that the flags give values of."""
@@ -95,7 +104,7 @@ class MustHold:
         shares |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}
         ends = _ends(self.corners, shares)
         lean = Lean(self.sensor_error, self.delay_error, self.gain_error, self.q_error, ends)
-        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, lengths, loads)
+        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, lengths, loads, self.finger_gain)
 
 
 def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
-from frictionloop.design.corners import band_of
+from frictionloop.design.corners import Corner, band_of, corners
 from frictionloop.design.elsewhere import elsewhere
-from frictionloop.design.held import ENDS, LOADS, Synthesis, check_places, held_between
+from frictionloop.design.held import CHECKED, ENDS, LOADS, Synthesis, check_places, held_between, lowered
 from frictionloop.design.leaning import leaning
 from frictionloop.design.loop_gains import loop_gains
 from frictionloop.design.notch import retune_notch
@@ -110,9 +110,27 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
 def _designed(system: System, name: str, asked: Wanted) -> Designed:
     found, at = held_between(system, name, SYNTHESES[name], asked)
     after, over = system.evolve(found.overrides), asked.over(ENDS, LOADS)
+    people, gain = loop_gains(after, over), asked.gain_of(system)
+    if people is not None and people.critical < gain:
+        found, at = for_gain(system, found, at, asked, people.critical / gain)
+        after = system.evolve(found.overrides)
+        people = loop_gains(after, over)
     more, notes = elsewhere(after, asked.limits, over, asked.lean), found.notes
-    people = loop_gains(after, over)
     return found._replace(corners=tuple(at), elsewhere=more, notes=(*notes, *more.unseen), people=people)
+
+
+def for_gain(
+    system: System, found: Designed, at: Sequence[Corner], asked: Wanted, factor: float
+) -> tuple[Designed, Sequence[Corner]]:
+    """Return a controller with PI gains times a factor, which a finger of larger loop gain bears, and its corners.
+
+    One of another law, and one that would lower nothing felt any more, stays as it is.
+    """
+    lower = lowered(found, factor)
+    if lower is None or float(lower.overrides["controller.ki"]) <= LEAST_KI:
+        return found, at
+    again = corners(system.evolve(lower.overrides), asked.limits, asked.over(CHECKED, LOADS), asked.lean)
+    return lower, again
 
 
 @contextmanager

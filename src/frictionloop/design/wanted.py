@@ -38,6 +38,8 @@ class Wanted:
     0 to that of the system, as nobody knows a finger's, and that of the system alone where the range cannot be had."""
     loads_n: tuple[float, ...] = ()
     """Mean loads at which all that holds, and between which it does, N; none: that of the system."""
+    finger_gain: float | None = None
+    """Loop gain over the believed one up to which Ms is at most `MOST_PEAK`; None: ``controller.model.gain_spread``."""
 
     def __post_init__(self) -> None:
         if not 1.0 < self.sensitivity_peak <= 10.0:
@@ -45,6 +47,8 @@ class Wanted:
         if not 0.0 <= self.resonance_error <= 0.25:
             raise FrictionloopError(f"resonance_error = {self.resonance_error:g}: must be from 0 to 0.25, e.g. 0.05")
         self.lean.checked()
+        if self.finger_gain is not None and not 1.0 <= self.finger_gain <= 10.0:
+            raise FrictionloopError(f"finger_gain = {self.finger_gain:g}: must be from 1 to 10, e.g. 1.5")
         if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
             raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
         if not all(0.0 < each < float("inf") for each in self.loads_n):
@@ -66,6 +70,10 @@ class Wanted:
     def places(self) -> Over:
         """Slip lengths, speeds and loads as they are listed."""
         return Over(self.slip_lengths_um, self.speeds_mm_s, self.loads_n)
+
+    def gain_of(self, system: System) -> float:
+        """Return the largest loop gain of a finger over the believed one."""
+        return system.controller.model.gain_spread if self.finger_gain is None else self.finger_gain
 
     @property
     def limits(self) -> dict[float, float]:

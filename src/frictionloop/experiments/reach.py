@@ -17,6 +17,8 @@ STROKE_S = 1.5
 """Part of a plain stroke that tells the force (assumed: as long as a trial's stroke)."""
 PLAIN_S = 3.0
 """Duration of the stroke without vibration, over which moisture shows (assumed)."""
+MEASURED_SPREAD = 1.1
+"""Loop gain over the believed one that is left to a measured finger (assumed: load and speed change by 10 %)."""
 MOST_N = 2.5
 """Set-point that asks for no vibration: above the friction of any finger here, and what the sensor reaches."""
 
@@ -39,6 +41,7 @@ class Reach(NamedTuple):
         return {
             "controller.model.nominal_n": self.highest_n,
             "controller.model.susceptibility_per_um2": self.susceptibility_per_um2,
+            "controller.model.gain_spread": MEASURED_SPREAD,
         }
 
 

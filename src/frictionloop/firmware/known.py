@@ -39,7 +39,11 @@ FIRMWARE = Represented(
         "position_m_per_count ceiling_um ramp_s force_limit_n hum_share",
     },
     # Its table has 257 entries whatever is given; noise, range and length are those of the sensors that it reads.
-    {Model: "table_size", PositionSensor: "noise_um resolution_um fastest_mm_s", LoadCells: "noise_n length_mm"},
+    {
+        Model: "table_size gain_spread",
+        PositionSensor: "noise_um resolution_um fastest_mm_s",
+        LoadCells: "noise_n length_mm",
+    },
 )
 
 

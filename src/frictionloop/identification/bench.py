@@ -23,6 +23,9 @@ from frictionloop.parameters import ResonantPlate, System, preset
 
 DESIGNED = {"sensor": "sensor.cutoff_hz", "delay": "controller.delay_s", "gain": "sensitivity"}
 """Values whose intervals a design holds, by its flag."""
+TAU, SPREAD = "friction.susceptibility_per_um2", "controller.model.gain_spread"
+LEAST_SPREAD = 1.1
+"""Loop gain over the believed one that is left to a finger however well it was measured (assumed: it moistens)."""
 LEAST_CORNER = 0.005
 """Share by which a design should let the resonance be off, however well it was measured (assumed: it warms)."""
 
@@ -118,6 +121,10 @@ def _bench(project: Project, path: Path, work: Work) -> Bench:
         overrides[name] = _rounded(each)
         if name in BELIEVED:
             overrides[BELIEVED[name]] = overrides[name]
+    if TAU in of_system:
+        tau = of_system[TAU]
+        overrides[SPREAD] = float(f"{max(tau.interval().high / tau.value, LEAST_SPREAD):.3g}")
+        stated[SPREAD] = f"upper end of {TAU} over its value, at least {LEAST_SPREAD:g}"
     if "controller.model.plate_hz" in found and "plate.q" not in found:
         frequency = overrides.get("plate.frequency_hz", ResonantPlate().frequency_hz)
         overrides["plate.q"] = frequency / (2 * found["controller.model.plate_hz"].value)
