@@ -111,7 +111,7 @@ def _both(rows: list[dict[str, Any]], law: str, length_um: float, score: str) ->
 
 
 def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
-    stroked = the_bench().evolve({"motion.stroke_mm": protocol.STROKE_MM})
+    stroked = the_bench().evolve({"motion.stroke_mm": protocol.stroke_mm(SPEED_MM_S)})
     found = linear_reach_table(stroked, [finger], [SPEED_MM_S], LENGTHS_UM, peaks=[PEAK])["bound_rms_n"]
     of_both = found.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
     return {f"{z:g}": _kept(of_both.sel(slip_length_um=z).item()) for z in LENGTHS_UM}

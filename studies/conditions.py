@@ -37,7 +37,11 @@ def conditions(
     people = protocol.without_lengths(fingers(count, seed))
     for speed in speeds:
         for z in LENGTHS_UM:
-            moving = {"motion.speed_mm_s": speed, "finger.slip_length_um": z, "motion.stroke_mm": protocol.STROKE_MM}
+            moving = {
+                "motion.speed_mm_s": speed,
+                "finger.slip_length_um": z,
+                "motion.stroke_mm": protocol.stroke_mm(speed),
+            }
             own = bench().evolve(moving)
             able = Fingers(people[i] for i in protocol.able(own, people, speed).nonzero()[0])
             yield Strokes(f"{speed:g} mm/s, {z:g} um", own, able)

@@ -34,11 +34,12 @@ def test_a_score_in_two_digits(value, text):
 
 
 def test_all_laws_fit_80_columns_to_the_last_score(capsys, monkeypatch):
-    """Cells about as long as they get: an R2 of thousands below 0, and times of 100 ms."""
+    """Cells about as long as they get: a hold of a loop that rings, and times of 100 ms."""
     monkeypatch.setenv("COLUMNS", "80")
     long = {
-        "r2_identity": (-0.4567, -9876.5),
         "residual_rms_n": (0.61349, 0.98765),
+        "hold_rms_n": (0.61349, 9.8765),
+        "turn_peak_n": (1.2345, 1.987),
         "fall_63_s": (0.012345, 0.1134),
         "relative_index": (0.01234, 118.2),
     }
@@ -52,7 +53,7 @@ def test_all_laws_fit_80_columns_to_the_last_score(capsys, monkeypatch):
     heads, *lines = capsys.readouterr().out.splitlines()
     assert heads.split()[-1] == "felt"
     assert [line.split()[0] for line in lines] == list(ENTRANTS)
-    assert all(line.split()[1:] == ["-0.46/-9876", "613/988", "12/113", "0.012/118"] for line in lines)
+    assert all(line.split()[1:] == ["613/988", "613/9876", "1.2/2", "12/113", "0.012/118"] for line in lines)
     assert max(map(len, (heads, *lines))) <= 80
 
 

@@ -15,6 +15,7 @@ from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import on_device
 from frictionloop.design.comparison.plain import occluded_at
 from frictionloop.design.comparison.run import Comparison
+from frictionloop.design.loop_gains import loop_gain
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
@@ -24,6 +25,8 @@ LEVEL_N = 0.6
 """Where |S| is taken: the middle of the levels."""
 SHIFTS = (0.0, 0.05, 0.1)
 """How far off the device's resonance may be, either way."""
+HIGH_GAIN = 2.7
+"""Loop gain over the believed one, of a PI, of the finger that laws are tried on beside the median one."""
 
 
 class Robustness(NamedTuple):
@@ -34,6 +37,9 @@ class Robustness(NamedTuple):
     sensitivity_peak_5: float = math.nan
     """The same, worst with the true resonance up to 5 % off; then 10 %."""
     sensitivity_peak_10: float = math.nan
+    sensitivity_peak_gain: float = math.nan
+    """The same on the finger of `HIGH_GAIN`; then with the resonance 10 % lower."""
+    sensitivity_peak_gain_low: float = math.nan
     gain_margin: float = math.nan
     """Factor on G nearest to 1 that makes the loop unstable."""
     phase_margin_deg: float = math.nan
@@ -47,11 +53,24 @@ def median_system(comparison: Comparison, law: str, speed_mm_s: float, slip_leng
     """Return the bench with the median of the capable fingers under a law; None if none is capable."""
     some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
     finger = protocol.median_finger(comparison.people, some)
-    if finger is None:
-        return None
+    return None if finger is None else _with(comparison, law, speed_mm_s, slip_length_um, finger)
+
+
+def _with(
+    comparison: Comparison, law: str, speed_mm_s: float, slip_length_um: float, finger: Mapping[str, Any]
+) -> System:
     at = protocol.Condition(speed_mm_s, slip_length_um, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
     return comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own})
+
+
+def high_gain_finger(comparison: Comparison, speed_mm_s: float) -> Mapping[str, Any] | None:
+    """Return the capable finger whose loop gain is nearest to `HIGH_GAIN`; None if none is capable."""
+    some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
+    plain = comparison.system.evolve({"controller.kind": "pi", "setpoint": protocol.setpoint_of(protocol.HOLDS[1])})
+    able = [comparison.people[i] for i in some.nonzero()[0]]
+    gains = [loop_gain(plain.evolve({**each, "motion.speed_mm_s": speed_mm_s})) for each in able]
+    return able[int(np.nanargmin(np.abs(np.log(gains) - math.log(HIGH_GAIN))))] if able else None
 
 
 def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | None:
@@ -71,12 +90,17 @@ def robustness(comparison: Comparison, law: str, speed_mm_s: float, slip_length_
     if found is None or any(each is None for margins in found.values() for each in margins):
         return Robustness()
     every: Mapping[float, Any] = found
+    strong = high_gain_finger(comparison, speed_mm_s) or {}
+    high = _with(comparison, law, speed_mm_s, slip_length_um, strong)
+    as_told, low = (_peak(on_device(high, factor), comparison.middle_s) for factor in (1.0, 0.9))
     nominal: list[Margins] = every[0.0]
     peaks = [max(each.sensitivity_peak for shift in SHIFTS[: k + 1] for each in every[shift]) for k in range(3)]
     return Robustness(
         peaks[0],
         peaks[1],
         peaks[2],
+        as_told,
+        low,
         min((each.gain_margin for each in nominal), key=lambda factor: abs(math.log(factor))),
         min((each.phase_margin_deg for each in nominal), key=abs),
         min(each.delay_margin_s for each in nominal),
@@ -93,6 +117,12 @@ def _around(system: System, shift: float, occlude_s: float) -> list[Margins | No
         loops = [loop_at(off, level, occlude_s) for level in protocol.LEVELS_N]
         found += [None if loop is None else loop.margins() for loop in loops]
     return found
+
+
+def _peak(system: System, occlude_s: float) -> float:
+    """Return the largest Ms over the levels that a finger can be given."""
+    loops = [loop_at(system, level, occlude_s) for level in protocol.LEVELS_N]
+    return max((math.nan if loop is None else loop.sensitivity_peak() for loop in loops), default=math.nan)
 
 
 def step_traces(comparison: Comparison, speed_mm_s: float) -> xr.Dataset:

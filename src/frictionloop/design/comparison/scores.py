@@ -29,6 +29,7 @@ SCORES: dict[str, Score] = {
     "residual_rms_n": Score("rms of f_a - f_r, sines", "N"),
     "hold_rms_n": Score("rms of f_a - f_r, holds", "N"),
     "landing_rms_n": Score("rms of f_a - f_r, landings", "N"),
+    "turn_peak_n": Score("largest force after a turn, mean, hold at 0.6 N", "N"),
     "rise_63_s": Score("time to 63 % of a step up", "s"),
     "rise_10_90_s": Score("time from 10 to 90 % of a step up", "s"),
     "fall_63_s": Score("time to 63 % of a step down", "s"),
@@ -114,6 +115,7 @@ def _fits(cells: xr.Dataset) -> dict[str, np.ndarray]:
         "residual_rms_n": fit.rms_error,
         "hold_rms_n": pooled_rms(holds["scored_periods"].values, holds["rms_error"].values),
         "landing_rms_n": landings.values,
+        "turn_peak_n": cells["turn_peak"].sel(task=protocol.HOLDS[1]).values,
         "saturation_index": np.sum(count * sines["saturation_index"].values, axis=0) / count.sum(axis=0),
     }
 

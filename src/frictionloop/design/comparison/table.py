@@ -18,6 +18,8 @@ MARGINS = {
     "sensitivity_peak": "1",
     "sensitivity_peak_5": "1",
     "sensitivity_peak_10": "1",
+    "sensitivity_peak_gain": "1",
+    "sensitivity_peak_gain_low": "1",
     "gain_margin": "1",
     "phase_margin_deg": "deg",
     "delay_margin_s": "s",
