@@ -22,8 +22,9 @@ from studies.oracle import deciding
 RUNS = Path(__file__).parent / "runs" / "laws.h5"
 KEPT = Path(__file__).parent / "results" / "laws.csv"
 SHOWN = (
-    *("residual_rms_n", "hold_rms_n", "r2_identity", "relative_index", "over_oracle", "fall_63_s"),
+    *("residual_rms_n", "hold_rms_n", "turn_peak_n", "relative_index", "over_oracle", "fall_63_s"),
     *("sensitivity_peak", "sensitivity_peak_5", "sensitivity_peak_10"),
+    *("sensitivity_peak_gain", "sensitivity_peak_gain_low"),
 )
 CELL, KEYS = ("law", "speed_mm_s", "slip_length_um", "population", "fingers"), ("median", "worst_decile")
 """What a line of the kept file is of, and what it has of each score."""

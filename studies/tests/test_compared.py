@@ -24,12 +24,12 @@ def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
     errors, margins = compared(path).split("\n\n**")
     title, _, heads, _, row = errors.splitlines()
     assert title == "**20 mm/s, slip length 11.5 um, errors**, median / worst decile of 4 capable fingers:"
-    assert cells(heads) == ["Law", "rms (mN)", "/ oracle"]
+    assert cells(heads) == ["Law", "sines (mN)", "/ oracle"]
     assert cells(row) == ["`pi`", "21.2 / 33.3", "–"]
     title, _, heads, _, row = margins.splitlines()
     assert title == "20 mm/s, margins** of the median capable finger:"
-    assert cells(heads) == ["Law", "11.5 um: $M_s$", "±5 %", "±10 %"]
-    assert cells(row) == ["`pi`", "∞", "–", "–"]
+    assert cells(heads) == ["Law", "11.5 um: $M_s$", "±5 %", "±10 %", "2.7 x", "2.7 x, -10 %"]
+    assert cells(row) == ["`pi`", "∞", "–", "–", "–", "–"]
 
 
 def test_the_page_has_the_table_of_the_stored_study():
