@@ -1,6 +1,6 @@
 """Small tables of results: kept as a file that names its command, and shown between marks on the pages.
 
-``python -m studies.kept`` writes the tables of *pages/*, and of *docs/experiments.md*, anew from what is kept.
+``python -m studies.kept`` writes the tables of *pages/*, and of two pages of *docs*, anew from what is kept.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.quantities.version import package_version
 
 HERE = Path(__file__).parent
-SHOWN_IN = HERE.parent / "docs" / "experiments.md"
-"""A page of the documentation with tables of a study."""
+SHOWN_IN = [HERE.parent / "docs" / name for name in ("experiments.md", "validation.md")]
+"""Pages of the documentation with tables of a study."""
 RESULTS, PAGES = HERE / "results", HERE / "pages"
 SHOWN = re.compile(r"<!-- results/([\w-]+)\.csv -->\n.*?<!-- end -->", re.DOTALL)
 """A table on a page: the comment before it names its file."""
@@ -58,5 +58,5 @@ def written(page: str) -> str:
 
 
 if __name__ == "__main__":
-    for path in [*sorted(PAGES.glob("*.md")), SHOWN_IN]:
+    for path in [*sorted(PAGES.glob("*.md")), *SHOWN_IN]:
         path.write_text(written(path.read_text(encoding="utf-8")), encoding="utf-8")
