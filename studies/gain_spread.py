@@ -26,6 +26,8 @@ from studies.kept import both, keep
 LAWS = ("notch_pi", "limit_observer")
 LATER = 1.5
 """Factor up to which friction and susceptibility have changed since they were measured (assumed)."""
+RANGE_N = 2.5
+"""Of the bench's sensor, above which no friction is believed."""
 BELIEVED = "controller.model.nominal_n", "controller.model.susceptibility_per_um2"
 
 
@@ -35,7 +37,7 @@ def told(system: System, people: Sequence[Mapping[str, Any]], spread: float, see
     found = []
     for finger, factors in zip(people, off.tolist(), strict=True):
         reach = simulated_reach(system.evolve(dict(finger)))
-        values = reach.highest_n * factors[0], reach.susceptibility_per_um2 * factors[1]
+        values = min(reach.highest_n * factors[0], RANGE_N), reach.susceptibility_per_um2 * factors[1]
         found.append({**finger, **dict(zip(BELIEVED, values, strict=True))})
     return found
 
