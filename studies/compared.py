@@ -1,4 +1,4 @@
-"""The table of control laws in pages/laws.md, from the scores that ``python -m studies.laws`` has left.
+"""The tables of control laws in pages/laws.md and docs/which-law.md, from what ``python -m studies.laws`` has left.
 
 python -m studies.compared
 """
@@ -15,6 +15,7 @@ from studies.laws import CELL, KEYS
 
 HERE = Path(__file__).parent
 KEPT, PAGE = HERE / "results" / "laws.csv", HERE / "pages" / "laws.md"
+CHOICE = HERE.parent / "docs" / "which-law.md"
 MARKS = "<!-- python -m studies.compared -->", "<!-- end -->"
 ERRORS = (
     ("residual_rms_n", "sines (mN)", 1e3),
@@ -33,6 +34,12 @@ MARGINS = (
     ("sensitivity_peak_gain_low", "2.7 x, -10 %"),
 )
 """Margins of the median capable finger."""
+WORST = (
+    ("sensitivity_peak", "$M_s$", "median"),
+    ("sensitivity_peak_10", "±10 %", "median"),
+    ("sensitivity_peak_gain", "2.7 x", "median"),
+    ("sensitivity_peak_gain_low", "2.7 x, -10 %", "median"),
+)
 CAPABLE, MEDIAN_FINGER = "capable", "median capable finger"
 """Populations shown."""
 Row = dict[str, str]
@@ -119,11 +126,38 @@ def _rows(heads: Sequence[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
-def written(page: str) -> str:
-    """Return the page with the table between its marks."""
+def choice(kept: Path = KEPT) -> str:
+    """Return one line a law: errors by speed at the longer slip length, and the worst of all else."""
+    rows = _read(kept)
+    speeds, own = _names(rows, "speed_mm_s"), max(_names(rows, "slip_length_um"), key=float)
+    heads = ("Law", *(f"{float(each):g} mm/s" for each in speeds), "turn (N)", "felt", *(head for _, head, _ in WORST))
+    lines = []
+    for law in _names(rows, "law"):
+        here = [row for row in rows if row["law"] == law and row["population"] in (CAPABLE, MEDIAN_FINGER)]
+        at = [
+            {row["score"]: row for row in here if row["speed_mm_s"] == v and row["slip_length_um"] == own}
+            for v in speeds
+        ]
+        cells = [_both(each) for each in at]
+        for name, _, key in (("turn_peak_n", "", "median"), ("relative_index", "", "median"), *WORST):
+            found = [float(row[key] or "nan") for row in here if row["score"] == name]
+            cells.append(_number(max(found, default=math.nan)))
+        lines.append((f"`{law}`", *cells))
+    return _rows(heads, lines)
+
+
+def _both(at: dict[str, Row]) -> str:
+    """Return median and worst decile of sines, then of holds, in mN."""
+    pairs = [[_number(1e3 * _value(at, name, key)) for key in KEYS] for name in ("residual_rms_n", "hold_rms_n")]
+    return " / ".join(f"{median} ({worst})" for median, worst in pairs)
+
+
+def written(page: str, table: str) -> str:
+    """Return the page with a table between its marks."""
     (before, rest), end = page.split(MARKS[0]), MARKS[1]
-    return f"{before}{MARKS[0]}\n\n{compared()}\n\n{end}{rest.split(end, 1)[1]}"
+    return f"{before}{MARKS[0]}\n\n{table}\n\n{end}{rest.split(end, 1)[1]}"
 
 
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for path, made in ((PAGE, compared()), (CHOICE, choice())):
+        path.write_text(written(path.read_text(encoding="utf-8"), made), encoding="utf-8")

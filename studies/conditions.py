@@ -13,10 +13,10 @@ LENGTHS_UM = protocol.lengths_of(bench())
 
 LIMIT_OBSERVER = {
     "controller.kind": "limit_observer",
-    "controller.spring_noise": 0.8264,
-    "controller.model.resonance_hz": 132.4,
-    "controller.model.resonance_q": 32.41,
-    "controller.model.sensor_hz": 519.3,
+    "controller.spring_noise": 0.6411,
+    "controller.model.resonance_hz": 132.5,
+    "controller.model.resonance_q": 10.17,
+    "controller.model.sensor_hz": 868.0,
 }
 """Of the bench, as ``design_controller(bench(), "limit_observer")`` finds it."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studies import kept, laws
-from studies.compared import PAGE, compared, written
+from studies.compared import CHOICE, PAGE, choice, compared, written
 
 NAMES = ("law", "speed_mm_s", "slip_length_um", "population", "fingers", "score", "unit", "median", "worst_decile")
 SCORES = [
@@ -33,8 +33,9 @@ def test_the_table_of_laws_shows_scores_that_are_kept(tmp_path):
 
 
 def test_the_page_has_the_table_of_the_stored_study():
-    page = PAGE.read_text(encoding="utf-8")
-    assert written(page) == page, "to write it anew: python -m studies.compared"
+    for path, table in ((PAGE, compared()), (CHOICE, choice())):
+        page = path.read_text(encoding="utf-8")
+        assert written(page, table) == page, "to write it anew: python -m studies.compared"
 
 
 @pytest.mark.parametrize("path", [*sorted(kept.PAGES.glob("*.md")), *kept.SHOWN_IN], ids=lambda path: path.stem)
