@@ -3,13 +3,13 @@ A sliding mode as a law of your own
 ===================================
 
 Super-twisting (paper, ref. [16]; Levant 1993) on the measured force, s = f_m - f_r:
-``u = w - k1 |s|^(1/2) sign(s), w' = -k2 sign(s)``. It is stepped implicitly, so that it
-has no sign to switch around s = 0 (Brogliato, Polyakov & Efimov 2020). Gains are
+``u = w - k1 |s|^(1/2) sign(s), w' = -k2 sign(s)``. It is stepped implicitly, so that
+it has no sign to switch around s = 0 (Brogliato, Polyakov & Efimov 2020). Gains are
 small: the force is read 300 us late, behind a resonance. So it chatters by some mN.
 
 .. code-block:: console
 
-    $ frictionloop --use examples/sliding_mode.py compare --laws retuned_pi,sliding_mode
+    $ frictionloop --use examples/sliding_mode.py compare --laws sliding_mode
 """
 
 import math
