@@ -49,7 +49,7 @@ def command(
     fingers: flags.Run[flags.Whole] = 1000,
     seed: flags.Run[flags.Whole | None] = None,
     laws: flags.Run[str | None] = None,
-    speeds: flags.Run[str] = "20,80",
+    speeds: flags.Run[str] = "20,80,150",
     effects: flags.Run[str | None] = None,
     duration_s: flags.Run[float] = DURATION_S,
     jobs: flags.Run[flags.Whole | None] = None,
@@ -59,7 +59,7 @@ def command(
     plots: flags.Result[Path | None] = None,
     json: flags.Json = False,
 ) -> None:
-    """Compare control laws: paper's sines, holds, steps and landings on unseen fingers, two speeds, two slip lengths.
+    """Compare control laws: sines, holds, steps and landings on unseen fingers, at three speeds and two slip lengths.
 
     Parameters
     ----------
