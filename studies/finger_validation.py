@@ -26,7 +26,7 @@ PLAIN = fl.bench().evolve(
         "motion.reversal_s": 0.48,  # 250 mm/s2 from rest
     }
 )
-LEVEL = {"friction.nominal_n": 0.205, "motion.tremor_um": 3.0}
+LEVEL = {"friction.nominal_n": 0.2, "motion.tremor_um": 3.0}
 SCALES = {"stiffness_n_m": 1e-3} | dict.fromkeys(("fall_s", "fall_m", "rise_s", "travel_m"), 1e3)
 """What is told in N/mm, ms and mm."""
 

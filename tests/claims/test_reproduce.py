@@ -13,7 +13,7 @@ from PIL import Image
 from frictionloop.analysis import linearise
 from frictionloop.design.checking import check_controller
 from frictionloop.loop.progress import Bar
-from frictionloop.parameters import bench
+from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import build, protocol
@@ -159,7 +159,11 @@ def test_all_that_comes_out_is_named_of_the_text_and_of_the_device_apart(results
 def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_besides(results, claims):
     text = " ".join(render(results, claims, dict.fromkeys(DRAWINGS, EMPTY)).split())
     found = results.checked
-    assert found.sensitivity_peak == pytest.approx(1.5, abs=0.005) and found.places.held < found.places.places
+    # They are found for Ms 1.5 on the bench, whose slip length is shorter: a longer one takes gain at the resonance.
+    assert protocol.the_bench().finger.slip_length_um > bench().finger.slip_length_um
+    at_bench = linearise(bench().evolve(RETUNED), force_n=0.5).margins().sensitivity_peak
+    assert at_bench == pytest.approx(1.5, abs=0.005) and 1.0 < found.sensitivity_peak < at_bench
+    assert found.places.held < found.places.places
     assert found.of_finger > found.sensitivity_peak
     first = text[: text.index("Fig. 5a, on the bench.")]
     assert f"amplified by at most {found.sensitivity_peak:.2g} " in first

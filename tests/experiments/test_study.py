@@ -40,9 +40,10 @@ def short(name, trials=4):
     return plan.evolve(changes)
 
 
-def test_the_gains_of_the_study_are_those_of_the_notch_design():
+def test_the_gains_of_the_study_hold_on_the_finger_that_it_asks():
     assert study_system().controller.kind == "notch_pi"
-    assert STUDY["controller.kp"] == 2.56
+    peaks = [fl.linearise(study_system(), force_n=force_n).sensitivity_peak() for force_n in (0.5, 0.6, 0.7)]
+    assert max(peaks) <= 1.5 * 1.001  # the rule of fl.retune_notch
 
 
 @pytest.mark.slow

@@ -91,7 +91,7 @@ def test_every_panel_changes_what_it_says(page, serve):
     opened(page, serve(room).url)
     for box, path, value in (
         ("wish", "setpoint.effect.spacing_mm", 3.5),
-        ("controller", "controller.delay_s", 0.0003),
+        ("controller", "controller.delay_s", 0.0001),
         ("plate", "plate.max_amplitude_um", 2.0),
         ("friction", "friction.nominal_n", 1.25),
         ("sensor", "sensor.resonance_hz", 180.0),

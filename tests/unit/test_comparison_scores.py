@@ -179,7 +179,7 @@ def test_margins_are_those_of_linearise_on_the_median_finger():
     finger = protocol.median_finger(ran.people, some)
     assert finger is not None
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
-    occluded = -math.expm1(-0.35 / 20.0)
+    occluded = -math.expm1(-0.35 / finger["friction.occlusion_s"])
 
     def peak(factor, level):
         system = fl.bench().evolve({**own, **fl.RETUNED, "sensor.resonance_hz": 145.0 * factor})

@@ -253,7 +253,11 @@ def test_the_page_prints_what_its_text_says(page) -> None:
     limits = {int(line.split()[0]): line.split()[1:] for line in text.splitlines() if re.match(r" +(5|10) ", line)}
     assert [round(float(limits[q][2]), 2) for q in (5, 10)] == [0.37, 0.18]
     assert "unstable: these gains ring" in text
-    assert "stable with 0.019 of its gain" in text  # "about fifty times less"
+    share, rings_kp = (
+        float(re.search(said, text)[1]) for said in (r"stable with (\S+) of its gain", r"200 us: .* from kp (\S+) on")
+    )
+    assert 1 / share == pytest.approx(100, rel=0.1)  # "about a hundred times less"
+    assert 10 * share == pytest.approx(rings_kp, rel=0.05)
     assert re.search(r"RETUNED +0.0000 +111.0 +stable", text)
     assert re.search(r"0.5 to 0.7 N, just landed .* 1.50\n", text)
     assert "unstable" not in text.split("worst")[1]

@@ -28,6 +28,18 @@ def test_a_leaning_loop_is_that_of_the_other_bench():
     assert leaning(points, Lean()) == points
 
 
+def test_more_lag_may_excuse_more_gain_so_each_end_of_one_is_looked_at_with_each_of_the_other():
+    """On the bench an integral is limited below the resonance, which more lag turns away from -1."""
+    points = band_of(BENCH.evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 100.0}))[:1]
+    found = leaning(points, LEAN)
+    assert len(found) == LEAN.loops_each == 5
+    _, *leant = (loop.sensitivity_peak() for loop in found)
+    peaks = dict(zip(LEAN.sides, leant, strict=True))
+    assert peaks[-1.0, 1.0] == max(leant) > peaks[1.0, 1.0]
+    assert Lean(gain_error=0.1).sides == [(0.0, 1.0), (0.0, -1.0)]
+    assert Lean(delay_error=0.1).sides == [(1.0, 0.0), (-1.0, 0.0)]
+
+
 @pytest.mark.slow
 def test_gains_hold_at_the_ends():
     plain, careful = (

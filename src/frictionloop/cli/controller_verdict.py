@@ -95,10 +95,11 @@ def verdict(
 def but(worse: Sequence[Row], moist: str = "") -> str:
     """Return what of a verdict's rows does not do, for its first line; nothing where all does."""
     names = [row[0] for row in worse if row[0].isupper()]
-    apart = [k for k, name in enumerate(names) if name in dict(NOT_HELD)]
+    apart, last = [k for k, name in enumerate(names) if name in dict(NOT_HELD)], names[-1:]
     if apart:
         names[apart[0]] = f"elsewhere {names[apart[0]]}"
-    names += [f"{how} when fully moist" for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
+    fully = [how for how in ("CLOSE TO UNSTABLE", "UNSTABLE") if how in moist][:1]
+    names += ["when fully moist too"] if fully == last != [] else [f"{how} when fully moist" for how in fully]
     return f"but {', '.join(names)}; rows below. Where it holds: " if names else ""
 
 

@@ -67,12 +67,13 @@ def metric_rows(found: dict[str, float], opened_n: float = math.nan, rings: bool
     bound = f"{most}{beyond}"
     if found["r2_bound"] < 0:
         bound = "below 0: reach alone misses f_r by more than f_r varies"
+    turns_n = math.nan if math.isclose(found["rms_error_turns"], found["rms_error"]) else found["rms_error_turns"]
     rows: list[Row] = [
         ("r2_identity", number(found["r2_identity"]), "how well f_a follows f_r; 1 is perfect"),
         ("r2_bound", number(found["r2_bound"]), bound),
         ("r2_regression", number(found["r2_regression"]), line),
         ("rms_error", newtons(found["rms_error"]), f"rms of f_a - f_r{beside}"),
-        ("with turns", newtons(found["rms_error_turns"]), "the same with reversals and landings"),
+        ("with turns", newtons(turns_n), "the same with reversals and landings"),
         ("turn_peak", newtons(found["turn_peak"]), "largest force after a turn, mean of the turns"),
         *_left(found, rings),
         ("saturation_index", share(found["saturation_index"]), "share of the commands that were clamped"),

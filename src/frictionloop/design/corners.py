@@ -122,7 +122,7 @@ def corners(
     any of this, so it is made once per place, force and finger.
 
     The largest Ms of each contact, speed, finger and resonance is exact, and so is any near it; others are those of a
-    grid of frequencies, right within 1 % and, where they are large, within 3 %.
+    grid of frequencies, which passes -1 half a step beside the nearest point at most: they are too small, if anything.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Loops that are not quite what was written down: slow and strong at once, fast and weak, or one value at an end."""
+"""Loops that are not quite what was written down: slow or fast, strong or weak, or one value at an end."""
 
 from __future__ import annotations
 
@@ -37,12 +37,15 @@ class Lean(NamedTuple):
     @property
     def loops_each(self) -> int:
         """How many loops come of one."""
-        return 1 + 2 * self.sideways + 2 * bool(self.q_error) + len(self.ends)
+        return 1 + len(self.sides) + 2 * bool(self.q_error) + len(self.ends)
 
     @property
-    def sideways(self) -> bool:
-        """Whether loops are slow and strong, or fast and weak."""
-        return any((self.sensor_error, self.delay_error, self.gain_error))
+    def sides(self) -> list[tuple[float, float]]:
+        """Which way a loop leans, in lag and in gain: to either end, 0 where nothing of it is off."""
+        lags, gains = self.sensor_error or self.delay_error, self.gain_error
+        if not lags and not gains:
+            return []
+        return [(lag, gain) for lag in ((1.0, -1.0) if lags else (0.0,)) for gain in ((1.0, -1.0) if gains else (0.0,))]
 
     def ends_of(self, loop: LinearLoop) -> list[tuple[str, float]]:
         """Return the values that a loop may have instead, one at a time."""
@@ -64,13 +67,13 @@ class Lean(NamedTuple):
 
 
 def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
-    """Return loops as they are, then slow and strong, then fast and weak: all that may be off by a share is so at once.
+    """Return loops as they are, then slow ones and fast ones, either strong and weak.
 
-        slow: sensor_hz (1 - e_s), delay_s (1 + e_d), gain (1 + e_g);   fast: the other way round
+        slow: sensor_hz (1 - e_s), delay_s (1 + e_d);   strong: gain (1 + e_g);   fast and weak: the other way round
 
-    More lag and more gain both take phase margin, so one end of each together is at least as bad as one at a time. The
-    law does not change, since the controller does not know. Then follow the loops with one value at an end, the
-    resonance's Q among them.
+    More lag takes phase margin, but may turn the sensor's resonance away from -1: no end is always the worst. The law
+    does not change, since the controller does not know. Then follow the loops with one value at an end, the resonance's
+    Q among them.
 
     Parameters
     ----------
@@ -85,8 +88,7 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
         An end whose name or value the System refuses, or a Q that is off of a sensor without a resonance.
     """
     found = list(points)
-    if lean.sideways:
-        found += [_leant(point, side, lean) for side in (1.0, -1.0) for point in points]
+    found += [_leant(point, lag, gain, lean) for lag, gain in lean.sides for point in points]
     for point in points:
         at = point.elements
         for path, value in lean.ends_of(point):
@@ -94,16 +96,16 @@ def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:
     return found
 
 
-def _leant(loop: LinearLoop, side: float, lean: Lean) -> LinearLoop:
+def _leant(loop: LinearLoop, lag: float, gain: float, lean: Lean) -> LinearLoop:
     sensor, controller = loop.system.sensor, loop.system.controller
-    changes = {"controller.delay_s": controller.delay_s * (1 + side * lean.delay_error)}
+    changes = {"controller.delay_s": controller.delay_s * (1 + lag * lean.delay_error)}
     if hasattr(sensor, "cutoff_hz"):
-        changes["sensor.cutoff_hz"] = sensor.cutoff_hz * (1 - side * lean.sensor_error)
+        changes["sensor.cutoff_hz"] = sensor.cutoff_hz * (1 - lag * lean.sensor_error)
     system = loop.system.evolve(changes)
     there = replace(
         loop.elements,
         delay_s=system.controller.delay_s,
-        plate=Lti((1 + side * lean.gain_error,), (1.0,)) * loop.elements.plate,
+        plate=Lti((1 + gain * lean.gain_error,), (1.0,)) * loop.elements.plate,
         stages=linearise_sensor(system.sensor),
     )
     return LinearLoop(system, there, sample(there, loop.plant.period_s))

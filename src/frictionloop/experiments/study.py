@@ -25,10 +25,10 @@ from frictionloop.quantities.checks import whole
 
 STUDY = {
     "controller.kind": "notch_pi",
-    "controller.kp": 2.56,
-    "controller.ki": 240.0,
-    "controller.notch_hz": 145.5,
-    "controller.notch_depth": 0.2064,
+    "controller.kp": 3.468,
+    "controller.ki": 382.6,
+    "controller.notch_hz": 144.5,
+    "controller.notch_depth": 0.0866,
     "controller.notch_width": 10.0,
 }
 """Gains of ``fl.retune_notch(fl.bench())``, rounded."""

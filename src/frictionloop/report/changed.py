@@ -137,7 +137,7 @@ def drawn(name: str, changes: Mapping[str, Any], bar: Bar) -> Drawn:
         more, rows = runs_of({HOLDS: alone_before} if alone_before else {}, same)
         runs_before, before = runs_before | more, before | rows
     alone = each_alone(name, changes, bar)
-    said = told(changes, protocol.finger_system(the_finger()), numbers, before, alone, sines_of(changes))
+    said = told(changes, protocol.finger_system(the_finger()), numbers, before, sines_of(changes))
     gains = {path: changes[path] for path in GAINS if path in changes} or found.instead or RETUNED
     there = asked_for(bench_of(changes) | dict(gains), sines_of(changes))
     said.append(_by_level(runs))
@@ -162,7 +162,7 @@ def file_name(name: str, changes: Mapping[str, Any]) -> str:
     """Return the name of the figure's file without suffix.
 
     >>> file_name("fig-5a", {"sensor.resonance_hz": 200.0, "finger.slip_length_um": 0.0})
-    'fig-5a-with-sensor.resonance_hz-200-finger.slip_length_um-0.0'
+    'fig-5a-with-sensor.resonance_hz-200-finger.slip_length_um-0'
     """
     told = (f"{path}-{value:g}" if isinstance(value, float) else f"{path}-{value}" for path, value in changes.items())
     return "-".join([name, "with", *told])

@@ -13,7 +13,6 @@ from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, unit_of
 from frictionloop.report.changed_poles import moved
-from frictionloop.report.changed_runs import GAINS, SINES, words
 from frictionloop.report.changed_speed import speed
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.figures.closed_loop import HERE
@@ -28,7 +27,6 @@ def told(
     base: System,
     rows: Mapping[str, Any],
     before: Mapping[str, Any],
-    alone: Mapping[str, Any],
     sines: Sines,
 ) -> list[str]:
     """Return the lines.
@@ -43,8 +41,6 @@ def told(
         The numbers of the figure's controllers, by name.
     before
         The same of the bench unchanged; empty of gains of one's own on it.
-    alone
-        The numbers of the first of these gains with one change at a time, by what it is; empty of a single change.
     sines
         What the figure asks for.
     """
@@ -56,7 +52,6 @@ def told(
         *_sines(changes, before, sines),
         *_reach(base.evolve(changes), base, sines),
         *_delay(changes, base, rows),
-        *_calmer(changes, base, rows, before, alone),
         *_noise(changes, base, sines),
         *_here(changes, rows, before),
         *_unreached(changes, base, rows),
@@ -154,33 +149,6 @@ def _delay(changes: Mapping[str, Any], base: System, rows: Mapping[str, Any]) ->
             "at another control rate the same seeds give other strokes, as tremor, drift and roughness are drawn once "
             "a period: spread and error of all controllers change by a few mN by chance"
         )
-    return lines
-
-
-def _calmer(
-    changes: Mapping[str, Any],
-    base: System,
-    rows: Mapping[str, Any],
-    before: Mapping[str, Any],
-    alone: Mapping[str, Any],
-) -> list[str]:
-    """Return that later commands, by delay or period, calm a loop, where they do so by themselves."""
-    was, lines = base.controller, []
-    if any(path in (*GAINS, *SINES) for path in changes):  # the numbers compared are of other gains or forces then
-        return []
-    for path in (each for each in (DELAY, RATE) if each in changes):
-        now = base.evolve({path: changes[path]}).controller
-        by_itself = alone.get(words({path: changes[path]})) or (
-            rows.get(RETUNED_GAINS) if set(changes) == {path} else {}
-        )
-        here, there = ((each or {}).get("sensitivity_peak") for each in (by_itself, before.get(RETUNED_GAINS)))
-        later = now.delay_s + 1.0 / now.rate_hz > was.delay_s + 1.0 / was.rate_hz
-        if later and here is not None and there is not None and here < there:
-            lines.append(
-                f"Ms of the {RETUNED_GAINS} falls with {'more delay' if path == DELAY else 'a longer period'}, to "
-                f"{here:.3g} by that alone: the phase reaches -180 degrees farther below the peak of the sensor's "
-                "resonance (docs/bench-gains.md)"
-            )
     return lines
 
 

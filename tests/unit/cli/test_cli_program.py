@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from frictionloop.quantities.version import cited_version
+from frictionloop.report.protocol import the_bench
 
 VERBS = ("reproduce", "simulate", "sweep", "compare")
 
@@ -141,15 +142,15 @@ def test_reproduce_of_a_figure_prints_its_numbers_and_what_was_changed(frictionl
     first, head, *rows = lines[:4]
     (unreached,) = (line for line in lines if "does not reach" in line)
     before, again = lines[lines.index("  the bench unchanged:") :][:2]
-    printed, dahl, slider, would, more, people, cite, where, beside = lines[-9:]
+    printed, skin, slider, would, more, people, cite, where, beside = lines[-9:]
     assert first == "fig-5a-printed, not the paper's bench: sensor.resonance_hz = 200"
     assert head.split()[-2:] == ["spread", "error"] and again.split()[:5] == ["kp", "ki", "Ms", "moist", "R2"]
     assert re.fullmatch(
         r"  printed gains: hold at 0 of 6 slip lengths and speeds, unstable at 6 \(unchanged: 0, unstable at 6\)",
         printed,
     )
-    assert [where.split(" mm/s")[0] for where in (dahl, slider)] == [
-        f"    contact {length_um} at 10, 20, 80" for length_um in (11.5, 0.0)
+    assert [where.split(" mm/s")[0] for where in (skin, slider)] == [
+        f"    slip length {length_um:g} um at 10, 20, 80" for length_um in (the_bench().finger.slip_length_um, 0.0)
     ]
     assert unreached == '  sensor.resonance_hz does not reach "ideal sensor, no delay"'
     file = "report/figures/fig-5a-printed-with-sensor.resonance_hz-200.toml"

@@ -140,7 +140,7 @@ def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_o
 
 @pytest.mark.slow
 def test_speeds_that_were_asked_for_are_judged_apart_from_slower_and_faster_ones(frictionloop):
-    weak = (*WITH_KP, "0.02", "--controller.ki", "60", "--slip-lengths-um", "11.5", "--speeds", "15,25")
+    weak = (*WITH_KP, "0", "--controller.ki", "70", "--slip-lengths-um", "11.5", "--speeds", "15,25")
     found = frictionloop(*CHECK, *weak, "--json").json()
     asked, slower, faster = found["places"]
     assert [asked["how"], slower["how"], faster["how"]] == ["within", "within", "beyond"]
