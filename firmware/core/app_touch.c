@@ -18,6 +18,12 @@ static int64_t within(int64_t way) { return way > FARTHEST ? FARTHEST : way < -F
 
 static int64_t developed(const fl_parameters *p) { return (int64_t)p->touch_developed_m * (1 << FINER); }
 
+static int32_t size(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
+
+static void follow(int32_t *mean, int32_t gain, int32_t now) {
+    *mean = fl_add(*mean, fl_mul28(gain, fl_subtract(now, *mean)));
+}
+
 static void land_or_lift(fl_touch *touch, const fl_parameters *p, int64_t position) {
     touch->position = position;
     touch->speed = 0;
@@ -54,14 +60,15 @@ fl_measurement fl_touch_step(
     if (!touch->begun) land_or_lift(touch, p, fine);
     touch->begun = 1;
     if (touches) {
-        int32_t above = fl_subtract(load, touch->mean_load);
-        touch->mean_load = fl_add(touch->mean_load, fl_mul28(p->touch_mean_gain, above));
+        follow(&touch->mean_load, p->touch_mean_gain, load);
         track(touch, p, fine, presses);
+        follow(&touch->mean_speed, p->touch_mean_gain, size(touch->speed));
     } else {
         land_or_lift(touch, p, fine);
     }
     int32_t ahead = touch->backwards ? fl_subtract(0, touch->speed) : touch->speed, least = ahead > 1 ? ahead : 1;
     int32_t told = touch->backwards ? -least : least;
-    int fast = ahead >= p->touch_least_speed_m_s || ahead <= -p->touch_least_speed_m_s;
+    int32_t usual = fl_mul28(p->touch_speed_share, touch->mean_speed), most = size(ahead);
+    int fast = most >= p->touch_least_speed_m_s && most >= usual;
     return (fl_measurement){force, position, told, load, presses && fast && touch->missing <= 0};
 }

@@ -51,7 +51,7 @@ typedef struct {
 
 typedef struct {
     int64_t position, missing, back; /* m, q44: a step of 20 mm/s is 4 um, of which the filter needs 1e-5 */
-    int32_t speed, mean_load;
+    int32_t speed, mean_load, mean_speed;
     uint8_t begun, backwards;
 } fl_touch;
 

@@ -21,8 +21,8 @@
 #define FL_ALL_TRIGGERS 255
 #define FL_SAMPLES_A_FRAME 16
 #define FL_OLDEST_MS 20
-#define FL_TABLE_HASH 0xc96a6444u
-#define FL_WORDS 427
+#define FL_TABLE_HASH 0xf0909b9bu
+#define FL_WORDS 428
 
 enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
 
@@ -70,6 +70,7 @@ typedef struct {
     int32_t touch_touch_share;  /* q28: least share of the running mean of the load */
     int32_t touch_mean_gain;  /* q28: gain of that mean */
     int32_t touch_least_speed_m_s;  /* q28, m/s: least speed that counts as sliding */
+    int32_t touch_speed_share;  /* q28: least share of the running mean of the speed */
     int32_t touch_developed_m;  /* q28, m: way from landing to a skin that is stretched, after which a reading is valid; a turn takes twice that */
     int32_t touch_turn_m;  /* q28, m: way back that is a turn */
     int32_t touch_lead_s;  /* q28, s: from the sample to the middle of the period in which its command is in force: so far ahead an effect is asked */
@@ -89,7 +90,7 @@ typedef struct {
 
 /* Least and largest value of the words of parameters, one after the other; of a gain, of its shift. */
 typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
-#define FL_RANGES 26
+#define FL_RANGES 28
 #define FL_RANGE_TABLE { \
     {0, 1, 1, 0, 15}, \
     {1, 52, 2, -1, 62}, \
@@ -109,14 +110,16 @@ typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;
     {406, 1, 2, -1, 62}, \
     {408, 1, 1, 0, 2147483647}, \
     {409, 2, 1, 0, 268435456}, \
-    {411, 3, 1, 0, 2147483647}, \
-    {414, 1, 1, 0, 268435456}, \
-    {415, 2, 1, 0, 2147483647}, \
-    {417, 1, 1, 1, 100}, \
-    {418, 1, 1, 2, 500000}, \
-    {419, 1, 1, 1, 50}, \
-    {420, 6, 1, 0, 2147483647}, \
-    {426, 1, 1, 1, 50}, \
+    {411, 1, 1, 0, 2147483647}, \
+    {412, 1, 1, 0, 268435456}, \
+    {413, 2, 1, 0, 2147483647}, \
+    {415, 1, 1, 0, 268435456}, \
+    {416, 2, 1, 0, 2147483647}, \
+    {418, 1, 1, 1, 100}, \
+    {419, 1, 1, 2, 500000}, \
+    {420, 1, 1, 1, 50}, \
+    {421, 6, 1, 0, 2147483647}, \
+    {427, 1, 1, 1, 50}, \
 }
 
 #endif

@@ -17,7 +17,9 @@ DT = 1 / 5000
 Q28 = 2.0**28
 BOARD = Board()
 DECLARED = """
-typedef struct { int64_t position, missing, back; int32_t speed, mean_load; uint8_t begun, backwards; } fl_touch;
+typedef struct {
+    int64_t position, missing, back; int32_t speed, mean_load, mean_speed; uint8_t begun, backwards;
+} fl_touch;
 typedef struct { int32_t force, position, speed, load, valid; } fl_measurement;
 typedef struct { int32_t mantissa, shift; } fl_gain;
 int32_t fl_counts(fl_gain, int32_t);

@@ -130,7 +130,7 @@ def solve(system, periods, seed):
     play, turn, heads = 1e-3 * cells.developed_mm, 1e-3 * cells.turn_mm, 1
     slides = mean > 0 and abs(speed) >= 0.5e-3 * system.motion.speed_mm_s
     at, tip = 0.0, -play if slides else 0.0
-    farthest = at
+    farthest, usual = at, abs(speed)
     for k in range(periods):
         t = k * dt
         x, _, sign = stroke(system.motion, t)
@@ -145,10 +145,12 @@ def solve(system, periods, seed):
             farthest = heads * max(heads * farthest, heads * at)
             if heads * (farthest - at) > turn:
                 heads, farthest = -heads, at
+            usual += (1 - math.exp(-dt / cells.mean_s)) * (abs(speed) - usual)
         else:
             tracked, speed, tip, farthest = x, 0.0, at, at
         stretched = heads * (at - tip) >= play - 1e-12
-        valid = presses and abs(speed) >= 1e-3 * cells.least_speed_mm_s and stretched
+        fast = abs(speed) >= max(1e-3 * cells.least_speed_mm_s, cells.speed_share * usual)
+        valid = presses and fast and stretched
         f_m = plant.y[5] * heads
         wanted = r.levels_n[max(i for i, start in enumerate(r.times_s) if start <= t + 1e-9)]
         e = wanted - f_m if valid else 0.0

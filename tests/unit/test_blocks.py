@@ -24,7 +24,8 @@ FIELDS = [(block, name) for block in BLOCKS for name in block.model_fields]
 DIMENSIONLESS = {
     "exponent", "table_size", "scale", "kind", "path", "column", "unit", "rectify", "remove_mean", "load_exponent",
     "speed_slope", "decimal", "occlusion_ratio", "roughness_rms", "q", "adc_bits", "lost_ticks", "contact", "start",
-    "load_drift", "person", "moist_loss", "static_ratio", "touch_share", "resonance_q", "overdrive", "feedforward",
+    "load_drift", "person", "moist_loss", "static_ratio", "touch_share", "speed_share", "resonance_q",
+    "overdrive", "feedforward",
     "sections", "notch_depth", "notch_width", "schedule", "compliance_learning", "resonance_share",
     "broadened_q", "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share",
     "spring_noise", "susceptibility_margin", "gain_spread",

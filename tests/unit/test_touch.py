@@ -30,12 +30,12 @@ def track(state, position, load, z_position, z_load, coefficients):
 
 @njit
 def touch_lanes(tracked, speed, position, load, z, coefficients):
-    out = np.empty((position.size, 10))
+    out = np.empty((position.size, 11))
     for i in range(position.size):
-        state = (tracked[i], speed[i], 0.4, 1e-3, 1e-4, -1.0)
+        state = (tracked[i], speed[i], 0.4, 1e-3, 1e-4, -1.0, 0.02)
         state, seen = touch_step(state, position[i], load[i], z[i], -z[i], coefficients)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5] = state
-        out[i, 6], out[i, 7], out[i, 8], out[i, 9] = seen
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4], out[i, 5], out[i, 6] = state
+        out[i, 7], out[i, 8], out[i, 9], out[i, 10] = seen
     return out
 
 
@@ -178,7 +178,9 @@ def test_a_turn_and_a_tremor_go_through_the_play_of_the_skin(seed, half_way_mm):
     """Against a tip that is dragged, on a smooth random path; the tracked position follows by less than 0.1 mm."""
     rng, t = np.random.default_rng(seed), np.arange(20_000) * DT
     x = 1e-3 * sum(a * np.sin(2 * np.pi * f * t + p) for a, f, p in rng.uniform([0, 0.2, 0], [4, 2, 6], (3, 3)))
-    touch = QUIET.model_copy(update={"load": LoadCells(noise_n=0.0, least_speed_mm_s=0.0, developed_mm=half_way_mm)})
+    touch = QUIET.model_copy(
+        update={"load": LoadCells(noise_n=0.0, least_speed_mm_s=0.0, speed_share=0.0, developed_mm=half_way_mm)}
+    )
     seen = track(TouchState(x[0], (x[1] - x[0]) / DT), x, 0 * x + 0.5, 0 * x, 0 * x, touch_coefficients(touch, DT))
     valid, direction = stretched(x, 1e-3 * half_way_mm, 1e-3 * touch.load.turn_mm)
     turns = np.sum(np.diff(np.sign(np.diff(x))) != 0)
@@ -219,7 +221,7 @@ def test_lanes_have_the_bits_of_a_single_step(lanes):
     coefficients = touch_coefficients(Touch(), DT)
     together = touch_lanes(*np.array(lanes).T.copy(), coefficients)
     for row, (tracked, speed, position, load, z) in zip(together, lanes, strict=True):
-        state, seen = touch_step((tracked, speed, 0.4, 1e-3, 1e-4, -1.0), position, load, z, -z, coefficients)
+        state, seen = touch_step((tracked, speed, 0.4, 1e-3, 1e-4, -1.0, 0.02), position, load, z, -z, coefficients)
         assert tuple(row) == (*state, *seen)
 
 

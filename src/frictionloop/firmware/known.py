@@ -34,7 +34,7 @@ FIRMWARE = Represented(
         "table_um2",
         Touch: "position load",
         PositionSensor: "tracking_hz",
-        LoadCells: "touch_n touch_share mean_s least_speed_mm_s developed_mm turn_mm",
+        LoadCells: "touch_n touch_share mean_s least_speed_mm_s speed_share developed_mm turn_mm",
         Board: "force_axes force_zero_counts force_n_per_count across_n_per_count load_zero_counts load_n_per_count "
         "position_m_per_count ceiling_um ramp_s force_limit_n hum_share",
     },

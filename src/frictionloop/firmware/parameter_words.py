@@ -115,7 +115,7 @@ def _touch(system: System) -> dict[str, Any]:
     board = system.board
     given = touch_coefficients(system.touch, 1.0 / system.controller.rate_hz)
     if system.motion.kind == "sliding":
-        given = given._replace(touch_n=0.0, touch_share=0.0, least_speed_m_s=0.0, developed_m=0.0)
+        given = given._replace(touch_n=0.0, touch_share=0.0, least_speed_m_s=0.0, speed_share=0.0, developed_m=0.0)
     else:
         for name in ("load_n_per_count", "position_m_per_count"):
             if getattr(board, name) == 0:

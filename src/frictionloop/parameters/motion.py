@@ -141,10 +141,16 @@ class LoadCells(Block):
     """Time constant of that mean, which waits while nothing touches (assumed)."""
     least_speed_mm_s: NotNegative = 2.0
     """Least measured speed that counts as sliding (assumed)."""
-    developed_mm: NotNegative = 0.75
+    speed_share: Annotated[Number, Field(ge=0, lt=1)] = 0.25
+    """Least share of the running mean of the speed at which a reading is valid: a finger that turns is let go early.
+
+    The tracked speed is late by 2/w, w of ``tracking_hz``, while a reversal in R goes down by 3 v/R: 6/(w R) of v, 0.21
+    in 0.1 s.
+    """
+    developed_mm: NotNegative = 0.635
     """Way from landing to a skin that is stretched, F/k + 3 z, after which a reading is valid; a turn takes it twice.
 
-    F is 0.7 N and k 1000 N/m; after three slip lengths z friction is at 95 % (assumed).
+    F is 0.6 N and k 1000 N/m; after three slip lengths z friction is at 95 % (assumed).
     """
     turn_mm: NotNegative = 0.22
     """Way back that is a turn: as far as a tremor of 30 um rms goes back once in 1,000 periods, 2 (2 ln 1000)^(1/2) of

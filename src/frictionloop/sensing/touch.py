@@ -27,6 +27,8 @@ class TouchState(NamedTuple):
     """Way in m back from the farthest place."""
     direction: float = 1.0
     """Of the motion since its last turn, 1 or -1."""
+    mean_speed: float = 0.0
+    """Running mean of the speed's size in m/s."""
 
 
 class TouchCoefficients(NamedTuple):
@@ -48,6 +50,7 @@ class TouchCoefficients(NamedTuple):
     mean_gain: float
     developed_m: float
     turn_m: float
+    speed_share: float
 
 
 @step
@@ -66,10 +69,10 @@ def touch_step(  # type: ignore[no-untyped-def]
     ``turn_m``; until then, in a pause and in the air, the direction stays, and the speed told does not contradict it.
     A finger that presses less than usual still touches: its speed and usual load go on.
     """
-    tracked, speed, mean, missing, back, direction = state
+    tracked, speed, mean, missing, back, direction, usual = state
     (
         noise_m, step_m, per_m, load_noise, touch_n, least_speed, dt,
-        position_gain, speed_gain, share, gain, developed, turn,
+        position_gain, speed_gain, share, gain, developed, turn, speed_share,
     ) = coefficients  # fmt: skip
     load = fma(load_noise, z_load, load_n)
     position = fma(noise_m, z_position, position_m)
@@ -86,9 +89,15 @@ def touch_step(  # type: ignore[no-untyped-def]
     turns = back > turn
     missing, back = 2.0 * developed - missing if turns else missing, 0.0 if turns else back
     direction = -direction if turns else direction
-    slides = presses & (abs(speed) >= least_speed) & (missing <= 0.0)
+    usual = fma(gain, abs(speed) - usual, usual) if touches else usual
+    slides = presses & (abs(speed) >= max(least_speed, speed_share * usual)) & (missing <= 0.0)
     told = direction * max(direction * speed, CREEP_M_S)
-    return TouchState(tracked, speed, mean, missing, back, direction), (position, told, load, 1.0 if slides else 0.0)
+    return TouchState(tracked, speed, mean, missing, back, direction, usual), (
+        position,
+        told,
+        load,
+        1.0 if slides else 0.0,
+    )
 
 
 def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
@@ -108,6 +117,7 @@ def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
         mean_gain=-math.expm1(-dt / touch.load.mean_s),
         developed_m=1e-3 * touch.load.developed_mm,
         turn_m=1e-3 * touch.load.turn_mm,
+        speed_share=touch.load.speed_share,
     )
 
 

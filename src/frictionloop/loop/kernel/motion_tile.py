@@ -27,7 +27,7 @@ def begin_step(tremor, plans, developed_m):  # type: ignore[no-untyped-def]
     """Motion at t = 0, before which skin and filter of the position sensor have settled (as `settled_of`)."""
     position, speed, load, direction, place = move_step(0.0, 1.0, *plans, *tremor)
     missing_m = 0.0 if (load > 0.0) & (abs(speed) >= 0.5 * plans[0].speed_m_s) else developed_m
-    return (position, speed, load, direction, place), (position, speed, load, missing_m, 0.0, direction)
+    return (position, speed, load, direction, place), (position, speed, load, missing_m, 0.0, direction, abs(speed))
 
 
 @step
