@@ -6,12 +6,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import frictionloop
 from frictionloop.design.comparison import EVALUATION_SEED
 from frictionloop.design.comparison.effects import Cell, Key, compare_effects
 from frictionloop.parameters import bench
@@ -28,13 +30,14 @@ def run(laws: Sequence[str], path: Path = RUNS, count: int = FINGERS, effects: S
     about = {"command": shown.COMMAND, "version": package_version(), "seed": EVALUATION_SEED, "fingers": count}
     there = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     cells: dict[Key, Cell] = {}
-    if there.get("about") == about:
+    decided_by = about | {"code": _code()}
+    if there.get("about") == decided_by:
         cells = {(law, effect, speed): cell for law, effect, speed, cell in there["cells"]}
 
     def save() -> None:
         rows = [[*key, cell] for key, cell in cells.items()]
         path.parent.mkdir(exist_ok=True)
-        path.write_text(json.dumps({"about": about, "cells": rows}), encoding="utf-8")
+        path.write_text(json.dumps({"about": decided_by, "cells": rows}), encoding="utf-8")
 
     compare_effects(bench(), effects, count, EVALUATION_SEED, laws, shown.SPEEDS_MM_S, kept=cells, save=save)
     found: dict[str, Any] = about | {"speeds_mm_s": shown.SPEEDS_MM_S, "laws": {}}
@@ -44,6 +47,12 @@ def run(laws: Sequence[str], path: Path = RUNS, count: int = FINGERS, effects: S
             name: {of: [float(f"{cell[of]:.4g}") for cell in over] for of in over[0]} for name, over in ways.items()
         }
     return found
+
+
+def _code() -> str:
+    """Return a digest of the package: what other code has run is not kept."""
+    files = sorted(Path(frictionloop.__file__).parent.rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16]
 
 
 if __name__ == "__main__":

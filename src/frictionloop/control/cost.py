@@ -19,11 +19,11 @@ class WorstTick(NamedTuple):
 
 
 WORST_TICK = {
-    "pi": WorstTick(1790, 3368),
-    "lookup": WorstTick(1770, 3299),
-    "notch_pi": WorstTick(2598, 4491),
-    "filtered_pi": WorstTick(3511, 5704),
-    "limit_observer": WorstTick(2414, 4687),
+    "pi": WorstTick(1818, 3396),
+    "lookup": WorstTick(1798, 3327),
+    "notch_pi": WorstTick(2626, 4519),
+    "filtered_pi": WorstTick(3539, 5732),
+    "limit_observer": WorstTick(2442, 4715),
 }
 """By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
 
