@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-import frictionloop as fl
 from frictionloop.design.comparison import EVALUATION_SEED, SMALL, margins, protocol
 from frictionloop.report.beyond import NOTCH, ORACLE, PRINTED, stored
+from frictionloop.report.protocol import the_bench
 from studies import beyond
 from studies.beyond import LAWS, SPEED_MM_S, race
 
@@ -18,14 +18,14 @@ GAINS = [f"controller.{name}" for name in ("kp", "ki", "notch_hz", "notch_depth"
 @pytest.fixture(scope="module")
 def finger():
     """The median of the capable fingers of the section, with the resonance that the bench says."""
-    people = protocol.population(fl.bench(), SMALL, EVALUATION_SEED)
-    found = protocol.median_finger(people, protocol.able(fl.bench(), people, SPEED_MM_S))
+    people = protocol.population(the_bench(), SMALL, EVALUATION_SEED)
+    found = protocol.median_finger(people, protocol.able(the_bench(), people, SPEED_MM_S))
     return {path: value for path, value in found.items() if path != "sensor.resonance_hz"}
 
 
 def peak(finger, length_um, level_n, changes):
     at = protocol.Condition(SPEED_MM_S, length_um, protocol.SINES[1])
-    system = fl.bench().evolve({**protocol.overrides_of(at), **finger, **changes})
+    system = the_bench().evolve({**protocol.overrides_of(at), **finger, **changes})
     found = margins.loop_at(system, level_n, 0.5 * (protocol.START_S + protocol.DURATION_S)).margins()
     assert found.stable == math.isfinite(found.sensitivity_peak)
     return found.sensitivity_peak
@@ -33,7 +33,7 @@ def peak(finger, length_um, level_n, changes):
 
 @pytest.fixture(scope="module")
 def notch():
-    return LAWS[NOTCH](fl.bench())
+    return LAWS[NOTCH](the_bench())
 
 
 @pytest.mark.parametrize("length_um", [30.0, 0.0])

@@ -28,7 +28,8 @@ def test_fingers_within_reach_are_short_a_twentieth_of_the_time_at_most():
 
     def share(finger, level_n, out):
         system = fl.bench().evolve({**still, **finger, **smooth, "setpoint": fl.Constant(offset_n=level_n)})
-        return np.mean([out(fl.simulate(system, 4.0, seed)["f_a"].values[5000:]).mean() for seed in (1, 2, 3, 4)])
+        runs = [fl.simulate(system, 4.0, seed).isel(time=slice(5000, None)) for seed in (1, 2, 3, 4)]
+        return np.mean([out(run["f_a"].values[run["scored"].values]).mean() for run in runs])
 
     highest, lowest = (2.4, lambda force: force < protocol.HIGH_N), (0.02, lambda force: force > protocol.LOW_N)
     short = np.array([max(share(people[i], *highest), share(people[i], *lowest)) for i in np.flatnonzero(able)])

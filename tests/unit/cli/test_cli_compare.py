@@ -14,6 +14,7 @@ from frictionloop.cli import screen
 from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import run
+from frictionloop.design.comparison.table import MARGINS
 
 WORDS = (
     "compare",
@@ -50,7 +51,7 @@ def test_json_and_csv_hold_the_numbers_of_python(frictionloop, ran):
     assert (found["seed"], found["fingers"]) == (0, 2)
     with open("s.csv", newline="") as stream:
         table = list(csv.DictReader(stream))
-    assert len(table) == len(rows) + 8 * len(found["margins"])
+    assert len(table) == len(rows) + len(MARGINS) * len(found["margins"])
     first = next(row for row in table if row["score"] == "residual_rms_n" and row["population"] == "all")
     assert float(first["median"]) == next(
         row["median"] for row in rows if row["score"] == "residual_rms_n" and row["population"] == "all"
