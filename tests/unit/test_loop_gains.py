@@ -86,3 +86,9 @@ def test_what_is_measured_of_a_finger_is_in_what_the_controller_believes():
     assert (Wanted().gain_of(measured), Wanted(finger_gain=1.5).gain_of(measured)) == (1.1, 1.5)
     with pytest.raises(fl.FrictionloopError, match=r"^finger_gain = 0\.5: must be from 1 to 10"):
         Wanted(finger_gain=0.5)
+
+
+def test_forces_out_of_reach_give_no_share():
+    """A share of 0 would say that nobody rings where nothing was looked at."""
+    far = fl.bench().evolve({"controller.kind": "pi", **fl.RETUNED, "setpoint": fl.Constant(offset_n=2.4)})
+    assert loop_gains(far, Over()) is None

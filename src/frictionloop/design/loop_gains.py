@@ -71,7 +71,7 @@ def critical_gain(system: System, over: Over) -> float:
 
 
 def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] | None = None) -> LoopGains | None:
-    """Return on how many people the controller of a System has an Ms above `MOST_PEAK`; None without a finger's law.
+    """Return on how many people the controller of a System has an Ms above `MOST_PEAK`; None without a law in reach.
 
     A person's loop differs from the file's by its gain; contact and speed are those of ``over``.
 
@@ -94,5 +94,7 @@ def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] |
     some = fingers(COUNT, SEED) if people is None else people
     gains = np.array([loop_gain(system.evolve(dict(each))) for each in some])
     critical = critical_gain(system, over)
+    if math.isnan(critical) or np.all(np.isnan(gains)):
+        return None
     share = float(np.mean(gains > critical))
     return LoopGains(share, critical, len(gains), float(np.nanmedian(gains)), float(np.nanpercentile(gains, 99)))
