@@ -27,8 +27,8 @@ from frictionloop.loop.kernel.structure import contact_of
 from frictionloop.loop.kernel.tiles import Lifting, compiled_tile, lift, same_step
 from frictionloop.parameters import LookupController, System
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.finger_step import FORCES, Motion, Static, limits_of, substep_of
-from frictionloop.physics.friction_limit import static_step
+from frictionloop.physics.finger_step import FORCES, Motion, limits_of, substep_of
+from frictionloop.physics.friction_limit import AgeingCoefficients, aged_step
 from frictionloop.physics.plate import PlateCoefficients, plate_coefficients
 from frictionloop.physics.vibration import Vibration, inverse_of, vibration_of
 from frictionloop.quantities import trees
@@ -60,7 +60,7 @@ class Plant(NamedTuple):
     switch: float
     ceiling_um: float
     limit_n: float
-    static: Static
+    ageing: AgeingCoefficients
     decay: float  # of the amplitude over a period
     own: Any  # coefficients of plate and contact, for a period's substeps
     coarse: Any  # for a trial's
@@ -121,7 +121,7 @@ def advance_of(contact: str, vibration: Vibration) -> Any:
     @step
     def advance(j, of, finger, old_um, new_um, plant, stride):  # type: ignore[no-untyped-def]
         drive = old_um, new_um, plant.switch, plant.ceiling_um, finger.amplitude_um, stride[0]
-        limit = plant.effect, plant.limit_n, plant.static
+        limit = plant.effect, plant.limit_n, plant.ageing
         a, state, _ = substep(j, of, plant.now, plant.after, *drive, *limit, finger.contact, stride[1])
         return Finger(a, state)
 
@@ -140,8 +140,7 @@ def begin_of(vibration: Vibration) -> Any:
     def aim(fraction, finger, wanted_n, plant):  # type: ignore[no-untyped-def]
         now, after, ceiling_um = plant.now, plant.after, plant.ceiling_um
         factor = max(fma(fraction, after.factor - now.factor, now.factor), 0.0)
-        slip = fma(fraction, after.speed - now.speed, now.speed) - finger.contact.lag_speed_m_s
-        limit_n = plant.limit_n * factor * static_step(slip, plant.static.gain, plant.static.per_speed)
+        limit_n = plant.limit_n * factor * aged_step(finger.contact.age_s, plant.ageing)
         return min(inverse(limit_n, wanted_n, now.occluded, ceiling_um, plant.effect), ceiling_um)
 
     @step
@@ -163,7 +162,7 @@ def improve_of(contact: str, vibration: Vibration) -> Any:
     def improve(begins, start, finger, trial, plant):  # type: ignore[no-untyped-def]
         after, state, given = plant.after, finger.contact, plant.coarse[1]
         um = finger.amplitude_um, plant.ceiling_um, plant.effect
-        _, _, limit_n = limits_at(plant.limit_n, after, *um, state.lag_speed_m_s, plant.static)
+        _, _, limit_n = limits_at(plant.limit_n, after, *um, state.age_s, plant.ageing)
         error_n = after.direction * force_at(limit_n, after, state, given) - trial.wanted_n
         command_um, moved_um = trial.command_um, trial.command_um - trial.before_um
         slope = (error_n - trial.error_before_n) / (moved_um if moved_um != 0.0 else 1.0)
@@ -179,7 +178,7 @@ def improve_of(contact: str, vibration: Vibration) -> Any:
 
 def build_oracle(lifting: Lifting, contact: str, vibration: Vibration, preview: bool) -> Any:
     """Return the tile that decides as an oracle; with ``preview`` it knows motion and signals of t_k+1."""
-    given = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["static"], OWN.decay
+    given = ROW["switch"], ROW["max_amplitude"], ROW["limit_n"], ROW["ageing"], OWN.decay
     own, coarse = (ROW["plate_coefficients"], ROW["contact_coefficients"]), (OWN.plate, OWN.coarse)
     after = ROW["motion_next" if preview else "motion"]
     plant = Plant(ROW["motion"], after, *given, own, coarse, vibration_rows(vibration))

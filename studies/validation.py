@@ -94,9 +94,22 @@ def coefficient_range() -> float:
 
 
 def friction(speed_mm_s: float, static_ratio: float = 1.0) -> np.ndarray:
-    """Return the friction of a calm finger over the second of two seconds of sliding."""
+    """Return the friction of a calm finger over the last of two seconds of sliding, a slow one of six."""
     changes = {"friction.static_ratio": static_ratio, "motion.start": 0.25}
-    return np.asarray(fl.plain_stroke(at(speed_mm_s).evolve(changes), 0.0, 2.0)["f_a"].values[-5000:])
+    duration_s = 6.0 if speed_mm_s < 5.0 else 2.0
+    return np.asarray(fl.plain_stroke(at(speed_mm_s).evolve(changes), 0.0, duration_s)["f_a"].values[-5000:])
+
+
+@cache
+def rested(static_ratio: float, rest_s: float = 1.4, speed_mm_s: float = 40.0) -> np.ndarray:
+    """Return the friction over 0.2 s of sliding of a calm finger that rested before."""
+    loop = fl.Stepper(CALM.evolve({"friction.static_ratio": static_ratio}))
+    rest, way_m, forces = round(5000 * rest_s), 1e-3 * speed_mm_s / 5000, []
+    for tick in range(rest + 1000):
+        slid = max(tick + 1 - rest, 0)
+        loop.tick(0.0, fl.Movement(way_m * slid, 1e-3 * speed_mm_s if slid else 0.0, 0.5))
+        forces.append(loop.force_n)
+    return np.array(forces[rest:])
 
 
 @cache

@@ -1,4 +1,4 @@
-"""A limit that is higher while the tip sticks: slow fingers stick and slip, fast ones do not feel it."""
+"""A contact that ages at rest: rested it breaks loose with a peak, slow it sticks and slips, fast it slides."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 import frictionloop as fl
-from frictionloop.physics.friction_limit import static_coefficients, static_step
+from frictionloop.physics.friction_limit import aged_step, ageing_coefficients, ageing_step
 
 CALM = {
     "motion.tremor_um": 0.0,
@@ -21,6 +22,9 @@ CALM = {
     "motion.stroke_mm": 200.0,
     "motion.start": 0.25,
 }
+AGES = fl.FingerFriction(static_ratio=1.44)
+STEADY_20 = 1.0 + 0.44 * math.log(1.05) / math.log(11.0)
+"""Factor at 20 mm/s, where the contact is 0.1 mm/(20 mm/s) = 5 ms old."""
 
 
 def plain(speed_mm_s, ratio, length_um, duration_s=3.0):
@@ -29,30 +33,66 @@ def plain(speed_mm_s, ratio, length_um, duration_s=3.0):
     return fl.plain_stroke(fl.bench().evolve(CALM | changes), 0.0, duration_s)["f_a"].values[-5000:]
 
 
-@given(st.floats(-10, 10), st.floats(1, 5), st.floats(0.1, 100))
-def test_the_factor_is_the_formula_and_between_one_and_the_ratio(slip, ratio, static_mm_s):
-    friction = fl.FingerFriction(static_ratio=ratio, static_mm_s=static_mm_s)
-    found = static_step(slip, *static_coefficients(friction))
-    assert 1.0 <= found <= ratio * (1 + 1e-12)
-    exponent = min((slip / (1e-3 * static_mm_s)) ** 2, 690.0)
-    assert found == pytest.approx(1 + (ratio - 1) * math.exp(-exponent), rel=1e-12)
+def rested(rest_s, ratio, speed_mm_s=40.0, slide_s=0.2):
+    """f_a of a finger that rests and then slides, over the slide."""
+    loop = fl.Stepper(fl.bench().evolve(CALM | {"friction.static_ratio": ratio}))
+    rest, slide = (round(5000 * each) for each in (rest_s, slide_s))
+    forces = []
+    for tick in range(rest + slide):
+        moved = max(tick + 1 - rest, 0)
+        speed = 1e-3 * speed_mm_s if moved else 0.0
+        loop.tick(0.0, fl.Movement(speed * moved / 5000, speed, 0.5))
+        forces.append(loop.force_n)
+    return np.array(forces[rest:])
+
+
+@given(st.floats(0, 100), st.floats(1, 5), st.floats(1e-3, 10))
+def test_the_limit_rises_with_the_logarithm_of_age(age_s, ratio, static_s):
+    friction = fl.FingerFriction(static_ratio=ratio, static_s=static_s)
+    expected = 1 + (ratio - 1) * math.log(1 + age_s / static_s) / math.log(1 + 1 / static_s)
+    assert aged_step(age_s, ageing_coefficients(friction)) == pytest.approx(expected, rel=1e-9)
+
+
+def test_age_follows_its_law_through_rest_and_slip():
+    def slip(t):
+        return 0.02 * max(math.sin(7.0 * t), 0.0)
+
+    def law(t, age):
+        return 1.0 - slip(t) * age / 1e-4
+
+    expected = solve_ivp(law, (0.0, 2.0), [0.0], rtol=1e-10, atol=1e-12, max_step=1e-3, dense_output=True).sol
+    age, dt, found = 0.0, 2e-5, []
+    for step in range(100_000):
+        age = ageing_step(age, slip((step + 0.5) * dt), 0.5, dt, ageing_coefficients(AGES))
+        found.append(age)
+    times = dt * np.arange(1, 100_001)
+    np.testing.assert_allclose(found, expected(times)[0], atol=2e-4)
+
+
+@given(st.floats(0, 1e3), st.floats(-10, 10), st.floats(1e-5, 1e-3))
+def test_age_is_never_negative_and_gone_when_lifted(age_s, slip, dt):
+    constants = ageing_coefficients(AGES)
+    assert 0.0 <= ageing_step(age_s, slip, 0.5, dt, constants) <= age_s + dt
+    assert ageing_step(age_s, slip, 0.0, dt, constants) == 0.0
 
 
 @pytest.mark.parametrize("length_um", [11.5, 30.0, 0.0])
-def test_a_fast_finger_slides_at_its_kinetic_limit(length_um):
-    np.testing.assert_allclose(plain(20.0, 1.4, length_um), 0.95, rtol=1e-6)
+def test_a_fast_finger_slides_at_the_limit_of_its_age(length_um):
+    expected = plain(20.0, 1.0, length_um) * STEADY_20
+    np.testing.assert_allclose(plain(20.0, 1.44, length_um), expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("length_um", [11.5, 30.0, 0.0])
-def test_a_slow_finger_sticks_and_slips_only_with_a_static_share(length_um):
-    # At 2 mm/s dF/dv is far below -c of the skin: steady sliding cannot be stable there.
+def test_a_slow_finger_sticks_and_slips_only_if_its_contact_ages(length_um):
     assert np.ptp(plain(2.0, 1.0, length_um)) < 1e-6
-    force = plain(2.0, 1.4, length_um)
-    assert np.ptp(force) > 0.1
-    assert force.max() <= 1.4 * 0.95 * (1 + 1e-9)
+    assert np.ptp(plain(2.0, 3.0, length_um)) > 0.1
 
 
-def test_a_creeping_finger_carries_the_static_force():
-    # (0.5/2)^2 = 1/16. A long contact gives way by creeping, so this slide is steady, after the skin's 1.3 mm.
-    force = plain(0.5, 1.4, 100.0, 7.0)
-    assert force == pytest.approx(0.95 * (1 + 0.4 * math.exp(-1 / 16)), rel=1e-3)
+def test_a_rested_finger_breaks_loose_with_a_peak_that_grows_with_rest():
+    peaks = []
+    for rest_s in (0.05, 0.4, 1.4):
+        force = rested(rest_s, 1.44)
+        peaks.append(force.max() / force[-1])
+        assert peaks[-1] <= 1 + 0.44 * math.log(1 + (rest_s + 0.2) / 0.1) / math.log(11.0)
+    assert 1.0 < peaks[0] < peaks[1] < peaks[2]
+    assert rested(1.4, 1.0).max() / rested(1.4, 1.0)[-1] == pytest.approx(1.0, abs=1e-3)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 from frictionloop import parameters as block
 from frictionloop.parameters import FingerFriction, PiController, Strokes, System
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.represented import Represented
 from frictionloop.physics.friction import is_gaussian
+from frictionloop.physics.friction_limit import aged_step, ageing_coefficients
 from frictionloop.physics.plate import LINEAR_PLATE
 from frictionloop.quantities import FrictionloopError
 
 OF_THEIR_STEP = [CONTROLLERS[kind] for kind in CONTROLLERS.names if CONTROLLERS[kind] is not PiController]
 """Laws of which the step itself is linearised, with all its gains."""
-STATIC_SHARE = 1e-3
-"""Most by which sticking may raise the limit at the stroke's speed and be left out (assumed)."""
+STATIC_SHARE = 0.05
+"""Most by which ageing may raise the limit at the stroke's speed and be left out (assumed)."""
 
 LINEAR = Represented(
     "the linear analysis",
@@ -44,7 +43,7 @@ LINEAR = Represented(
         block.Model: "gain_spread",
         block.LowpassPlate: "pulse_ticks",
         block.ResonantPlate: "pulse_ticks",
-        block.FingerFriction: "static_ratio static_mm_s occlusion_s drying_s roughness_rms roughness_longest_mm",
+        block.FingerFriction: "static_ratio static_s static_um occlusion_s drying_s roughness_rms roughness_longest_mm",
         block.Strokes: "stroke_mm reversal_s start load_drift load_drift_s tremor_um tremor_n tremor_hz "
         "tremor_width_hz landing_s contact_s lifted_s person unscored_n",
         block.PositionSensor: "noise_um resolution_um fastest_mm_s tracking_hz",
@@ -68,7 +67,8 @@ def check_known(system: System) -> None:
     if is_gaussian(friction):  # of another law the slope is that of its step
         LINEAR.check({"friction": friction})
     if isinstance(friction, FingerFriction) and isinstance(motion, Strokes):
-        raised = (friction.static_ratio - 1.0) * math.exp(-((motion.speed_mm_s / friction.static_mm_s) ** 2))
+        age_s = 1e-3 * friction.static_um / motion.speed_mm_s
+        raised = aged_step(age_s, ageing_coefficients(friction)) - 1.0
         if raised > STATIC_SHARE:
             raise FrictionloopError(
                 f"friction.static_ratio = {friction.static_ratio:g}: raises the limit by {raised:.2g} at "

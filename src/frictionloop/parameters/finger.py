@@ -29,12 +29,14 @@ class FingerFriction(FrictionLaw):
     slow_mm_s: Positive = 1.0
     """Speed below which the limit no longer depends on it (assumed)."""
     static_ratio: Annotated[Number, Field(ge=1, le=5)] = 1.0
-    """Limit of a tip that sticks over that of one that slides; 1 is none, above it slow fingers stick and slip.
+    """Limit after a second at rest over that of sliding; 1 is none (1.44 on one finger: finger-validation).
 
-    1.4 on one measured finger (studies/pages/finger-validation), 1.5 in physics models of fingers; none is assumed.
+    A contact ages: dA/dt = 1 - |v| A/D, its limit rises as ln(1 + A/t1) (Baumberger and Caroli 2006).
     """
-    static_mm_s: Positive = 2.0
-    """Slip speed over which the static share fades, as e^-(v/vs)^2 (assumed)."""
+    static_s: Positive = 0.1
+    """Rest t1 after which ageing is felt (assumed)."""
+    static_um: Positive = 100.0
+    """Way D over which sliding makes a contact young again (assumed: one finger's friction fell within 270 um)."""
     occlusion_ratio: Annotated[Number, Field(gt=0, le=20)] = 2.0
     """Limit after long contact over that just after landing; 1 is none (1 to 10: Adams 2013; 2 is assumed)."""
     occlusion_s: Positive = 20.0

@@ -30,6 +30,8 @@ class ContactState(NamedTuple):
     """x'."""
     force_n: float
     """F of the bristle."""
+    age_s: float = 0.0
+    """Of the contact (physics/friction_limit)."""
 
 
 class ContactCoefficients(NamedTuple):
@@ -86,7 +88,7 @@ def bristle_step(
     of s this is a quadratic in dF. With z = 0 the force is free/y while that is within the limit, else the limit.
     ``limit_n`` Fc and ``speed_m_s`` w are those of the middle of the step; without a limit (Fc <= 0) there is no force.
     """
-    lag, lag_speed, before = state
+    lag, lag_speed, before, age_s = state
     dt, per_step, kept, inertia, elastic, yielding, length, beyond = coefficients
     limit = max(limit_n, 0.0)
     most = limit + beyond if limit > 0.0 else 0.0
@@ -105,8 +107,8 @@ def bristle_step(
     share = product / max(b + root, TINY)
     mean = fma(sign * three, share, force)
     moved = fma(yielding, mean, -pulled)
-    after = ContactState(lag + moved, fma(per_step, moved, -(kept * lag_speed)), fma(sign * six, share, force))
-    return after, mean
+    speed = fma(per_step, moved, -(kept * lag_speed))
+    return ContactState(lag + moved, speed, fma(sign * six, share, force), age_s), mean
 
 
 def linearise_slip(skin: Skin, force_n: float, speed_m_s: float) -> Lti:

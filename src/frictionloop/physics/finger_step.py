@@ -9,9 +9,10 @@ from frictionloop.physics.contact import ContactCoefficients, ContactState, bris
 from frictionloop.physics.friction_limit import (
     LimitCoefficients,
     OcclusionCoefficients,
+    aged_step,
+    ageing_step,
     limit_step,
     occlusion_step,
-    static_step,
 )
 from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_step
 from frictionloop.physics.plate import plate_step
@@ -38,13 +39,6 @@ class Motion(NamedTuple):
 
 LEAST_M_S = 1e-300
 """Speed of a finger at rest along its direction, so that a rigid one's force keeps its sign; lost in any other."""
-
-
-class Static(NamedTuple):
-    """Coefficients of `static_step`."""
-
-    gain: float
-    per_speed: float
 
 
 @step
@@ -106,15 +100,16 @@ def substep_of(contact: str, vibration: Vibration) -> Any:
     trusted = vibration is GAUSSIAN  # of a law from outside no number, or less than none, must not pass for no friction
 
     @step
-    def substep(j, of, now, after, old, new, switch, ceiling, a, plate, effect, limit_n, static, before, given):  # type: ignore[no-untyped-def]
+    def substep(j, of, now, after, old, new, switch, ceiling, a, plate, effect, limit_n, ageing, before, given):  # type: ignore[no-untyped-def]
         fraction = (j + 0.5) / of
         share = min(max(j + 1.0 - switch * of, 0.0), 1.0)
         middle, end = plate_step(a, fma(share, new - old, old), ceiling, plate)
         left = remaining(middle, now.occluded, effect)
         limit = limit_n * fma(fraction, after.factor - now.factor, now.factor) * left
         speed = fma(now.direction, LEAST_M_S, fma(fraction, after.speed - now.speed, now.speed))
-        limit = limit * static_step(speed - before.lag_speed_m_s, static.gain, static.per_speed)
-        state, force = law(before, limit, speed, given)
+        age = ageing_step(before.age_s, speed - before.lag_speed_m_s, limit, given.dt, ageing)
+        aged = ContactState(before.lag_m, before.lag_speed_m_s, before.force_n, age)
+        state, force = law(aged, limit * aged_step(age, ageing), speed, given)
         return end, state, force if trusted or left >= 0.0 else math.nan
 
     return substep
@@ -125,11 +120,10 @@ def limits_of(vibration: Vibration) -> Any:
     remaining = vibration.step
 
     @step
-    def limits(limit_n, now, a, ceiling, effect, lag_speed_m_s, static):  # type: ignore[no-untyped-def]
+    def limits(limit_n, now, a, ceiling, effect, age_s, ageing):  # type: ignore[no-untyped-def]
         top = limit_n * now.factor
         floor = top * remaining(ceiling, now.occluded, effect)
-        slips = static_step(now.speed - lag_speed_m_s, static.gain, static.per_speed)
-        return top, floor, top * remaining(a, now.occluded, effect) * slips
+        return top, floor, top * remaining(a, now.occluded, effect) * aged_step(age_s, ageing)
 
     return limits
 

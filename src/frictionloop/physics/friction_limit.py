@@ -64,11 +64,27 @@ def limit_step(
 keep_compiled(limit_step, "limit")
 
 
+class AgeingCoefficients(NamedTuple):
+    """Coefficients of `ageing_step` and `aged_step`."""
+
+    gain: float
+    """(r - 1)/log2(1 + 1 s/t1); 0 is no ageing."""
+    per_static_s: float
+    """1/t1."""
+    per_static_m: float
+    """1/D."""
+
+
 @step
-def static_step(slip_m_s: float, static_gain: float, per_static_speed: float) -> float:
-    """1 + (r - 1) e^-(v/vs)^2: factor on the limit of a tip that slips at v (Stribeck; r is the static ratio)."""
-    y = slip_m_s * per_static_speed
-    return fma(static_gain, exp2(-min(y * y, 1000.0)), 1.0)
+def ageing_step(age_s: float, slip_m_s: float, limit_n: float, dt: float, coefficients: AgeingCoefficients) -> float:
+    """dA/dt = 1 - |v| A/D (Baumberger and Caroli 2006): age of the contact after dt, by Euler backwards; lifted 0."""
+    return (age_s + dt) / fma(abs(slip_m_s) * coefficients.per_static_m, dt, 1.0) if limit_n > 0.0 else 0.0
+
+
+@step
+def aged_step(age_s: float, coefficients: AgeingCoefficients) -> float:
+    """1 + (r - 1) ln(1 + A/t1)/ln(1 + 1 s/t1): factor on the limit of a contact of age A."""
+    return fma(coefficients.gain, log2(fma(age_s, coefficients.per_static_s, 1.0)), 1.0)
 
 
 def limit_coefficients(friction: FingerFriction) -> LimitCoefficients:
@@ -84,9 +100,10 @@ def limit_coefficients(friction: FingerFriction) -> LimitCoefficients:
     )
 
 
-def static_coefficients(friction: FingerFriction) -> tuple[float, float]:
-    """Return r - 1 and sqrt(log2 e)/vs in s/m, the coefficients of `static_step`."""
-    return friction.static_ratio - 1.0, math.sqrt(math.log2(math.e)) / (1e-3 * friction.static_mm_s)
+def ageing_coefficients(friction: FingerFriction) -> AgeingCoefficients:
+    """Return the coefficients of `ageing_step` and `aged_step`."""
+    gain = (friction.static_ratio - 1.0) / math.log2(1.0 + 1.0 / friction.static_s)
+    return AgeingCoefficients(gain, 1.0 / friction.static_s, 1e6 / friction.static_um)
 
 
 def occlusion_coefficients(friction: FingerFriction, dt: float) -> OcclusionCoefficients:

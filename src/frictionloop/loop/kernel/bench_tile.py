@@ -17,7 +17,7 @@ from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.force_sensor import convert_step, suspension_step
 
-_NOW, _CONTACT, _GIVEN, _STATIC = ROW["motion"], ROW["contact"], ROW["contact_coefficients"], ROW["static"]
+_NOW, _CONTACT, _GIVEN, _AGEING = ROW["motion"], ROW["contact"], ROW["contact_coefficients"], ROW["ageing"]
 _LIMIT, _SPRINGS, _APPLIED = ROW["limit_n"], ROW["suspension"], ROW["applied"]
 
 
@@ -47,8 +47,8 @@ def lift_tell(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
     limits_at, force_at = limits_of(vibration), FORCES[contact]
 
     @step
-    def limited(limit_n, now, um, effect, static, contact, given):  # type: ignore[no-untyped-def]
-        top_n, floor_n, limit_n = limits_at(limit_n, now, *um, effect, contact.lag_speed_m_s, static)
+    def limited(limit_n, now, um, effect, ageing, contact, given):  # type: ignore[no-untyped-def]
+        top_n, floor_n, limit_n = limits_at(limit_n, now, *um, effect, contact.age_s, ageing)
         return top_n, floor_n, now.direction * force_at(limit_n, now, contact, given)
 
     @step
@@ -61,7 +61,7 @@ def lift_tell(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
         return limited(*finger), read(*sensor)
 
     um = ROW["amplitude"], ROW["max_amplitude"]
-    finger = _LIMIT, _NOW, um, vibration_rows(vibration), _STATIC, _CONTACT, _GIVEN
+    finger = _LIMIT, _NOW, um, vibration_rows(vibration), _AGEING, _CONTACT, _GIVEN
     sensor = ROW["noise"], _SPRINGS, ROW["converter"], ROW["noise_coefficients"], ROW["normal"]
     results = (ROW["nominal"], ROW["floor"], ROW["friction"]), (ROW["measurement"].force, ROW["noise"])
     return lift(lifting, tell, (finger, sensor), results)
@@ -78,7 +78,7 @@ def lift_substep(lifting: Lifting, contact: str, vibration: Vibration) -> Any:
         return amplitude_um, contact, suspension_step(springs, pushed_n, given)
 
     drive = *_APPLIED, ROW["switch"], ROW["max_amplitude"], ROW["amplitude"], ROW["plate_coefficients"]
-    finger = _NOW, ROW["motion_next"], *drive, vibration_rows(vibration), _LIMIT, _STATIC, _CONTACT, _GIVEN
+    finger = _NOW, ROW["motion_next"], *drive, vibration_rows(vibration), _LIMIT, _AGEING, _CONTACT, _GIVEN
     sensor = ROW["driven"], _SPRINGS, ROW["suspension_coefficients"]
     return lift(lifting, substep, (finger, *sensor), (ROW["amplitude"], _CONTACT, _SPRINGS))
 

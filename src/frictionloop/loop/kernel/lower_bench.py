@@ -14,7 +14,7 @@ from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
 from frictionloop.physics.finger_step import Motion
-from frictionloop.physics.friction_limit import limit_coefficients, occlusion_coefficients, static_coefficients
+from frictionloop.physics.friction_limit import ageing_coefficients, limit_coefficients, occlusion_coefficients
 from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
 from frictionloop.physics.plate import plate_coefficients
 from frictionloop.physics.roughness import cells_per_m, roughness_table
@@ -103,7 +103,7 @@ def _motion(lane: Lane) -> dict[str, Any]:
         "tremor_across": tremor_start(across, lane.key, 1),
         "limit_coefficients": limit_coefficients(friction),
         "occlusion_coefficients": occlusion_coefficients(friction, dt),
-        "static": static_coefficients(friction),
+        "ageing": ageing_coefficients(friction),
         "roughness_per_m": cells_per_m(friction.roughness_longest_mm),
         "touch_coefficients": touch_coefficients(lane.system.touch, dt),
         "unscored": (scored_edge_m(motion, lane.system.finger), 0.5 * motion.load_n),
@@ -117,4 +117,4 @@ def _friction(system: System) -> FingerFriction:
 def contact_of_step(system: System, h: float) -> ContactCoefficients:
     """Return the coefficients of the contact for a step of h seconds."""
     skin = system.finger
-    return contact_coefficients(skin, h) if isinstance(skin, Skin) else ContactCoefficients(*[0.0] * 8)
+    return contact_coefficients(skin, h) if isinstance(skin, Skin) else ContactCoefficients(h, *[0.0] * 7)

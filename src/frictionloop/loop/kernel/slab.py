@@ -14,8 +14,8 @@ from frictionloop.control.lookup import OverdriveGains
 from frictionloop.loop.kernel.ends import TERMS
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
 from frictionloop.physics.contact import ContactCoefficients, ContactState
-from frictionloop.physics.finger_step import Motion, Static
-from frictionloop.physics.friction_limit import LimitCoefficients, OcclusionCoefficients
+from frictionloop.physics.finger_step import Motion
+from frictionloop.physics.friction_limit import AgeingCoefficients, LimitCoefficients, OcclusionCoefficients
 from frictionloop.physics.motion import LoadPlan, StrokePlan
 from frictionloop.physics.plate import PlateCoefficients
 from frictionloop.physics.tremor import TremorCoefficients, TremorState
@@ -80,7 +80,7 @@ _SHAPES: dict[str, Any] = {
     "tremor_across_coefficients": TremorCoefficients,
     "limit_coefficients": LimitCoefficients,
     "occlusion_coefficients": OcclusionCoefficients,
-    "static": Static,
+    "ageing": AgeingCoefficients,
     "vibration": VIBRATION_ROWS,  # coefficients of the friction law
     "roughness_per_m": 1,
     "touch": TouchState,
