@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, FancyBboxPatch
 
 import frictionloop as fl
-from frictionloop.report.style import BLUE, VERMILLION, new_figure, styled, svg
+from frictionloop.figures.style import BLUE, VERMILLION, new_figure, styled, svg
 
 SILVER = "#b3b3b3"
 ARROW = {"arrowstyle": "-|>", "color": "0.25", "linewidth": 1.2, "mutation_scale": 11}

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.synthesis import design_controller
-from frictionloop.design.wanted import Wanted
+from frictionloop.design.requirements import Requirements
+from frictionloop.design.synthesis import synthesised
 from frictionloop.experiments.reach import simulated_reach
 from frictionloop.parameters import System, bench
 from studies.as_it_runs import residual_n
@@ -47,7 +47,7 @@ def rows(count: int) -> Iterator[list[Any]]:
     known = {"nobody measured it": (2.7, None), "measured, and changed since": (LATER, LATER)}
     known["two plain strokes before"] = (1.1, 1.0)
     laws = {
-        (law, gain): design_controller(bench(), law, Wanted(finger_gain=gain)).overrides
+        (law, gain): synthesised(bench(), law, Requirements(finger_gain=gain))[0].overrides
         for law in LAWS
         for gain, _ in known.values()
     }

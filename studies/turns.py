@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.synthesis import design_controller
+from frictionloop.design.requirements import Requirements
+from frictionloop.design.synthesis import synthesised
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import RETUNED, Constant, bench
 from frictionloop.physics.fingers import Fingers, fingers
@@ -32,7 +33,9 @@ def rows(count: int) -> Iterator[list[Any]]:
     """Yield a row for each speed, law and way of feedback."""
     people = fingers(count, protocol.EVALUATION_SEED)
     laws = {"pi": {"controller.kind": "pi", **RETUNED}}
-    laws |= {law: dict(design_controller(bench(), law).overrides) for law in ("notch_pi", "limit_observer")}
+    laws |= {
+        law: dict(synthesised(bench(), law, Requirements())[0].overrides) for law in ("notch_pi", "limit_observer")
+    }
     for speed in SPEEDS_MM_S:
         stroke_mm = max(protocol.stroke_mm(speed), 20.0)
         there = bench().evolve({"motion.speed_mm_s": speed, "motion.stroke_mm": stroke_mm})

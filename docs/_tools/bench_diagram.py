@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import frictionloop as fl
+from frictionloop.figures.style import BLACK, BLUE, GREY, arrow, schematic, styled, svg
 from frictionloop.report.figures.diagram import _block, _box, _signal, _sum
-from frictionloop.report.style import BLACK, BLUE, GREY, arrow, schematic, styled, svg
 
 FILE = "_build/figures/bench-diagram.svg"
 TOP, BOTTOM, OVER = 3.4, 0.9, 5.85

@@ -16,8 +16,8 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.transforms import SphinxTransform
 
+from frictionloop.figures.style import svg
 from frictionloop.loop.blocks import forget
-from frictionloop.report.style import svg
 
 FIGURES = "_build/figures"
 """Folder of the drawn figures, below the documentation's sources."""

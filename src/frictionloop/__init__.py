@@ -52,7 +52,9 @@ _HOME = {
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
     "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n touch_spectrum",
-    "design": "retune retune_notch",
+    "design.pi_synthesis": "retune",
+    "design.described": "described",
+    "design.notch": "retune_notch",
     "loop.record": "load save system_of",
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
@@ -69,6 +71,7 @@ _HOME = {
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
 _ROOMS = {
+    "design": "frictionloop.design",
     "experiments": "frictionloop.experiments",
     "identify": "frictionloop.identification",
     "rendering": "frictionloop.rendering",

@@ -12,6 +12,7 @@ from PIL import Image
 
 from frictionloop.analysis import linearise
 from frictionloop.design.checking import check_controller
+from frictionloop.figures.style import svg
 from frictionloop.loop.progress import Bar
 from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
@@ -24,7 +25,6 @@ from frictionloop.report.page import Drawn, maths, render
 from frictionloop.report.people import the_finger
 from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.stability import asked_for
-from frictionloop.report.style import svg
 from frictionloop.report.tolerances import RULES
 
 pytestmark = pytest.mark.slow  # all statements of the paper are computed for the page

@@ -12,9 +12,9 @@ import frictionloop as fl
 from frictionloop.analysis.margins import gain_factor
 from frictionloop.design.checking import check_controller
 from frictionloop.design.corners import broken, corners
-from frictionloop.design.wanted import Wanted
+from frictionloop.design.requirements import Requirements
 
-LIMITS = Wanted().limits
+LIMITS = Requirements().limits
 PI = {"controller.kind": "pi", "controller.kp": 0.05, "controller.ki": 60.0}
 ONE_PLACE = {"finger": {"kind": "rigid"}}
 LIMIT_OBSERVER = {

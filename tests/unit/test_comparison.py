@@ -15,7 +15,7 @@ from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
 from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import entrants, protocol, run
-from frictionloop.design.wanted import Designed, Wanted
+from frictionloop.design.requirements import Designed, Requirements
 from frictionloop.quantities import FrictionloopError
 
 SHORT = {"duration_s": 1.0, "start_s": 0.4, "progress": False}
@@ -69,7 +69,7 @@ def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law,
 
     monkeypatch.setattr(synthesis, "design_controller", design_controller)
     assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
-    assert asked == [(fl.bench(), law, Wanted(slip_lengths_um=()))]  # on the contact that it has
+    assert asked == [(fl.bench(), law, Requirements(slip_lengths_um=()))]  # on the contact that it has
 
 
 def test_the_printed_and_the_re_tuned_gains():

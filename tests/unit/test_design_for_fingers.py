@@ -14,11 +14,11 @@ from frictionloop.design.for_fingers import for_fingers
 from frictionloop.design.least_gain import laws_on
 from frictionloop.design.on_fingers import check_fingers
 from frictionloop.design.plants import Plants
+from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import design_controller
-from frictionloop.design.wanted import Wanted
 from frictionloop.design.worst_margins import worst_margins
 
-BENCH, ON_DAHL = fl.bench(), Wanted(slip_lengths_um=(11.5,))
+BENCH, ON_DAHL = fl.bench(), Requirements(slip_lengths_um=(11.5,))
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_gains_too_small_to_be_of_use_are_not_lowered_to(designed, found):
 
 @pytest.mark.slow  # margins of each of 240 loops
 def test_the_worst_margins_of_many_loops_are_those_of_a_look_at_each(designed):
-    many = Wanted(speeds_mm_s=(10.0, 40.0), loads_n=(0.4, 0.8))
+    many = Requirements(speeds_mm_s=(10.0, 40.0), loads_n=(0.4, 0.8))
     at = corners(BENCH.evolve(designed.overrides), many.limits, many.over(3, 2))
     exact, loops = {id(each): each.loop.margins() for each in at}, [each.loop for each in at]
     plants = Plants.of(loops, fine=False)

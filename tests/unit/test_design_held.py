@@ -7,11 +7,11 @@ import pytest
 import frictionloop as fl
 from frictionloop.design.corners import corners
 from frictionloop.design.held import held_between
-from frictionloop.design.wanted import Designed, Wanted
+from frictionloop.design.requirements import Designed, Requirements
 from frictionloop.quantities import FrictionloopError
 
 BENCH = fl.bench()
-WANTED = Wanted(resonance_error=0.0, slip_lengths_um=(11.5,))
+WANTED = Requirements(resonance_error=0.0, slip_lengths_um=(11.5,))
 PI = {"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 40.0}
 
 
@@ -40,7 +40,7 @@ def test_gains_that_are_much_too_large_are_refused_with_the_nearest_limit_that_w
         held_between(BENCH, "pi", times(1.2 * most), WANTED)
     (said,) = (part for part in str(caught.value).split("; ") if part.startswith("`--sensitivity-peak "))
     peak = float(said.removeprefix("`--sensitivity-peak ").partition("`")[0])
-    assert held_between(BENCH, "pi", times(1.2 * most), Wanted(peak, 0.0, slip_lengths_um=(11.5,)))
+    assert held_between(BENCH, "pi", times(1.2 * most), Requirements(peak, 0.0, slip_lengths_um=(11.5,)))
     assert "`--law pi`" not in str(caught.value)
     with pytest.raises(FrictionloopError, match=r"; `--sensitivity-peak \S+` is the nearest that may hold; `--law pi`"):
         held_between(BENCH, "notch_pi", times(1.2 * most), WANTED)

@@ -15,9 +15,9 @@ from frictionloop.analysis.linear import linearise
 from frictionloop.control.filtered_pi import filtered_pi_gains
 from frictionloop.design.hinf import design_hinf
 from frictionloop.design.noise_model import NoiseModel
-from frictionloop.design.retune import retune
+from frictionloop.design.pi_synthesis import retune
+from frictionloop.design.requirements import Requirements
 from frictionloop.design.slicot import Quadruple, synthesise
-from frictionloop.design.wanted import Wanted
 from frictionloop.design.weighted_plant import MOST_STATES, Weights, weighted_plant
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
@@ -135,7 +135,7 @@ def test_fewer_states_are_checked_again(monkeypatch) -> None:
 
 def test_what_cannot_be_had_is_said_in_one_line() -> None:
     with pytest.raises(FrictionloopError, match=r"^sensitivity_peak = 1.02: .* gets to .* resonance off by") as caught:
-        design_hinf(BENCH, NOISE, Wanted(sensitivity_peak=1.02))
+        design_hinf(BENCH, NOISE, Requirements(sensitivity_peak=1.02))
     assert "\n" not in str(caught.value)
 
 

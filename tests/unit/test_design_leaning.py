@@ -10,8 +10,8 @@ import frictionloop as fl
 from frictionloop.cli import main
 from frictionloop.design.corners import band_of, corners
 from frictionloop.design.leaning import Lean, leaning
+from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import design_controller
-from frictionloop.design.wanted import Wanted
 
 BENCH = fl.bench()
 LEAN = Lean(sensor_error=0.2, delay_error=0.2, gain_error=0.1)
@@ -43,10 +43,10 @@ def test_more_lag_may_excuse_more_gain_so_each_end_of_one_is_looked_at_with_each
 @pytest.mark.slow
 def test_gains_hold_at_the_ends():
     plain, careful = (
-        design_controller(BENCH, "pi", Wanted(resonance_error=0.01, lean=lean, slip_lengths_um=()))
+        design_controller(BENCH, "pi", Requirements(resonance_error=0.01, **lean._asdict(), slip_lengths_um=()))
         for lean in (Lean(), LEAN)
     )
-    limits = Wanted(resonance_error=0.01).limits
+    limits = Requirements(resonance_error=0.01).limits
     worst = [
         max(each.excess for each in corners(BENCH.evolve(found.overrides), limits, lean=LEAN))
         for found in (plain, careful)
@@ -57,7 +57,7 @@ def test_gains_hold_at_the_ends():
 
 def test_a_share_that_is_none_is_refused():
     with pytest.raises(fl.FrictionloopError, match=r"delay_error = 0.7: must be from 0 to 0.5"):
-        Wanted(lean=Lean(delay_error=0.7))
+        Requirements(delay_error=0.7)
 
 
 def test_a_loop_at_an_end_is_that_of_the_other_bench():
@@ -80,7 +80,7 @@ def certificate(tmp_path, *corners):
 def test_a_design_holds_the_corners_of_a_certificate(tmp_path, capsys):
     ends = (("plate.q", 460.0), ("friction.susceptibility_per_um2", 0.9))
     words = ["design", "controller", "--law", "pi", "--slip-lengths-um", "11.5", "--resonance-error", "0.01"]
-    limits, off = Wanted(resonance_error=0.01).limits, Lean(ends=ends)
+    limits, off = Requirements(resonance_error=0.01).limits, Lean(ends=ends)
     worst = []
     for more in ([], ["--corners", certificate(tmp_path, *ends, ("sensor.resonance_hz", 100.0))]):
         out = tmp_path / f"{len(more)}.toml"
@@ -114,6 +114,6 @@ def test_a_q_that_may_be_off_is_looked_at_on_both_sides_one_at_a_time():
     assert {loop.system.sensor.q for loop in found[len(points) :]} == {0.7 * q, 1.3 * q}
     assert {loop.system.controller.delay_s for loop in found} == {BENCH.controller.delay_s}
     with pytest.raises(fl.FrictionloopError, match=r"q_error = 0.9: must be from 0 to 0.5"):
-        Wanted(lean=Lean(q_error=0.9))
+        Requirements(q_error=0.9)
     with pytest.raises(fl.FrictionloopError, match=r'q_error = 0.3: sensor.kind = "lowpass" has no resonance'):
         leaning([fl.linearise(fl.feasible())], lean)

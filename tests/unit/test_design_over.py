@@ -8,8 +8,8 @@ import frictionloop as fl
 from frictionloop.design.checking import check_controller, loops
 from frictionloop.design.corners import corners
 from frictionloop.design.over import ITSELF, Over
+from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import design_controller
-from frictionloop.design.wanted import Wanted
 
 BENCH = fl.bench()
 WEAK = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
@@ -38,7 +38,7 @@ def test_a_finger_that_does_not_stroke_has_neither_speeds_nor_loads(over):
 
 @pytest.mark.slow
 def test_a_design_for_loads_and_contacts_holds_its_limits_between_them():
-    wanted = Wanted(loads_n=(0.4, 0.8))
+    wanted = Requirements(loads_n=(0.4, 0.8))
     made = BENCH.evolve(dict(design_controller(BENCH, "pi", wanted).overrides))
     own = BENCH.evolve(dict(design_controller(BENCH, "pi").overrides))
     for length_um in (11.5, 0.0):
@@ -56,11 +56,13 @@ def test_a_design_for_loads_and_contacts_holds_its_limits_between_them():
 def test_a_load_at_which_no_force_can_be_had_is_refused():
     faint = BENCH.evolve({**WEAK, "plate.max_amplitude_um": 1.0, "controller.model.max_amplitude_um": 1.0})
     with pytest.raises(fl.FrictionloopError, match=r"saturation is the limit: .* at motion\.load_n = 1\.26"):
-        check_controller(faint, Wanted(loads_n=(0.4, 4.0)))
+        check_controller(faint, Requirements(loads_n=(0.4, 4.0)))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wanted", [Wanted(), Wanted(slip_lengths_um=(0.0,)), Wanted(loads_n=(0.4, 0.8))])
+@pytest.mark.parametrize(
+    "wanted", [Requirements(), Requirements(slip_lengths_um=(0.0,)), Requirements(loads_n=(0.4, 0.8))]
+)
 def test_the_loops_that_a_check_announces_are_at_least_those_it_looks_at(wanted):
     there = BENCH.evolve({**WEAK, "setpoint": fl.Constant(offset_n=0.6)})
     looked = sum(len(place.corners) for place in check_controller(there, wanted).places)
@@ -76,4 +78,4 @@ def test_the_loops_that_a_check_announces_are_at_least_those_it_looks_at(wanted)
 )
 def test_what_is_no_load_or_contact_is_refused(given, said):
     with pytest.raises(fl.FrictionloopError, match=said):
-        Wanted(**given)
+        Requirements(**given)

@@ -12,10 +12,10 @@ from frictionloop.cli import advice_text
 from frictionloop.design.corners import corners
 from frictionloop.design.elsewhere import NEAR, Elsewhere, elsewhere, in_words, strokes_of
 from frictionloop.design.over import Over
+from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import design_controller
-from frictionloop.design.wanted import Wanted
 
-LIMITS = Wanted().limits
+LIMITS = Requirements().limits
 NOWHERE = Elsewhere()
 OTHERS = [(11.5, 80.0), (0.0, 10.0), (0.0, 20.0), (0.0, 80.0)]
 
@@ -95,7 +95,7 @@ def not_held(system, speeds_mm_s=()):
 
 @pytest.mark.slow
 def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
-    wanted = Wanted(speeds_mm_s=(10.0, 20.0), slip_lengths_um=())
+    wanted = Requirements(speeds_mm_s=(10.0, 20.0), slip_lengths_um=())
     found = design_controller(fl.bench(), "pi", wanted)
     made = fl.bench().evolve(dict(found.overrides))
     for speed in (10.0, 11.5, 13.0, 16.0, 18.0, 20.0):

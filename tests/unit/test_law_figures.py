@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from frictionloop.design.response_figures import figure_step
 from frictionloop.report.figures.comparison import figure_residuals
-from frictionloop.report.figures.controller import figure_step
 from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
 
 LENGTHS_UM = [11.5, 0.0]

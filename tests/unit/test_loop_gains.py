@@ -14,8 +14,8 @@ from frictionloop.design.corners import moistest
 from frictionloop.design.loop_gains import MOST_PEAK, loop_gain, loop_gains
 from frictionloop.design.on_fingers import check_fingers
 from frictionloop.design.over import Over
+from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import design_controller
-from frictionloop.design.wanted import Wanted
 from frictionloop.experiments.reach import Reach
 
 NOTCH = fl.bench().evolve({"controller.kind": "notch_pi", "setpoint": fl.Constant(offset_n=0.6)})
@@ -51,7 +51,7 @@ def test_the_share_is_that_of_fingers_looked_at_one_by_one():
     people, over = fl.fingers(40, 0), Over()
     system = NOTCH.evolve({"controller.kp": 5.7, "controller.ki": 49.0, "controller.notch_hz": 134.0})
     found = loop_gains(system, over, people)
-    each = check_fingers(system, people, Wanted(MOST_PEAK, 0.0, slip_lengths_um=()), progress=False)
+    each = check_fingers(system, people, Requirements(MOST_PEAK, 0.0, slip_lengths_um=()), progress=False)
     exact = float(np.mean(each["sensitivity_peak"].values > MOST_PEAK))
     assert found is not None and 0.0 < exact < 1.0
     # Two of forty: fingers near the limit differ by their skin and by how moist they get as well.
@@ -66,7 +66,7 @@ def test_without_a_finger_or_a_loop_nobody_is_counted():
 @pytest.mark.slow  # two designs
 def test_a_design_bears_the_loop_gain_that_a_finger_may_have():
     bench = fl.bench()
-    plain, strong = (design_controller(bench, "pi", Wanted(finger_gain=gain)) for gain in (1.0, 6.0))
+    plain, strong = (design_controller(bench, "pi", Requirements(finger_gain=gain)) for gain in (1.0, 6.0))
     assert plain.people is not None and strong.people is not None and plain.people.critical < 6.0
     assert strong.people.critical == pytest.approx(6.0, rel=0.01) and strong.people.share < plain.people.share
     # The loop of a finger with that gain, by its own margins.
@@ -83,9 +83,9 @@ def test_what_is_measured_of_a_finger_is_in_what_the_controller_believes():
     assert fl.bench().controller.model.gain_spread == 2.7
     assert Reach(1.0, 0.1, 0.4).changes["controller.model.gain_spread"] == 1.1
     measured = fl.bench().evolve({"controller.model.gain_spread": 1.1})
-    assert (Wanted().gain_of(measured), Wanted(finger_gain=1.5).gain_of(measured)) == (1.1, 1.5)
+    assert (Requirements().gain_of(measured), Requirements(finger_gain=1.5).gain_of(measured)) == (1.1, 1.5)
     with pytest.raises(fl.FrictionloopError, match=r"^finger_gain = 0\.5: must be from 1 to 10"):
-        Wanted(finger_gain=0.5)
+        Requirements(finger_gain=0.5)
 
 
 def test_forces_out_of_reach_give_no_share():

@@ -11,11 +11,11 @@ import frictionloop as fl
 from frictionloop.cli.check_fingers import _room, lowered_rows, rows
 from frictionloop.design.corners import MET, band_of, corners
 from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
-from frictionloop.design.wanted import Wanted
+from frictionloop.design.requirements import Requirements
 
 PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})
 PEOPLE = fl.fingers(8, 0)
-FEW = Wanted(slip_lengths_um=(), resonance_error=0.05)
+FEW = Requirements(slip_lengths_um=(), resonance_error=0.05)
 
 
 @pytest.mark.slow
@@ -78,7 +78,7 @@ def test_a_force_that_is_the_nearest_but_not_asked_for_counts_for_nothing():
 
 
 def test_loads_asked_for_replace_the_load_of_each_finger():
-    found = check_fingers(PI, PEOPLE[:3], Wanted(slip_lengths_um=(11.5,), loads_n=(0.4, 0.9)))
+    found = check_fingers(PI, PEOPLE[:3], Requirements(slip_lengths_um=(11.5,), loads_n=(0.4, 0.9)))
     assert set(found.load_n.values) <= {0.4, 0.9}
     own = check_fingers(PI, PEOPLE[:3], FEW)
     assert (found.gain_factor.values < own.gain_factor.values).any()

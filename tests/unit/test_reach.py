@@ -16,7 +16,7 @@ from frictionloop.cli.controller_text import turn
 from frictionloop.cli.saved_controller import instead_of
 from frictionloop.design import synthesis
 from frictionloop.design.corners import occlusions
-from frictionloop.design.wanted import feedforward
+from frictionloop.design.requirements import feedforward
 
 BENCH = {
     "plate.max_amplitude_um": 2.0,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from frictionloop.figures.style import svg
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.figures.sensor import figure_sensor
-from frictionloop.report.style import svg
 
 
 def words(figure):

@@ -10,10 +10,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop import report
+from frictionloop.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
 from frictionloop.report.figures.diagram import controller_label, figure_diagram, lookup_label, source_label
 from frictionloop.report.figures.tracking import binned, figure_population
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
 from frictionloop.report.trials import sliding_trials
 
 

@@ -64,12 +64,12 @@ def _run(tokens: list[str]) -> int:
     try:
         with plain_lines(say), warnings.catch_warnings():
             warnings.simplefilter("ignore", SignalWarning)  # a verb asks in the words of flags
-            app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
-        return 0
+            code = app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
+        return code if isinstance(code, int) else 0
     except CycloptsError as error:
         say(f"error: {_refusal(error, tokens)}")
     except FrictionloopError as error:
-        say(f"error: {error}")
+        say(f"error: {error}{_explained(error)}")
     except Interrupted as stop:
         say(f"interrupted: {stop}")
         if stop.resumable:
@@ -79,6 +79,11 @@ def _run(tokens: list[str]) -> int:
         say(f"interrupted: {stop}" if str(stop) else "interrupted")
         return INTERRUPTED
     return BAD_INPUT
+
+
+def _explained(error: FrictionloopError) -> str:
+    """Return the code of an error that has an explanation of its own."""
+    return "" if error.code in ("BAD-VALUE", "UNKNOWN-NAME") else f"  [{error.code}]"
 
 
 MOST_TOLD = 20

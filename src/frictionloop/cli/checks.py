@@ -141,7 +141,7 @@ def write_figures(option: str, folder: Path, figures: Mapping[str, Figure]) -> N
 
     All are drawn before any is written.
     """
-    from frictionloop.report.style import png, svg
+    from frictionloop.figures.style import png, svg
 
     drawn = {f"{name}.svg": svg(figure, name).encode() for name, figure in figures.items()}
     drawn |= {f"{name}.png": png(figure) for name, figure in figures.items()}

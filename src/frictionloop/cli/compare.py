@@ -94,7 +94,7 @@ def command(
     checks.check_folder("plots", plots)
     checks.check_workers(jobs, resume, out, "comparison")
     _check_overrides(overrides)
-    system, origin = flags.given(file, preset, overrides, "bench", designed="notch_pi")
+    system, origin = flags.noted(file, preset, overrides, "bench", designed="notch_pi")
 
     from frictionloop.cli import recorded_units
 

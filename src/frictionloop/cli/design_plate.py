@@ -56,14 +56,14 @@ def command(
     readings
         Say which of the paper's numbers go together.
     """
-    from frictionloop.cli.plausible import ask
     from frictionloop.hardware.plate.answers import plate_answers, plate_for
     from frictionloop.hardware.plate.readings import plate_readings
     from frictionloop.parameters.plate_design import PlateDesign
+    from frictionloop.parameters.unit_sanity import unusual
 
     given = flags.overrides_of(overrides)
     design = PlateDesign().evolve(given)
-    ask(design)
+    screen.note_findings(unusual(design))
     wanted = plate_for(design, frequency_hz, bandwidth_hz)
     if wanted.nearest is not None and "geometry.nodal_lines" not in given:
         design = design.evolve({"geometry.nodal_lines": wanted.nearest.nodal_lines})

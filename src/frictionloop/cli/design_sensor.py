@@ -97,13 +97,13 @@ def command(
 
 
 def _design_from(file: Path | None, overrides: list[str] | None) -> SensorDesign:
-    from frictionloop.cli.plausible import ask
     from frictionloop.parameters.files import read_design
     from frictionloop.parameters.sensor_design import SensorDesign
+    from frictionloop.parameters.unit_sanity import unusual
 
     base = SensorDesign() if file is None else read_design(file, SensorDesign())
     design = base.evolve(flags.overrides_of(overrides))
-    ask(design)
+    screen.note_findings(unusual(design))
     return design
 
 

@@ -73,7 +73,7 @@ def command(address: Address, file: Compared = None, /, *, json: flags.Json = Fa
 def _words_of(file: Path) -> np.ndarray:
     from frictionloop.firmware.parameter_words import firmware_words
 
-    return firmware_words(flags.given(file, None, None)[0])
+    return firmware_words(flags.noted(file, None, None)[0])
 
 
 def _against(file: Path | None, wanted: np.ndarray | None, others: list[tuple[str, str, str]]) -> str:

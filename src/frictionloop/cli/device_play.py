@@ -99,7 +99,7 @@ def _system(effect: str, file: Path | None, preset: Any, overrides: list[str] | 
     own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted)
     added = [f"{name}={value}" for name, value in (LAW if own else {}).items()]
     named = ["setpoint.kind=effect", f"setpoint.effect={effect}"]
-    return flags.given(file, preset, [*added, *(overrides or []), *named], "bench")
+    return flags.noted(file, preset, [*added, *(overrides or []), *named], "bench")
 
 
 def _as_json(given: EffectTables) -> dict[str, Any]:

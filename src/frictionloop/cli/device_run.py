@@ -80,7 +80,7 @@ def command(
         raise FrictionloopError(f"duration_s = {duration_s:g} s: must be above 0 s and at most {LONGEST_S:g} s, a day")
     if duration_s > SCORED_S and out is None:
         raise FrictionloopError(f"out: needs a FILE.h5 for a run of more than {SCORED_S:g} s, which no memory holds")
-    system, origin = flags.given(file, preset, overrides, "bench")
+    system, origin = flags.noted(file, preset, overrides, "bench")
 
     from frictionloop.firmware.board_fit import carrier_said, misfits
 

@@ -58,7 +58,7 @@ def command(
         pairs[name] = value
     if not pairs and system is None:
         raise FrictionloopError("set: needs NAME=VALUE or --system FILE")
-    described = flags.given(system, None, None)[0] if system is not None else None
+    described = flags.noted(system, None, None)[0] if system is not None else None
     tuned = {name: value for name, value in pairs.items() if name.startswith("controller.")}
     own = {name: value for name, value in pairs.items() if name not in tuned}
     for name in own.keys() & {"kp", "ki"}:
@@ -127,7 +127,7 @@ def _holding_off(system: System, given: str) -> None:
     """Refuse a loop that rings with the resonance up to 10 % off; say at which other contact or speed it does."""
     from frictionloop.cli.ringing import OFF, points_of
     from frictionloop.design.corners import Corner
-    from frictionloop.design.elsewhere import NEAR, elsewhere, in_words
+    from frictionloop.design.elsewhere import NEAR, elsewhere
     from frictionloop.design.plants import shifted
 
     limits = {0.0: NEAR, OFF: NEAR}
@@ -138,8 +138,8 @@ def _holding_off(system: System, given: str) -> None:
     except FrictionloopError:  # what cannot be linearised is not judged
         return
     if rings := [each for each in found if math.isinf(each.sensitivity_peak)]:
-        raise FrictionloopError(f"{given}: this loop rings at {rings[0].where}; --unchecked sets it all the same")
-    if places := in_words(elsewhere(system, limits).where("unstable")):
+        raise FrictionloopError(f"{given}: this loop rings at {rings[0].condition}; --unchecked sets it all the same")
+    if places := [str(each.condition) for each in elsewhere(system, limits).places if each.how == "unstable"]:
         screen.note(f"{given}: this loop rings on {'; on '.join(places)}")
 
 

@@ -238,7 +238,7 @@ def _system(file: Path | None, preset: Any, overrides: list[str]) -> tuple[Syste
         raise FrictionloopError("setpoint: the effect is named by EFFECT; --effect.NAME VALUE changes it")
     from frictionloop.cli import recorded_units
 
-    system, origin = flags.given(file, preset, overrides, "bench")
+    system, origin = flags.noted(file, preset, overrides, "bench")
     recorded_units.ask(system, ("disturbance",))
     if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted):
         system, origin = system.evolve(LAW), flags.changed(origin, LAW)  # no flag of a person's, so nothing to note

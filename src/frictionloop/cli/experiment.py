@@ -180,11 +180,11 @@ def _range(name: str, text: str, least: int) -> list[int]:
 
 def bench_of(file: Path | None) -> System:
     """Return the bench of a file, the simulated one of the studies without it."""
-    from frictionloop.cli.plausible import ask
     from frictionloop.experiments.study import study_system
     from frictionloop.parameters import read_toml
+    from frictionloop.parameters.unit_sanity import unusual
 
     bench = study_system() if file is None else read_toml(file)
-    ask(bench)
+    screen.note_findings(unusual(bench))
     screen.tell_notes()  # before the work, which may take long
     return bench

@@ -149,7 +149,7 @@ def _table(file: Path | None, preset: str | None, overrides: list[str] | None, o
     from frictionloop.firmware.parameter_words import firmware_words
 
     checks.check_folder("out", out)
-    system, origin = flags.given(file, preset, overrides, "bench")
+    system, origin = flags.noted(file, preset, overrides, "bench")
     return Table(system, firmware_words(system)), origin
 
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import shlex
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
 from cyclopts import Group, Parameter, Token
 
-from frictionloop.cli import screen
-from frictionloop.quantities.units import FrictionloopError
+import frictionloop as fl
+from frictionloop import FrictionloopError
 
 if TYPE_CHECKING:
-    from frictionloop.parameters import System
+    from frictionloop import System
+    from frictionloop.findings import Finding
 
 DOTTED = "--BLOCK.NAME"
 """The one option that all dotted flags are gathered under."""
@@ -133,43 +134,43 @@ def overrides_of(flags: Iterable[str] | None) -> dict[str, Any]:
     return {name: scalar(value) for name, _, value in pairs}
 
 
+class Given(NamedTuple):
+    """A system of a file or a preset with flags, and what is to be known of that."""
+
+    system: System
+    origin: str
+    """Where it comes from, in words."""
+    stated: frozenset[str]
+    """Dotted names of values that somebody gave."""
+    findings: tuple[Finding, ...]
+
+
 def given(
     file: Path | None,
     preset_name: str | None,
     flags: Iterable[str] | None,
     instead: str = "paper",
     designed: str | None = None,
-) -> tuple[System, str]:
-    """Return the system of a file or a preset with the dotted flags applied, and in words where it comes from.
+) -> Given:
+    """Return the system of a file or a preset with the dotted flags applied.
 
     ``designed`` names the law that a controller is to be found for.
     """
-    from frictionloop.cli.plausible import ask, differing, named_by, suggested
-    from frictionloop.parameters import preset, read_toml
-    from frictionloop.parameters.files import start_of
-    from frictionloop.sensing.touch import check_follows
-
     if file is not None and preset_name is not None:
-        raise FrictionloopError(
-            f"{file} and --preset {preset_name} both name a system; give one (a file may begin with "
-            f'preset = "{preset_name}" and hold only what differs)'
-        )
+        raise FrictionloopError(f"{file} and --preset {preset_name}: give one of them", "TWO-SYSTEMS")
     overrides = overrides_of(flags)
-    try:
-        base = preset(preset_name or instead) if file is None else read_toml(file)
-        system = base.evolve(overrides)
-        check_follows(system.motion, system.touch)  # a run would refuse it, after a design of some minutes
-    except FrictionloopError as error:
-        raise FrictionloopError(suggested(str(error))) from None
-    start, changes = (None, {}) if file is None else start_of(file)
+    found = fl.described(file, preset_name or instead, overrides, designed)
     origin = str(file) if file else f"{preset_name or instead}()"
-    of_file = [] if start is None else _left(start, base, changes, "its preset")
-    for line in (*(f"{file}: {each}" for each in of_file), *_left(base, system, overrides, origin)):
-        screen.note(line)
-    ask(system)
-    for line in differing(system, named_by(_flat(changes), overrides), designed):
-        screen.note(line)
-    return system, changed(origin, overrides)
+    return Given(found.system, changed(origin, overrides), found.stated, found.findings)
+
+
+def noted(*args: Any, **more: Any) -> tuple[System, str]:
+    """Return system and origin as `given`, its findings told beside the answer."""
+    from frictionloop.cli import screen
+
+    found = given(*args, **more)
+    screen.note_findings(found.findings)
+    return found.system, found.origin
 
 
 def again(
@@ -186,39 +187,8 @@ def again(
     return shlex.join([*source, *(word for path, value in kept for word in (f"--{path}", value))])
 
 
-def stated(file: Path | None, flags: Iterable[str] | None) -> set[str]:
-    """Return the dotted names that a file beside its preset, and flags give; a file without one was written whole."""
-    from frictionloop.parameters.files import start_of
-
-    start, changes = (None, {}) if file is None else start_of(file)
-    return {*(_flat(changes) if start else ()), *overrides_of(flags)}
-
-
-def _flat(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by dotted names, also those in a block within a block."""
-    flat: dict[str, Any] = {}
-    for name, value in changes.items():
-        flat |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
-    return flat
-
-
 def changed(origin: str, overrides: Mapping[str, Any]) -> str:
     """Return in words where something comes from and what was changed."""
     said = {name: '","' if value == "," else value for name, value in overrides.items()}
     changes = ", ".join(f"{name} = {value}" for name, value in said.items())
     return f"{origin} with {changes}" if changes else origin
-
-
-def _left(base: System, system: System, overrides: Mapping[str, Any], origin: str) -> Iterator[str]:
-    """Yield a line for each block of a new kind: which values were not taken over from the old one, of ``origin``."""
-    for name in type(base).model_fields:
-        old, new = getattr(base, name), getattr(system, name)
-        if f"{name}.kind" in overrides and old.kind != new.kind:
-            shared = type(old).model_fields.keys() & type(new).model_fields.keys() - {"kind"}
-            said = {path.split(".")[1] for path in overrides if path.startswith(f"{name}.")}
-            left = [each for each in type(new).model_fields if each in shared - said]
-            left = [each for each in left if getattr(old, each) != getattr(new, each)]
-            if left:
-                values = ", ".join(f"{each} = {getattr(new, each)}" for each in left)
-                had = ", ".join(f"{getattr(old, each)}" for each in left)
-                yield f"{name}.kind = {new.kind}: {values} by default; the {old.kind} of {origin} had {had}"

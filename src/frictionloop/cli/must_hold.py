@@ -1,20 +1,20 @@
-"""What a controller has to hold, as flags that the commands on controllers share."""
+"""What a controller has to hold, and for whom, as flags that a design and a check share."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from frictionloop.cli import checks
-
-if TYPE_CHECKING:
-    from frictionloop.design.wanted import Wanted
+import frictionloop as fl
+from frictionloop.cli import checks, flags
 
 ASKED = Group("What must hold", sort_key=2)
+MOST_FINGERS = 100_000
+"""More than a population needs for the worst of a thousand, at some 0.1 s each."""
 
 
 def _asked(said: str) -> Parameter:
@@ -24,93 +24,72 @@ def _asked(said: str) -> Parameter:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class MustHold:
-    """Limits, and how far the bench may be from what is written down."""
+    """Limits, how far the bench may be from what is written down, and other people's fingers.
 
-    sensitivity_peak: Annotated[float, _asked("Largest Ms = max |1/(1 + G)| with the resonance as described.")] = 1.7
+    What is not given is as the file was designed for, else as the default of `fl.design.Requirements`.
+    """
+
+    sensitivity_peak: Annotated[float | None, _asked("Largest Ms = max |1/(1 + G)| as described; 1.7.")] = None
     resonance_error: Annotated[
-        float,
-        _asked(
-            "Share by which the resonance may be off. Then, and at twice that, Ms may be larger: 2.0 and 2.6 if 1.7 "
-            "is asked. Of one known to 15 % take 0.15; where that leaves too little gain, 0.075 holds the wider limit "
-            "at 15 %."
-        ),
-    ] = 0.05
-    sensor_error: Annotated[
-        float,
-        _asked(
-            "Share by which the pole of the sensor's electronics may be off; the same limits hold. So do they for the "
-            "next."
-        ),
-    ] = 0.0
-    delay_error: Annotated[float, _asked("Share by which the delay may be off.")] = 0.0
-    gain_error: Annotated[float, _asked("Share by which the sensor's sensitivity may be off.")] = 0.0
-    q_error: Annotated[
-        float, _asked("Share by which the Q of the sensor's resonance may be off, either way, all else as described.")
-    ] = 0.0
+        float | None, _asked("Share by which the resonance may be off; at it and at twice it Ms may be larger; 0.05.")
+    ] = None
+    sensor_error: Annotated[float | None, _asked("Share by which the pole of the electronics may be off; 0.")] = None
+    delay_error: Annotated[float | None, _asked("Share by which the delay may be off; 0.")] = None
+    gain_error: Annotated[float | None, _asked("Share by which the sensor's sensitivity may be off; 0.")] = None
+    q_error: Annotated[float | None, _asked("Share by which the Q of the resonance may be off; 0.")] = None
     corners: Annotated[
         Path | None,
-        _asked(
-            "Certificate of ``identify bench`` (.html, or --json): each value that it measured may also be at either "
-            "end of its interval, one at a time. Those that a share above covers are not."
-        ),
+        _asked("Certificate of ``identify bench``: each measured value may be at either end, one at a time."),
     ] = None
-    speeds: Annotated[
-        str | None,
-        _asked(
-            "Slowest and fastest stroke in mm/s, between which all that holds: 20,60, or one; that of FILE if not "
-            "given."
-        ),
-    ] = None
-
+    speeds: Annotated[str | None, _asked("Slowest and fastest stroke in mm/s: 20,60, or one; that of FILE.")] = None
     slip_lengths_um: Annotated[
-        str | None,
-        _asked(
-            "Least and largest slip length in um, between which all that holds: 0,30, or one; from 0 to that of FILE "
-            "if not given."
-        ),
+        str | None, _asked("Least and largest slip length in um: 0,30, or one; 0 to that of FILE.")
     ] = None
-    loads: Annotated[
-        str | None,
-        _asked(
-            "Least and largest mean load in N, between which that holds: 0.4,1.2, or one; that of FILE if not given. "
-            "A force that a finger cannot be given at a load counts as the nearest that it can."
-        ),
-    ] = None
-
+    loads: Annotated[str | None, _asked("Least and largest mean load in N: 0.4,1.2, or one; that of FILE.")] = None
     finger_gain: Annotated[
-        float | None,
-        _asked(
-            "Loop gain of a finger over the believed one up to which Ms is at most 2.9: 2.7 of a finger that nobody "
-            "measured, 1.1 of one whose friction and susceptibility are in FILE; controller.model.gain_spread if not "
-            "given."
-        ),
+        float | None, _asked("Largest loop gain of a finger over the believed one; controller.model.gain_spread.")
+    ] = None
+    fingers: Annotated[
+        flags.Whole | None, _asked("So many random fingers besides, each with its own friction, skin and load.")
+    ] = None
+    fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0.")] = None
+    population: Annotated[
+        Path | None, _asked("Draw the fingers from this measured population (.toml of ``identify bench``).")
     ] = None
 
-    @property
-    def stated(self) -> set[str]:
-        """Parameters that the flags give values of."""
-        return {"motion.load_n"} if self.loads else set()
+    def check(self) -> None:
+        """Refuse a number or a seed out of range, and what says where fingers come from without any."""
+        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, population=self.population)
 
-    def wanted(self) -> Wanted:
-        """Return the same for a design."""
-        from frictionloop.design.leaning import Lean
-        from frictionloop.design.wanted import Wanted
-
-        between = checks.two_values("speeds", self.speeds, "the slowest and the fastest in mm/s, such as 20,60, or one")
+    def requirements(self, file: Path | None) -> Any:
+        """Return the same for a design: what is not given is as in the file's table [designed]."""
+        speeds = checks.two_values("speeds", self.speeds, "mm/s, such as 20,60, or one")
         loads = checks.two_values("loads", self.loads, checks.LOADS)
-        asked = "the least and the largest in um, such as 0,30, or one"
-        lengths = checks.two_values("slip_lengths_um", self.slip_lengths_um, asked, zero=True) or None
-        shares = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
-        shares |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}
-        ends = _ends(self.corners, shares)
-        lean = Lean(self.sensor_error, self.delay_error, self.gain_error, self.q_error, ends)
-        return Wanted(self.sensitivity_peak, self.resonance_error, between, lean, lengths, loads, self.finger_gain)
+        lengths = checks.two_values("slip_lengths_um", self.slip_lengths_um, "um, such as 0,30, or one", zero=True)
+        shares = (
+            "sensitivity_peak",
+            "resonance_error",
+            "sensor_error",
+            "delay_error",
+            "gain_error",
+            "q_error",
+            "finger_gain",
+        )
+        given: dict[str, Any] = {name: value for name in shares if (value := getattr(self, name)) is not None}
+        ranges = {"speeds_mm_s": speeds, "loads_n": loads, "slip_lengths_um": lengths}
+        given |= {name: value for name, value in ranges.items() if value}
+        if self.corners is not None:
+            shared = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
+            shared |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}
+            ends = fl.identify.certified_corners(self.corners)
+            given["ends"] = tuple((each.path, each.value) for each in ends if not shared.get(each.path))
+        table = None if file is None else fl.design.read_designed(file)
+        return fl.design.Requirements(**({} if table is None else table.requirements.given) | given)
 
+    def people(self, system: fl.System, overrides: list[str] | None) -> Sequence[Any] | None:
+        """Return the fingers; None if none are asked for."""
+        from frictionloop.cli.population import population_of
 
-def _ends(certificate: Path | None, shares: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-    """Return the ends of intervals that a certificate lists, but of values that a share covers."""
-    if certificate is None:
-        return ()
-    from frictionloop.identification.certified import certified_corners
-
-    return tuple((each.path, each.value) for each in certified_corners(certificate) if not shares.get(each.path))
+        if not self.fingers:
+            return None
+        return population_of(system, self.fingers, self.fingers_seed or 0, overrides, self.population)

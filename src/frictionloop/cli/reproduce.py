@@ -71,17 +71,16 @@ def command(
 def _some(names: list[str], changes: dict[str, Any], out: Path, json: bool) -> None:
     """Make some figures and claims, and show them with all of their numbers."""
     from frictionloop.cli.figure_text import figure_text
-    from frictionloop.cli.plausible import ask, differing
     from frictionloop.parameters import bench
+    from frictionloop.parameters.unit_sanity import differing, unusual
     from frictionloop.report.alone import alone
     from frictionloop.report.changed import check
     from frictionloop.report.claims.told import claim_lines
 
     if changes:
         check(names, changes)
-        ask(bench().evolve(changes))
-        for line in differing(bench().evolve(changes), changes):
-            screen.note(line)
+        changed = bench().evolve(changes)
+        screen.note_findings([*unusual(changed), *differing(changed, changes)])
         screen.tell_notes()
     claims, figures = alone(out, names, changes)
     if json:

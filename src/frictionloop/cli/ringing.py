@@ -62,8 +62,8 @@ def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis.reach import missed
     from frictionloop.analysis.stability import ringing_hz
-    from frictionloop.design import retune
-    from frictionloop.design.elsewhere import NEAR, elsewhere, in_words
+    from frictionloop.design.elsewhere import NEAR, elsewhere
+    from frictionloop.design.pi_synthesis import retune
     from frictionloop.parameters import PiController, SuspendedSensor
 
     controller = system.controller
@@ -89,9 +89,9 @@ def of_system(system: System) -> Ringing | None:
     try:
         held = {path: _three_digits(gain) for path, gain in retune(points, HELD_PEAK).overrides.items()}
         there = elsewhere(system.evolve(held), {0.0: NEAR, OFF: NEAR})
-        within = there.where("within")
-        not_held = tuple(in_words(each for each in there.places if each not in within))
-        also = () if not_held or there.unseen else tuple(in_words(within))
+        within = [each for each in there.places if each.how == "within"]
+        not_held = tuple(str(each.condition) for each in there.places if each not in within)
+        also = () if not_held or there.unseen else tuple(str(each.condition) for each in within)
     except FrictionloopError:
         held, not_held, also = {}, (), ()
     gains = controller.kp, controller.ki
@@ -115,12 +115,12 @@ def points_of(system: System) -> list[LinearLoop]:
 
 
 def _bench(system: System) -> str:
-    from frictionloop.design.corners import stroke_of
+    from frictionloop.design.corners import condition_of
     from frictionloop.parameters import SuspendedSensor
 
     sensor = system.sensor
     sprung = f", sensor resonance {sensor.resonance_hz:g} Hz" if isinstance(sensor, SuspendedSensor) else ""
-    return stroke_of(system) + sprung
+    return f", {condition_of(system)}{sprung}"
 
 
 def _three_digits(gain: float) -> float:

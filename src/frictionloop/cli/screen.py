@@ -6,12 +6,26 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
 
+from cyclopts import Group, Parameter
+
+from frictionloop.findings import Finding
+from frictionloop.findings.render import lines
+from frictionloop.findings.result import Result
 from frictionloop.loop.progress import doing, on_step
 from frictionloop.quantities.compiling import COMPILING, on_compiling
+
+RESULT = Group("Result", sort_key=3)
+
+
+def _shown(said: str) -> Parameter:
+    return Parameter(group=RESULT, help=said, show_default=False)
+
 
 QUIET_S = 3.0
 """Work without parts that is done sooner is not told where there is no terminal (chosen)."""
@@ -23,6 +37,40 @@ NAME = 11
 """Least width of a column of names that wraps, in columns of the terminal (chosen)."""
 GAP = 2
 """Between columns."""
+
+
+DOES_NOT_HOLD = 3
+"""Exit code of an answer that is no error, and no."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Shown:
+    """How an answer is shown."""
+
+    json: Annotated[bool, _shown("Print the answer as one JSON object.")] = False
+    all: Annotated[bool, _shown("All tables and findings.")] = False
+    html: Annotated[Path | None, _shown("Write the answer as a page here (.html).")] = None
+
+    def show(self, found: Result, saved: Mapping[str, Any] | None = None) -> None:
+        """Write an answer to stdout, and what was saved where."""
+        if self.html is not None:
+            self.html.write_text(found.to_html(), encoding="utf-8")
+        paths = {what: path for what, path in {**(saved or {}), "page": self.html}.items() if path}
+        if self.json:
+            show_json(found.to_dict() | {"saved": paths})
+            return
+        from rich.console import Console
+        from rich.text import Text
+
+        console = Console(highlight=False, markup=False)
+        for line in lines(found, self.all):
+            console.print(Text.assemble(*line), soft_wrap=True)
+        for what, path in paths.items():
+            print(f"saved {what}: {path}")
+
+
+BRIEFLY = Shown()
 
 
 class Interrupted(KeyboardInterrupt):
@@ -45,6 +93,12 @@ _NOTES: list[str] = []
 def note(line: str) -> None:
     """Keep a line for stderr until there is a result, or long work begins: bad input is one line."""
     _NOTES.append(line)
+
+
+def note_findings(found: Iterable[Finding]) -> None:
+    """Keep findings as lines."""
+    for each in found:
+        note(f"{each.severity} {each.code}: {each}")
 
 
 def tell_notes() -> None:

@@ -79,7 +79,7 @@ def command(
     checks.check_count("seed", seed, 0)
     checks.check_score(score_from_s, duration_s)
     there = [path for path in (out, plot) if path is not None and path.exists()]
-    system, origin = flags.given(file, preset, overrides)
+    system, origin = flags.noted(file, preset, overrides)
     from frictionloop.cli import bands_asked
 
     _ask(system)
@@ -119,7 +119,7 @@ def command(
     scored = ("time", mask, {"units": units, "long_name": meaning})
     counted = run.assign(scored=scored) if score_from_s else run
     saved = _save(
-        counted, system, {"run": out, "plot": plot, "system": save_system}, every, flags.stated(file, overrides)
+        counted, system, {"run": out, "plot": plot, "system": save_system}, every, set(flags.overrides_of(overrides))
     )
     if json:
         result = {"system": system.model_dump(), "duration_s": duration_s, "seed": seed, "score_from_s": score_from_s}
@@ -152,10 +152,11 @@ def command(
 
 
 def _ask(system: System) -> None:
-    from frictionloop.cli import contact_turns, plausible
+    from frictionloop.cli import contact_turns
+    from frictionloop.parameters.unit_sanity import of_ceiling
 
     contact_turns.ask(system)
-    plausible.ask_of_ceiling(system)
+    screen.note_findings(of_ceiling(system))
 
 
 def _steps(run: xr.Dataset, system: System, score_from_s: float) -> tuple[list[StepTime], int]:

@@ -161,7 +161,7 @@ def _session(system: System, seed: int, device: str | None) -> Iterator[Session]
 def _system(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> System:
     """Return the bench of the page; the preset has a law that closes its loop well, and every one an effect."""
     chosen = flags.overrides_of(overrides)
-    system, _ = flags.given(file, preset, overrides, "bench")
+    system, _ = flags.noted(file, preset, overrides, "bench")
     if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in chosen):
         system = system.evolve(LAW)  # no flag of a person's, so nothing to note
     if effect is not None:

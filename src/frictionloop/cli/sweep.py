@@ -99,12 +99,12 @@ def command(
     _check_points(over, fingers)
     checks.check_fingers(fingers, fingers_seed, MOST_FINGERS // max(seeds, 1), population=population, loads=loads)
     between = checks.two_values("loads", loads, checks.LOADS) or None
-    from frictionloop.cli.plausible import ask_of_axes, ask_of_ceiling
+    from frictionloop.parameters.unit_sanity import of_axes, of_ceiling
 
-    system, origin = flags.given(file, preset, overrides)
+    system, origin = flags.noted(file, preset, overrides)
     axes = axes_of(over or (), seeds)
-    ask_of_axes(axes)
-    ask_of_ceiling(system)
+    screen.note_findings(of_axes(axes))
+    screen.note_findings(of_ceiling(system))
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     with screen.waiting("loading the compiled loop"):
         from frictionloop.cli import contact_turns, outcome, recorded_units

@@ -22,6 +22,7 @@ from frictionloop.cli import (
     effect,
     effect_import,
     experiment,
+    explain,
     findings,
     firmware,
     identify,
@@ -69,6 +70,7 @@ add(
     {"simulate": _verb(simulate), "sweep": _verb(sweep), "compare": _verb(compare), "studio": _verb(studio)},
     group=LOOP,
 )
+add(app, "frictionloop", {"explain": _verb(explain)}, group=HERE)
 app.command(
     group_app(
         "design",

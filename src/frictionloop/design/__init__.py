@@ -1,5 +1,27 @@
-"""Gains that hold: re-tuned PI and notch, and H-infinity, on a set of corners."""
+"""Gains that hold over one operating grid: slip length, speed, load, moisture, resonance, people.
 
-from frictionloop.design.hinf import Synthesised, design_hinf
-from frictionloop.design.notch import Notched, retune_notch
-from frictionloop.design.retune import Retuned, retune
+controller  check  limits     find a controller, look at one that is there, see what limits the bench
+Requirements                  what must hold
+retune  retune_notch  design_hinf   the syntheses by themselves, on loops of your own
+"""
+
+from __future__ import annotations
+
+from frictionloop.quantities.lazily import lazily
+
+HOMES = {
+    "controller_design": "ControllerDesign controller",
+    "controller_check": "Check check",
+    "requirements": "Requirements",
+    "designed_file": "DesignedTable changed_since read_designed write_controller",
+    "on_fingers": "check_fingers",
+    "hinf": "Synthesised design_hinf",
+    "notch": "Notched retune_notch",
+    "pi_synthesis": "Retuned retune",
+}
+__getattr__ = lazily(__name__, HOMES)
+__all__ = [name for names in HOMES.values() for name in names.split()]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

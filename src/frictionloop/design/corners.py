@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.least_gain import laws_on
 from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import Plants, detuned, shifted
+from frictionloop.findings import Condition
 from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.occlusion import occlusion_after
@@ -47,23 +48,20 @@ class Corner(NamedTuple):
         return self.loop.margins()
 
     @property
-    def where(self) -> str:
-        """Where that is, in words."""
+    def condition(self) -> Condition:
+        """Where that is."""
         found = self.loop.elements
-        off = f", resonance {self.off:+.0%} off" if self.off else ""
-        load_n = load_of(self.loop.system)
-        pressed = "" if load_n is None else f", pressed with {load_n:.3g} N"
-        return f"{found.force_n:.3g} N, {'moist' if found.occluded > 0 else 'dry'} finger{self.stroke}{pressed}{off}"
+        place = condition_of(self.loop.system)
+        return replace(place, force_n=found.force_n, occluded=found.occluded, resonance_off=self.off or None)
 
     @property
     def excess(self) -> float:
         """Return Ms over the largest one."""
         return self.sensitivity_peak / self.limit
 
-    @property
-    def stroke(self) -> str:
-        """Contact and speed, in words."""
-        return stroke_of(self.loop.system)
+    def to_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        return {**self.condition.values, "sensitivity_peak": self.sensitivity_peak, "limit": self.limit}
 
 
 def occlusions(system: System) -> tuple[float, ...]:
@@ -91,11 +89,11 @@ def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -
     ]
 
 
-def stroke_of(system: System) -> str:
-    """Return at which slip length and speed a loop is linearised, for a person; empty for neither."""
+def condition_of(system: System) -> Condition:
+    """Return at which slip length, speed and load a loop is linearised."""
     finger, motion = system.finger, system.motion
-    length = f", slip length {finger.slip_length_um:g} um" if isinstance(finger, Skin) else ""
-    return length + (f", {motion.speed_mm_s:.4g} mm/s" if isinstance(motion, Strokes) else "")
+    found = Condition(slip_length_um=finger.slip_length_um if isinstance(finger, Skin) else None)
+    return replace(found, speed_mm_s=motion.speed_mm_s, load_n=motion.load_n) if isinstance(motion, Strokes) else found
 
 
 def load_of(system: System) -> float | None:
@@ -135,12 +133,13 @@ def corners(
     plants = Plants.of(loops, fine=False)
     stable = np.array([loop.is_stable() for loop in loops])
     peaks = np.where(stable, 1.0 / plants.distances(laws_on(plants.frequency_hz, loops)), np.inf)
-    groups: dict[tuple[str, bool, float], list[int]] = {}
+    groups: dict[tuple[Condition, bool, float], list[int]] = {}
     for k, (loop, off, _) in enumerate(cases):
-        groups.setdefault((stroke_of(loop.system), loop.elements.occluded > 0.0, off), []).append(k)
+        at = replace(condition_of(loop.system), load_n=None)
+        groups.setdefault((at, loop.elements.occluded > 0.0, off), []).append(k)
     close = [k for group in groups.values() for k in group if peaks[group].max() <= CLOSE * peaks[k] < np.inf]
     for count, k in enumerate(close, 1):
-        step(f"loop {count} of the worst {len(close)} there{stroke_of(loops[k].system)}")
+        step(f"loop {count} of the worst {len(close)}, {condition_of(loops[k].system)}")
         peaks[k] = loops[k].sensitivity_peak()
     return [Corner(off, limit, loop, float(peak)) for (loop, off, limit), peak in zip(cases, peaks, strict=True)]
 
@@ -161,12 +160,12 @@ def cases_of(
 
     Only loops that ``looked_at`` takes are among them; no law is made for others.
     """
-    laws: dict[tuple[str, float | None, float, float], StateSpace] = {}
+    laws: dict[tuple[Condition, float, float], StateSpace] = {}
     found = []
     for loop, off, limit in shifted(leaning(band_of(system, over, states), lean), limits):
         if not looked_at(loop):
             continue
-        at = (stroke_of(loop.system), load_of(loop.system), loop.elements.force_n, loop.elements.occluded)
+        at = (condition_of(loop.system), loop.elements.force_n, loop.elements.occluded)
         if at not in laws:
             laws[at] = loop.law
         found.append((replace(loop, known_law=laws[at]), off, limit))

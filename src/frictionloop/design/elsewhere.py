@@ -1,14 +1,15 @@
-"""Where a controller was looked at: slip lengths and speeds as values, how it does there, and the words for both."""
+"""Where a controller was looked at: slip lengths and speeds, and how it does there."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 from frictionloop.design.corners import NOTHING, Corner, broken, corners
 from frictionloop.design.leaning import Lean
 from frictionloop.design.over import ITSELF, Over, at_place
+from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.quantities import FrictionloopError
 
@@ -58,55 +59,29 @@ class Place(NamedTuple):
         return "near" if worst.sensitivity_peak > NEAR else "beyond"
 
     @property
-    def speeds(self) -> str:
-        """The speed, or the ends of the range, without unit."""
-        return " to ".join(f"{each:g}" for each in dict.fromkeys((*self.speeds_mm_s[:1], *self.speeds_mm_s[-1:])))
+    def condition(self) -> Condition:
+        """Where that is."""
+        ends = dict.fromkeys((*self.speeds_mm_s[:1], *self.speeds_mm_s[-1:]))
+        speed = next(iter(ends), None) if len(ends) < 2 else tuple(ends)
+        return Condition(slip_length_um=self.slip_length_um, speed_mm_s=speed)
+
+    def peak_at(self, off: float) -> float:
+        """Return the largest Ms with the resonance off by a share."""
+        return max(each.sensitivity_peak for each in self.corners if each.off == off)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        offs = sorted({each.off for each in self.corners})
+        peaks = [{"resonance_off": off, "sensitivity_peak": self.peak_at(off)} for off in offs]
+        return {**self.condition.values, "how": self.how, "worst": self.worst, "peaks": peaks}
 
 
 class Elsewhere(NamedTuple):
     """Slip lengths and speeds that a controller was looked at besides."""
 
     places: tuple[Place, ...] = ()
-    unseen: tuple[str, ...] = ()
-    """Those that cannot be looked at, in words with the reason."""
-
-    def where(self, how: How) -> tuple[Place, ...]:
-        """Return the places at which the controller does so."""
-        return tuple(each for each in self.places if each.how == how)
-
-    def warning(self) -> tuple[str, ...]:
-        """Return the lines that come before all others: where the loop is unstable, or nearly so."""
-        found = (("UNSTABLE", in_words(self.where("unstable"))), ("CLOSE TO UNSTABLE", in_words(self.where("near"))))
-        done = "Do not use it there: it was not designed for it."
-        return tuple(f"{what} on {'; on '.join(places)}. {done}" for what, places in found if places)
-
-
-def in_words(places: Iterable[Place]) -> list[str]:
-    """Return places in words, those alike in one, as `alike` has them."""
-    return [words for words, _ in alike(places)]
-
-
-def alike(places: Iterable[Place]) -> list[tuple[str, Place]]:
-    """Return groups of places in words, each with its worst: slip length 0 um at 10, 20 mm/s (Ms up to 4.5).
-
-    The error of the resonance and Ms are those of the worst corner, left out where the limits hold.
-    """
-    groups: dict[tuple[float | None, How, float], list[Place]] = {}
-    for each in places:
-        off = 0.0 if each.how == "within" else each.worst.off
-        groups.setdefault((each.slip_length_um, each.how, off), []).append(each)
-    worst = [max(group, key=lambda place: place.worst.excess) for group in groups.values()]
-    return [(_said(*key, group), each) for (key, group), each in zip(groups.items(), worst, strict=True)]
-
-
-def _said(length_um: float | None, how: How, off: float, group: Sequence[Place]) -> str:
-    speeds = ", ".join(each.speeds for each in sorted(group, key=lambda each: each.speeds_mm_s) if each.speeds)
-    where = ["this loop" if length_um is None else f"slip length {length_um:g} um"]
-    where += [f"at {speeds} mm/s"] if speeds else []
-    where += [f"with the resonance {100 * abs(off):.3g} % {'higher' if off > 0 else 'lower'}"] if off else []
-    peak = max(each.worst.sensitivity_peak for each in group)
-    many = "up to " if len(group) > 1 else ""
-    return " ".join([*where, *([f"(Ms {many}{peak:.3g})"] if how in ("near", "beyond") else [])])
+    unseen: tuple[Finding, ...] = ()
+    """Those that cannot be looked at."""
 
 
 def elsewhere(
@@ -128,8 +103,8 @@ def elsewhere(
             if not _held(there, system, over):
                 places.append(Place.of(corners(there, limits, Over(loads_n=over.loads_n), lean)))
         except FrictionloopError as error:  # no such stroke, a force out of reach, a law that is saturated there
-            given = ", ".join(f"{path} = {value}" for path, value in changes.items())
-            unseen.append(f"not looked at with {given}: {error}")
+            where = Condition(**{path.split(".")[1]: value for path, value in changes.items()})
+            unseen.append(Finding("PLACE-UNSEEN", where=where, more={"reason": str(error)}))
     return Elsewhere(tuple(places), tuple(unseen))
 
 

@@ -18,6 +18,9 @@ SHARES = (1.0, 0.85, 0.7, 0.55, 0.4)
 NO_GAINS = 1.0
 """Cost where no ki holds: more than that of any gains."""
 
+UNFOUND = "NO-GAINS"
+"""Code of a search that ends below the least ki worth having."""
+
 
 class Gains(NamedTuple):
     """PI gains, and what was to be least."""
@@ -97,3 +100,8 @@ def open_stretches(plants: Plants, peaks: Sequence[float], kp: float) -> list[tu
     closed = closed[np.argsort(closed[:, 0])]
     reached = np.maximum.accumulate(np.append(0.0, closed[:, 1]))
     return [(float(end), float(start)) for end, start in zip(reached, closed[:, 0], strict=False) if start > end]
+
+
+def gains_reached(kp: float, ki: float) -> str:
+    """Return how far a search for gains got."""
+    return f"least_ki: no gains within Ms, farthest kp = {kp:.3g}, ki = {ki:.4g} 1/s"

@@ -10,10 +10,9 @@ from frictionloop.analysis.operating import check_reach
 from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.least_gain import least_gain
 from frictionloop.design.over import Over
-from frictionloop.design.wanted import Designed, Wanted, unheld
+from frictionloop.design.requirements import Designed, Requirements, unheld
 from frictionloop.loop.progress import step
 from frictionloop.parameters import Strokes, System
-from frictionloop.quantities import FrictionloopError
 
 SEARCHED, CHECKED = 3, 9
 """Speeds in a range that a search begins with, and at which its result is looked at."""
@@ -22,17 +21,19 @@ ENDS, LOADS = 2, 3
 LOWERED = 0.95
 """Least factor on the gains of a search whose grid of frequencies missed a peak (chosen); with less, the law fails."""
 GAINS = ("controller.kp", "controller.ki")
-Synthesis = Callable[[System, Wanted], Designed]
+Synthesis = Callable[[System, Requirements], Designed]
 
 
-def check_places(system: System, asked: Wanted) -> None:
+def check_places(system: System, asked: Requirements) -> None:
     """Refuse a speed or a load at which none of the forces can be had; one alone counts as the nearest that can."""
     _, speeds, loads = asked.over(ENDS, LOADS)
     for there in Over((), speeds, loads).systems(system):
         check_reach(there)
 
 
-def held_between(system: System, law: str, synthesis: Synthesis, asked: Wanted) -> tuple[Designed, Sequence[Corner]]:
+def held_between(
+    system: System, law: str, synthesis: Synthesis, asked: Requirements
+) -> tuple[Designed, Sequence[Corner]]:
     """Return a controller, and its corners at closely spaced speeds and loads, all within the limits.
 
     The search sees few of them; one at which its result does not hold joins them, and it is made again.
@@ -60,11 +61,11 @@ def held_between(system: System, law: str, synthesis: Synthesis, asked: Wanted) 
         lower = lowered(found, factor) if factor >= LOWERED else None
         again = corners(system.evolve(lower.overrides), asked.limits, close, asked.lean) if lower else at
         if lower is None or broken(again):
-            raise FrictionloopError(unheld(law, asked, worst))
+            raise unheld(law, asked, worst)
         return lower, again
 
 
-def _joined(searched: Wanted, there: System) -> Wanted:
+def _joined(searched: Requirements, there: System) -> Requirements:
     """Return what is searched for with the speed and the load of a system among those that are."""
     if not isinstance(there.motion, Strokes):
         return searched

@@ -15,14 +15,15 @@ import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.state_space import Complex
-from frictionloop.design.corners import broken, corners, stroke_of
+from frictionloop.design.corners import broken, condition_of, corners
 from frictionloop.design.noise_model import NoiseModel, identify_noise
 from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
+from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, unheld
 from frictionloop.design.sections import Cascade, factorise
 from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
-from frictionloop.design.wanted import Designed, Wanted, feedforward, unfound, unheld
 from frictionloop.design.weighted_plant import Weights, check_order, weighted_plant
+from frictionloop.findings import Finding
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.parameters.filtered import FILTERS
 from frictionloop.quantities import FrictionloopError
@@ -64,7 +65,7 @@ class Synthesised:
         return self.cascade.overrides | {"controller.feedforward": True, "controller.overdrive": True}
 
 
-def design_hinf(system: System, noise: NoiseModel | None = None, wanted: Wanted | None = None) -> Synthesised:
+def design_hinf(system: System, noise: NoiseModel | None = None, wanted: Requirements | None = None) -> Synthesised:
     """Return the H-infinity controller with the most performance that holds over a grid of plants.
 
         min over K of the norm of [z_res, z_e, z_u] from [w_res, w_in, w_d, w_n]   (weighted_plant)
@@ -76,7 +77,7 @@ def design_hinf(system: System, noise: NoiseModel | None = None, wanted: Wanted 
     noise
         Disturbance; None identifies it from plain strokes at the operating point.
     wanted
-        What must hold, at the bench's own gain. None: `Wanted` as it is.
+        What must hold, at the bench's own gain. None: `Requirements` as it is.
 
     Raises
     ------
@@ -84,31 +85,32 @@ def design_hinf(system: System, noise: NoiseModel | None = None, wanted: Wanted 
         Nothing holds, not even with the least performance: the line says what the limit is. A synthesis that does not
         converge, coefficients that Q31 cannot hold, or a delay of more control periods than it takes (`check_order`).
     """
-    return _search(system, noise, (wanted or Wanted()).limits)
+    return _search(system, noise, (wanted or Requirements()).limits)
 
 
-def synthesised(system: System, wanted: Wanted) -> Designed:
+def synthesised(system: System, wanted: Requirements) -> Designed:
     """Return the controller of the least tightened limits that holds at every corner, not only on the grid."""
     forward, notes = feedforward(system)
     # Identifying the noise already takes seconds.
     slicot()
     check_order(linearise(system).plant, system.controller.delay_s)
     noise = identify_noise(system)
-    first = ""
+    first: FrictionloopError | None = None
     for share in TIGHTER:
         try:
             found = _search(system, noise, wanted.scaled(share))
         except FrictionloopError as error:
-            first = first or str(error)
+            first = first or error
             continue
         overrides = {**found.overrides, "controller.feedforward": forward}
         at = corners(system.evolve(overrides), wanted.limits, wanted.places, wanted.lean)
         worst = broken(at)
         if worst is None:
-            said = f"{found.order} states, reduced from {found.full_order}"
-            return Designed(overrides, (*notes, said), tuple(at))
+            order = Finding("ORDER-REDUCED", value=found.order, limit=found.full_order)
+            return Designed(overrides, (*notes, order), tuple(at))
         first = first or unheld("hinf", wanted, worst)
-    raise FrictionloopError(first)
+    assert first is not None
+    raise first
 
 
 def _points(system: System) -> list[LinearLoop]:
@@ -131,7 +133,8 @@ def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, flo
             small = _reduced(_lagged(K, decay), ORDER)
             cascade = factorise(small, 1.0, 2 * math.pi * now.integral_hz, believed.period_s)
         except FrictionloopError as error:  # an unstable controller or none: too much was asked
-            raise FrictionloopError(f"{unfound('hinf', system)}: {error}") from None
+            periods = system.controller.delay_s * system.controller.rate_hz
+            raise FrictionloopError(f"law hinf: none found, delay {periods:.3g} periods: {error}", NOT_HELD) from None
         check(cascade.response(plants.frequency_hz))
         return Synthesised(cascade, len(small.A) + 1, len(K.A) + 1, performance)
 
@@ -140,19 +143,17 @@ def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, flo
         loop, off, limit = cases[int(np.argmax(over))]
         if not np.max(over) <= 1.0:
             raise FrictionloopError(
-                f"sensitivity_peak = {limits[0.0]:g}: the hinf controller gets to {limit * np.max(over):.3g} where "
-                f"{limit:.3g} is asked, with the resonance off by {off:.3g}{stroke_of(loop.system)}"
+                f"law hinf: Ms {limit * np.max(over):.3g}, {limit:.3g} asked, resonance {off:+.0%}, "
+                f"{condition_of(loop.system)}",
+                NOT_HELD,
             )
         if not all(plants.stable(factor * law).all() for factor in GAINS):
-            raise FrictionloopError(
-                f"the hinf controller is not stable with the loop gain times {GAINS[0]:g} and {GAINS[1]:g}"
-            )
+            raise FrictionloopError(f"law hinf: unstable at {GAINS[0]:g} or {GAINS[1]:g} x gain", NOT_HELD)
         command_n = _command_noise_n(system, plants, law)
         if not command_n <= COMMAND_NOISE_N:
             raise FrictionloopError(
-                f"sensor noise makes {command_n:.3g} N of command with the hinf controller, and {COMMAND_NOISE_N:g} N "
-                f"is the most: it needs {COMMAND_NOISE_N / command_n:.2f} times the sensor's noise or less; with this "
-                "noise take `--law notch_pi` or pi"
+                f"law hinf: noise makes {command_n:.3g} N of command, most {COMMAND_NOISE_N:g} N; try notch_pi",
+                NOT_HELD,
             )
 
     low, high = (math.log(p) for p in PERFORMANCE)

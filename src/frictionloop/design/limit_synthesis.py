@@ -24,7 +24,7 @@ from frictionloop.design.corners import band_of, broken, corners
 from frictionloop.design.elsewhere import FASTER
 from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, shifted
-from frictionloop.design.wanted import Designed, Wanted, unheld
+from frictionloop.design.requirements import Designed, Requirements, unheld
 from frictionloop.parameters import Strokes, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
@@ -73,7 +73,7 @@ class Search:
     """Friction noise behind each loop's contact, N^2/Hz."""
 
     @classmethod
-    def of(cls, system: System, wanted: Wanted) -> Search:
+    def of(cls, system: System, wanted: Requirements) -> Search:
         """Return the search for a bench."""
         cases = shifted(_loops(system, wanted), wanted.limits)
         loops = [loop for loop, _, _ in cases]
@@ -140,7 +140,7 @@ def _speed(loop: LinearLoop) -> float:
     return float(motion.speed_mm_s)
 
 
-def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
+def _loops(system: System, wanted: Requirements) -> list[LinearLoop]:
     """Return loops at forces, moistures and speeds, at both ends of the slip length."""
     plain = system.evolve({"controller.kind": "pi"})
     lengths, speeds, loads = wanted.places
@@ -150,7 +150,7 @@ def _loops(system: System, wanted: Wanted) -> list[LinearLoop]:
     return band_of(plain, Over(lengths, speeds, loads))
 
 
-def limit_observer(system: System, wanted: Wanted) -> Designed:
+def limit_observer(system: System, wanted: Requirements) -> Designed:
     """Limit observer of least residual, its limits held up to a loop gain of 1.
 
     Raises
@@ -168,6 +168,5 @@ def limit_observer(system: System, wanted: Wanted) -> Designed:
     found = own | Search.of(there, wanted).best(there).told(system)
     worst = broken(corners(system.evolve({**found, **AT_MARGIN}), wanted.limits, wanted.places, wanted.lean))
     if worst is not None:
-        raise FrictionloopError(unheld("limit_observer", wanted, worst))
-    said = f"these limits hold up to a finger {margin_of(there):g} times as susceptible as controller.model has it"
-    return Designed(found, (said,))
+        raise unheld("limit_observer", wanted, worst)
+    return Designed(found)

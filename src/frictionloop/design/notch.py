@@ -14,7 +14,7 @@ from frictionloop.analysis.disturbance import Spectrum
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.state_space import Array
-from frictionloop.design.gain_search import best_gains
+from frictionloop.design.gain_search import UNFOUND, best_gains, gains_reached
 from frictionloop.design.notch_search import NotchSearch
 from frictionloop.design.plants import Plants, shifted, stiffened
 from frictionloop.loop.progress import step as progress
@@ -94,7 +94,7 @@ def retune_notch(
     _, kp, ki = fine.gains(x, refine=True)
     found = _result(fine, x, kp, ki, overdrive)
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found, points, limits, least_ki))
+        raise FrictionloopError(_too_little(found, points, limits), UNFOUND)
     return found
 
 
@@ -142,19 +142,8 @@ def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: fl
     return limits
 
 
-def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float], least_ki: float) -> str:
+def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float]) -> str:
     """Return what limits: the resonance if springs that follow at once would do, the delay and the lags if not."""
-    controller = points[0].system.controller
     stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
     ki = best_gains(stiff, [min(limits.values())] * len(points)).ki
-    lag_s = controller.delay_s + 0.5 / controller.rate_hz
-    lag = f"{1e6 * lag_s:.0f} us" if lag_s < 1e-3 else f"{1e3 * lag_s:.3g} ms"
-    limit = f"the delay, {lag} with half the hold, is the limit: without resonance ki = {ki:.4g} 1/s"
-    if ki > least_ki:
-        hz = _resonance_hz(points[0].system)
-        limit = f"the resonance, {hz:g} Hz +- {max(limits):.0%}, is the limit: without it ki = {ki:.4g} 1/s"
-    wanted = ", ".join(f"{peak:g} at +-{error:.0%}" for error, peak in limits.items())
-    return (
-        f"least_ki = {least_ki:g} 1/s: no PI and notch with Ms <= {wanted} get there, kp = {found.kp:.3g} "
-        f"and ki = {found.ki:.4g} 1/s get farthest; {limit}"
-    )
+    return f"{gains_reached(found.kp, found.ki)}; without the resonance ki = {ki:.4g} 1/s"

@@ -16,7 +16,7 @@ from frictionloop.design.corners import MET, cases_of, load_of, occlusions
 from frictionloop.design.held import ENDS, SEARCHED
 from frictionloop.design.least_gain import laws_on, least_gain
 from frictionloop.design.plants import Plants
-from frictionloop.design.wanted import Wanted
+from frictionloop.design.requirements import Requirements
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import Skin, System
 from frictionloop.quantities import FrictionloopError
@@ -64,11 +64,15 @@ ABOUT = {
 
 
 def check_fingers(
-    system: System, people: Sequence[Mapping[str, Any]], wanted: Wanted | None = None, *, progress: bool | None = None
+    system: System,
+    people: Sequence[Mapping[str, Any]],
+    wanted: Requirements | None = None,
+    *,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Return how near the loop of each finger of a population comes to instability, with one controller for all.
 
-    Each finger is looked at as `check_controller` looks at that of the system: at lowest, mean and highest force, just
+    Each finger is looked at as `check` looks at that of the system: at lowest, mean and highest force, just
     landed and moist, with the resonance off, at the slip lengths and speeds that are asked for, from slip length 0 to
     its own if none is. It is pressed with its own load, or with the ends of the loads that are asked for. What the
     controller believes stays as it is. Where none of the forces can be had, on a moist finger say, the command stays
@@ -81,7 +85,7 @@ def check_fingers(
     people
         Overrides, one finger each, as of `fingers`.
     wanted
-        What must hold. None: `Wanted` as it is.
+        What must hold. None: `Requirements` as it is.
     progress
         Show a progress bar; None: on a terminal.
 
@@ -98,7 +102,7 @@ def check_fingers(
     FingersInterrupted
         On Ctrl-C once a finger has been looked at, carrying what was found.
     """
-    must = wanted or Wanted()
+    must = wanted or Requirements()
     if not len(people):
         raise FrictionloopError("people: needs one finger at least, such as fl.fingers(100, 0)")
     found: list[_Found] = []
@@ -128,7 +132,7 @@ def _dataset(found: Sequence[_Found]) -> xr.Dataset:
     return result
 
 
-def _of(there: System, wanted: Wanted) -> _Found:
+def _of(there: System, wanted: Requirements) -> _Found:
     """Return one finger's worst corner."""
     over = wanted.over(SEARCHED, ENDS)
     # With its command at a limit the loop is open: what a law would do there says nothing of its gains.

@@ -9,14 +9,15 @@ from dataclasses import replace
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.design.corners import Corner, band_of, corners
-from frictionloop.design.elsewhere import elsewhere
+from frictionloop.design.gain_search import UNFOUND
 from frictionloop.design.held import CHECKED, ENDS, LOADS, Synthesis, check_places, held_between, lowered
 from frictionloop.design.leaning import leaning
 from frictionloop.design.loop_gains import loop_gains
 from frictionloop.design.notch import retune_notch
+from frictionloop.design.pi_synthesis import retune
 from frictionloop.design.plants import shifted
-from frictionloop.design.retune import retune
-from frictionloop.design.wanted import Designed, Wanted, feedforward, on_one, springs_told
+from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, springs_told
+from frictionloop.findings import Finding
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, check_known
@@ -27,19 +28,20 @@ MODEL_ERROR = 0.3
 """Share of the set-point that feed-forward leaves to the feedback: spread of tau over fingers (assumed)."""
 
 
-def notch_pi(system: System, wanted: Wanted) -> Designed:
+def notch_pi(system: System, wanted: Requirements) -> Designed:
     """PI and notch with the least residual, behind feed-forward and overdrive (`retune_notch`)."""
     _check_notch(system)
-    forward, notes = feedforward(system)
+    forward, findings = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
     points = leaning(band_of(_plain(system), wanted.places), wanted.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
-    told, said = springs_told(system)
-    return Designed({**found.overrides, "controller.feedforward": forward, **told}, notes + more + said)
+    told = springs_told(system)
+    set_here = (Finding("MODEL-SET", value=told),) if told else ()
+    return Designed({**found.overrides, "controller.feedforward": forward, **told}, findings + more + set_here)
 
 
-def pi(system: System, wanted: Wanted) -> Designed:
+def pi(system: System, wanted: Requirements) -> Designed:
     """PI alone with the largest ki (`retune`)."""
     cases = shifted(leaning(band_of(_plain(system), wanted.places), wanted.lean), wanted.limits)
     with _in_terms_of(wanted):
@@ -47,14 +49,14 @@ def pi(system: System, wanted: Wanted) -> Designed:
     return Designed({"controller.kind": "pi", **found.overrides})
 
 
-def hinf(system: System, wanted: Wanted) -> Designed:
+def hinf(system: System, wanted: Requirements) -> Designed:
     """Mixed-sensitivity H-infinity of up to 13 states with feed-forward (`design_hinf`)."""
     from frictionloop.design.hinf import synthesised
 
     return synthesised(system, wanted)
 
 
-def limit_observer(system: System, wanted: Wanted) -> Designed:
+def limit_observer(system: System, wanted: Requirements) -> Designed:
     """Observer of the friction limit, made to believe what bears other resonances (`limit_synthesis`)."""
     from frictionloop.design.limit_synthesis import limit_observer as synthesised
 
@@ -75,18 +77,10 @@ def default_law(system: System) -> str:
     return "notch_pi" if isinstance(system.sensor, SuspendedSensor) else "pi"
 
 
-def design_controller(system: System, law: str | None = None, wanted: Wanted | None = None) -> Designed:
-    """Return a controller whose margins hold over forces, a dry and a moist finger, and resonances.
+def synthesised(system: System, law: str, asked: Requirements) -> tuple[Designed, Requirements]:
+    """Return a controller whose margins hold over forces, a dry and a moist finger, and resonances, and what it holds.
 
-    Parameters
-    ----------
-    system
-        The bench; of its controller only times and model are used.
-    law
-        Name in `SYNTHESES`; `default_law` if None.
-    wanted
-        What must hold. None: `Wanted` as it is. Where it names no slip length and no controller holds from 0 on, the
-        answer is for that of the system, and ``one_length`` says why.
+    Where no slip length is named and no controller holds from 0 on, it is for that of the system.
 
     Raises
     ------
@@ -94,33 +88,32 @@ def design_controller(system: System, law: str | None = None, wanted: Wanted | N
         An unknown law, no force asked for that is in reach of a finger just landed, or no controller of that law
         holds: the line says what limits it.
     """
-    name, asked = law or default_law(system), wanted or Wanted()
-    check_known("law", [name], SYNTHESES)
+    check_known("law", [law], SYNTHESES)
     check_places(system, asked)
     try:
-        return _designed(system, name, asked)
+        return _for_people(system, law, asked), asked
     except FrictionloopError as error:
-        finger, why = system.finger, str(error)
-        if asked.slip_lengths_um is not None or not isinstance(finger, Skin) or not why.endswith(on_one(asked)):
+        finger = system.finger
+        if asked.slip_lengths_um is not None or not isinstance(finger, Skin) or error.code != NOT_HELD:
             raise
-    alone = _designed(system, name, replace(asked, slip_lengths_um=(finger.slip_length_um,)))
-    return alone._replace(one_length=why.removesuffix(on_one(asked)))
+        why = Finding("ONE-LENGTH", value=finger.slip_length_um, unit="um", more={"reason": str(error)})
+    one = replace(asked, slip_lengths_um=(finger.slip_length_um,))
+    alone = _for_people(system, law, one)
+    return alone._replace(findings=(*alone.findings, why)), one
 
 
-def _designed(system: System, name: str, asked: Wanted) -> Designed:
+def _for_people(system: System, name: str, asked: Requirements) -> Designed:
+    """Return a controller that bears the loop gains of other people too."""
     found, at = held_between(system, name, SYNTHESES[name], asked)
-    after, over = system.evolve(found.overrides), asked.over(ENDS, LOADS)
-    people, gain = loop_gains(after, over), asked.gain_of(system)
+    after, gain = system.evolve(found.overrides), asked.gain_of(system)
+    people = loop_gains(after, asked.over(ENDS, LOADS))
     if people is not None and people.critical < gain:
         found, at = for_gain(system, found, at, asked, people.critical / gain)
-        after = system.evolve(found.overrides)
-        people = loop_gains(after, over)
-    more, notes = elsewhere(after, asked.limits, over, asked.lean), found.notes
-    return found._replace(corners=tuple(at), elsewhere=more, notes=(*notes, *more.unseen), people=people)
+    return found._replace(corners=tuple(at))
 
 
 def for_gain(
-    system: System, found: Designed, at: Sequence[Corner], asked: Wanted, factor: float
+    system: System, found: Designed, at: Sequence[Corner], asked: Requirements, factor: float
 ) -> tuple[Designed, Sequence[Corner]]:
     """Return a controller with PI gains times a factor, which a finger of larger loop gain bears, and its corners.
 
@@ -134,15 +127,15 @@ def for_gain(
 
 
 @contextmanager
-def _in_terms_of(wanted: Wanted) -> Iterator[None]:
-    """Say why a least ki is asked for where a search does not get there, and for which slip lengths."""
-    asked = f"least_ki = {LEAST_KI:g} 1/s: "
+def _in_terms_of(asked: Requirements) -> Iterator[None]:
+    """Say why a least ki is asked for where a search does not get there."""
     try:
         yield
     except FrictionloopError as error:
-        why = f"ki must be above {LEAST_KI:.3g} 1/s to lower anything felt, from {LOWEST_HZ:g} Hz on; "
-        said = str(error).replace(asked, f"sensitivity_peak = {wanted.sensitivity_peak:g}: {why}")
-        raise FrictionloopError(said + on_one(wanted)) from None
+        if error.code != UNFOUND:
+            raise
+        why = f"ki above {LEAST_KI:.3g} 1/s lowers what is felt"
+        raise FrictionloopError(f"sensitivity_peak = {asked.sensitivity_peak:g}: {error}; {why}", NOT_HELD) from None
 
 
 def _plain(system: System) -> System:
@@ -159,8 +152,8 @@ def _check_notch(system: System) -> None:
         )
 
 
-def _spectrum(system: System, share: float) -> tuple[Spectrum | None, tuple[str, ...]]:
-    """Return the disturbance of a finger that strokes, or None and what to say."""
+def _spectrum(system: System, share: float) -> tuple[Spectrum | None, tuple[Finding, ...]]:
+    """Return the disturbance of a finger that strokes, or None and what to know."""
     if isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes):
         return touch_spectrum(system, share), ()
-    return None, ("no finger strokes in this system: ki is the largest, not that of the least residual",)
+    return None, (Finding("NO-SPECTRUM"),)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Design = TypeVar("Design", bound=Description)
 SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
+DESIGNED = "designed"
+"""Table of what was asked and found of a controller: no part of a System."""
 LARGEST_BYTES, DEEPEST = 10**6, 32
 """Of a parameter file; all keys of all blocks, and arrays of thousands of samples, fit (assumed)."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
@@ -62,6 +64,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
         For a file that cannot be read, or what is wrong in it, naming file, field and value.
     """
     tree = _from_here(read_tree(path), Path(path).parent)
+    tree.pop(DESIGNED, None)
     base = tree.pop("preset", None)
     if base is None:
         return _complete(path, tree)
@@ -71,6 +74,7 @@ def read_toml(path: str | os.PathLike[str]) -> System:
 def start_of(path: str | os.PathLike[str]) -> tuple[System | None, dict[str, Any]]:
     """Return the preset that a readable TOML file starts from, None without one, and the values it changes by name."""
     tree = read_tree(path)
+    tree.pop(DESIGNED, None)
     base = tree.pop("preset", None)
     tables = {name: block for name, block in tree.items() if isinstance(block, dict)}
     changes = {f"{name}.{key}": value for name, block in tables.items() for key, value in block.items()}

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from frictionloop.parameters import unknown
+from frictionloop.parameters.usual import meant_instead
 from frictionloop.quantities import unit_of
 
 Model = type[BaseModel]
@@ -78,7 +79,7 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     if isinstance(first["input"], (list, tuple)) and first["type"] == "float_type":
         message += "; several values are for frictionloop sweep --over"
         message += ", a range of speeds for design controller --speeds 30,100" if path.endswith("speed_mm_s") else ""
-    return f"{path} = {_shown(first['input'])}{unit}: {message}"
+    return f"{path} = {_shown(first['input'])}{unit}: {message}{meant_instead(path, first['input'])}"
 
 
 def _shown(value: Any) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.files import SCHEMA
+from frictionloop.parameters.files import DESIGNED, SCHEMA
 from frictionloop.parameters.system import check_system
 from frictionloop.quantities import replacing, unit_of
 
@@ -35,6 +35,7 @@ def write_toml(
     every: bool = True,
     said: Sequence[str] = (),
     given: Collection[str] = (),
+    designed: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a System, or a design, as a TOML file; the old file stays whole until the new one is complete.
 
@@ -46,7 +47,7 @@ def write_toml(
         What to write.
     path : path
         File to write, replaced if it is there.
-    every, said, given
+    every, said, given, designed
         As in `to_toml`.
 
     Raises
@@ -54,7 +55,7 @@ def write_toml(
     FrictionloopError
         For what is none of them, or a file that cannot be written.
     """
-    text = to_toml(_from_there(system, Path(path).parent), every, said, given)
+    text = to_toml(_from_there(system, Path(path).parent), every, said, given, designed)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
 
@@ -71,7 +72,13 @@ def _from_there(system: Description, folder: Path) -> Description:
     return system.evolve(changes) if changes else system
 
 
-def to_toml(system: Description, every: bool = True, said: Sequence[str] = (), given: Collection[str] = ()) -> str:
+def to_toml(
+    system: Description,
+    every: bool = True,
+    said: Sequence[str] = (),
+    given: Collection[str] = (),
+    designed: Mapping[str, Any] | None = None,
+) -> str:
     """Return a System, or a design, as TOML text, each key with its unit and meaning as a comment.
 
     Parameters
@@ -85,6 +92,8 @@ def to_toml(system: Description, every: bool = True, said: Sequence[str] = (), g
         Lines to begin with, as comments.
     given : collection of str
         Dotted names of values that a person gave: where a default comes from says nothing of these, though equal.
+    designed : mapping
+        The table [designed]: what was asked and found of the controller.
 
     Raises
     ------
@@ -102,6 +111,8 @@ def to_toml(system: Description, every: bool = True, said: Sequence[str] = (), g
         file.add(tomlkit.comment("What a simple bench never needs is left out; --all writes it too."))
     file.add("schema", tomlkit.item(SCHEMA))
     _fill(file, system, _Way(every, given=given))
+    if designed is not None:
+        file.add(DESIGNED, tomlkit.item(designed))
     return file.as_string()
 
 

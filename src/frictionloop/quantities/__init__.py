@@ -3,4 +3,4 @@
 from frictionloop.quantities.checks import check_each_once, check_known
 from frictionloop.quantities.files import replacing, why_unwritable
 from frictionloop.quantities.lti import Lti
-from frictionloop.quantities.units import FrictionloopError, unit_of
+from frictionloop.quantities.units import FrictionloopError, must_be, unit_of

@@ -17,7 +17,24 @@ _UNITS_WITHOUT_SUFFIX = {"kp": "N/N", "ki": "1/s"}
 
 
 class FrictionloopError(ValueError, metaclass=Brief):
-    """A request that cannot be met, said in one line: what was given, where, and what would be accepted."""
+    """A request that cannot be met, said in one line: what was given, where, and what would be accepted.
+
+    ``code`` is its entry in the catalogue of findings: ``frictionloop explain CODE`` says more.
+    """
+
+    def __init__(self, said: str = "", code: str = "BAD-VALUE") -> None:
+        super().__init__(said)
+        self.code = code
+
+
+def must_be(name: str, value: object, accepted: str, unit: str = "", code: str = "BAD-VALUE") -> FrictionloopError:
+    """Return the error of a value that is not accepted: ``name = value unit: must be accepted``.
+
+    >>> str(must_be("speeds_mm_s", 0.0, "above 0, e.g. 20", "mm/s"))
+    'speeds_mm_s = 0 mm/s: must be above 0, e.g. 20'
+    """
+    said = f"{value:g}" if isinstance(value, float) else repr(value)
+    return FrictionloopError(f"{name} = {' '.join(filter(None, (said, unit)))}: must be {accepted}", code)
 
 
 class SignalWarning(UserWarning, metaclass=Brief):

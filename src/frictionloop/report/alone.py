@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from frictionloop.figures.style import write_both
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import write_toml
 from frictionloop.quantities import FrictionloopError
@@ -21,7 +22,6 @@ from frictionloop.report.figure_numbers import NUMBERS
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.results import Results
 from frictionloop.report.stroke_numbers import Table
-from frictionloop.report.style import write_both
 
 NOTHING = Check({}, [], {})
 SAID = [

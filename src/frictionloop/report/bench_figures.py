@@ -8,8 +8,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from frictionloop.figures.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
 from frictionloop.identification.people import People
-from frictionloop.report.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
 
 
 def _over(curves: Mapping[str, Any], title: str, x: str, y: str, dots: bool, scale: float = 1.0) -> Figure:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from frictionloop.figures.style import write_both
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.report.cited import cited, command_of
@@ -18,7 +19,6 @@ from frictionloop.report.claims import Claim, all_claims
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, provenance, render
 from frictionloop.report.results import Results, parts
-from frictionloop.report.style import write_both
 
 SCHEMA = 1
 """Version of claims.json."""

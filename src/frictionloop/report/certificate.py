@@ -15,6 +15,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from frictionloop.figures.style import inline, svg
 from frictionloop.identification import Bench
 from frictionloop.identification.parts.part import Part
 from frictionloop.parameters import preset
@@ -24,7 +25,6 @@ from frictionloop.quantities.version import package_version
 from frictionloop.report import bench_figures
 from frictionloop.report.certificate_figures import DRAWINGS
 from frictionloop.report.importance import importance
-from frictionloop.report.style import inline, svg
 
 TITLES = {
     "weights": "Weights",

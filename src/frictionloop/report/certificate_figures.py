@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from frictionloop.figures.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
 from frictionloop.identification.first_look import first_look
 from frictionloop.report import bench_figures
 from frictionloop.report.recording_figure import recording_figure
-from frictionloop.report.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
 
 
 @styled

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.design import retune
+from frictionloop.design.pi_synthesis import retune
 from frictionloop.loop.progress import Bar
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.lines import Line2D
 
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
+from frictionloop.figures.style import BLACK, BLUE, GREY, VERMILLION, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

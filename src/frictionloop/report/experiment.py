@@ -15,9 +15,9 @@ from frictionloop.experiments.kept_sessions import once_each, read_trials, sessi
 from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.summary import fits, funnel, groups, measure, pooled
+from frictionloop.figures.style import inline, svg
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.report.experiment_figures import answers, converging, functions, sequences, thresholds
-from frictionloop.report.style import inline, svg
 
 
 class Report(NamedTuple):

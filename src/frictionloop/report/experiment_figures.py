@@ -15,7 +15,7 @@ from frictionloop.experiments.fit import grouped
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import probability
 from frictionloop.experiments.summary import groups, measure
-from frictionloop.report.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
+from frictionloop.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, GREY)
 LINES = ("-", "--", "-.", ":")

@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.analysis import linearise, operating_band, touch_spectrum
 from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.linear import LinearLoop
-from frictionloop.design import retune
+from frictionloop.design.pi_synthesis import retune
 from frictionloop.identification import Bench
 from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.quantities import FrictionloopError

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
 
+from frictionloop.figures.style import inline
 from frictionloop.parameters import RETUNED
 from frictionloop.physics.capable import capable
 from frictionloop.quantities.version import cited_version
@@ -36,7 +37,6 @@ from frictionloop.report.claims.worded import accepted, condition, shown, with_u
 from frictionloop.report.numbers import milli
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results
-from frictionloop.report.style import inline
 from frictionloop.report.tolerances import RULES
 
 FIRST_NOTE_OF_DEVICE = 24

@@ -47,7 +47,7 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
         raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(FORMATS)}")
     figure = _figure_of(result)
     if path is not None:
-        from frictionloop.report.style import DPI, svg
+        from frictionloop.figures.style import DPI, svg
 
         with replacing(path) as beside:
             if ending == ".svg":

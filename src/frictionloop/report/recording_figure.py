@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.report.style import BLUE, new_figure, styled
+from frictionloop.figures.style import BLUE, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,8 +11,8 @@ import xarray as xr
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.design.checking import check_controller, rounded
-from frictionloop.design.elsewhere import in_words
+from frictionloop.design.controller_check import check
+from frictionloop.design.law_gains import rounded
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
@@ -90,9 +90,9 @@ class Places(NamedTuple):
 
 def checked(system: System) -> Places:
     """Return what ``design check`` says of a system's gains."""
-    found = check_controller(system)
+    found = check(system)
     how = [place.how for place in found.places]
-    rings = in_words(place for place in found.places if place.how == "unstable")
+    rings = [str(place.condition) for place in found.places if place.how == "unstable"]
     return Places(how.count("within"), how.count("unstable"), len(how), rings)
 
 
@@ -101,8 +101,8 @@ def integral_alone(system: System) -> Mapping[str, float]:
 
     Empty if there is none. One family of gains, so that what it leaves on two benches compares.
     """
-    found = check_controller(system.evolve({"controller.kp": 0.0, "controller.ki": 1.0}))
-    ki = rounded(min(found.gains))  # in 1/s, as the factor is on 1
+    found = check(system.evolve({"controller.kp": 0.0, "controller.ki": 1.0}))
+    ki = rounded(min(found.gain_factors))  # in 1/s, as the factor is on 1
     return {"controller.kp": 0.0, "controller.ki": ki} if ki > 0.0 else {}
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionloop.figures.style import BLUE, GREY, VERMILLION, new_figure, styled
 from frictionloop.loop.open_loop import OPEN_ERROR
 from frictionloop.quantities import FrictionloopError, unit_of
-from frictionloop.report.style import BLUE, GREY, VERMILLION, new_figure, styled
 
 if TYPE_CHECKING:
     import xarray as xr

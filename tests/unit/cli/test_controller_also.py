@@ -13,35 +13,35 @@ from frictionloop.cli.controller_holds import also_said
 from frictionloop.design.corners import Corner
 from frictionloop.design.elsewhere import Elsewhere, Place
 from frictionloop.design.over import with_longest_contact
-from frictionloop.design.wanted import Designed, Wanted
+from frictionloop.design.requirements import Designed, Requirements
 from frictionloop.parameters.motion import one_stroke_a_contact
 
 WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0})
 
 
 def test_a_finger_that_never_lifts_is_judged_fully_moist():
-    said = also.fully_moist(WEAK, Wanted())
+    said = also.fully_moist(WEAK, Requirements())
     assert said.startswith("the file's finger at 100 % occlusion (not lifted for about 60 s): stable, Ms is ")
-    assert also.moist_row(WEAK, Wanted(), said, False) == [("fully moist", said)]
-    *_, (_, others) = also.moist_row(WEAK, Wanted(), said, True)
+    assert also.moist_row(WEAK, Requirements(), said, False) == [("fully moist", said)]
+    *_, (_, others) = also.moist_row(WEAK, Requirements(), said, True)
     stay = "which are less moist above: run it if people stay on the plate"
     assert others == f"`--motion.contact_s 60` looks at the other fingers so, {stay}"
     for ki, dry, told in ((120.0, False, "lift the finger before"), (3000.0, True, "as on a finger just landed")):
         strong = WEAK.evolve({"controller.ki": ki})
         assert any(math.isinf(loop.sensitivity_peak()) for loop in fl.operating_band(strong, occluded=(0.0,))) == dry
-        said = also.fully_moist(strong, Wanted())
+        said = also.fully_moist(strong, Requirements())
         assert "UNSTABLE" in said and told in said and ("lift the finger" in said) == (not dry)
-    assert also.fully_moist(WEAK.evolve({"motion.contact_s": 10.0}), Wanted()) == ""
-    assert also.fully_moist(fl.feasible(), Wanted()) == ""
+    assert also.fully_moist(WEAK.evolve({"motion.contact_s": 10.0}), Requirements()) == ""
+    assert also.fully_moist(fl.feasible(), Requirements()) == ""
 
 
 def test_a_range_below_the_friction_of_a_moist_finger_is_told():
     # Friction without vibration when occlusion is complete: nominal_n times occlusion_ratio.
     top_n = WEAK.friction.nominal_n * WEAK.friction.occlusion_ratio
-    said = also.range_said(WEAK.evolve({"sensor.range_n": 0.9 * top_n}), Wanted())
+    said = also.range_said(WEAK.evolve({"sensor.range_n": 0.9 * top_n}), Requirements())
     assert f"{top_n:.3g} N without vibration" in said and f"{0.9 * top_n:.3g} N" in said
-    assert also.range_said(WEAK.evolve({"sensor.range_n": 1.1 * top_n}), Wanted()) == ""
-    heavy = also.range_said(WEAK.evolve({"sensor.range_n": 1.1 * top_n}), Wanted(loads_n=(0.4, 1.0)))
+    assert also.range_said(WEAK.evolve({"sensor.range_n": 1.1 * top_n}), Requirements()) == ""
+    heavy = also.range_said(WEAK.evolve({"sensor.range_n": 1.1 * top_n}), Requirements(loads_n=(0.4, 1.0)))
     assert heavy.startswith("a fully moist finger pressed with 1 N has ")
 
 
@@ -80,7 +80,7 @@ def test_other_places_are_grouped_by_contact():
 def test_a_fully_moist_finger_out_of_reach_is_said_so_in_place_of_margins():
     law = {"controller.kind": "notch_pi", "controller.feedforward": True, "controller.overdrive": True}
     moist = fl.bench().evolve(law | {"friction.nominal_n": 1.1, "plate.max_amplitude_um": 1.6})
-    said = also.fully_moist(moist.evolve({"controller.model.max_amplitude_um": 1.6}), Wanted())
+    said = also.fully_moist(moist.evolve({"controller.model.max_amplitude_um": 1.6}), Requirements())
     assert "are out of reach" in said and "no loop is closed" in said
 
 
@@ -95,7 +95,7 @@ def test_an_unstable_finger_that_just_landed_is_named_with_its_contact():
     dry = {length_um: system.evolve({"finger.slip_length_um": length_um}) for length_um in (11.5, 0.0)}
     rings = [name for name, each in dry.items() if math.isinf(max(map(peak, fl.operating_band(each, occluded=(0.0,)))))]
     assert rings == [0.0]
-    assert also.fully_moist(system, Wanted()).endswith("as on a finger just landed, slip length 0 um")
+    assert also.fully_moist(system, Requirements()).endswith("as on a finger just landed, slip length 0 um")
 
 
 def peak(loop):
@@ -117,11 +117,11 @@ def test_a_finger_that_does_not_get_moist_is_told():
 
 def test_a_range_of_speeds_tells_how_long_the_slowest_stroke_of_one_length_lasts():
     lifts = fl.bench().evolve({"motion.contact_s": 1.0, "motion.speed_mm_s": 50.0})
-    ((_, said),) = also.moist_row(lifts, Wanted(speeds_mm_s=(30.0, 80.0)), "", False)
+    ((_, said),) = also.moist_row(lifts, Requirements(speeds_mm_s=(30.0, 80.0)), "", False)
     assert "if each is a stroke of 50 mm, the slowest lasts 1.67 s" in said
     assert said.endswith("`--motion.contact_s 1.667` looks at it")
-    ((_, alone),) = also.moist_row(lifts, Wanted(), "", False)
-    ((_, faster),) = also.moist_row(lifts, Wanted(speeds_mm_s=(50.0, 80.0)), "", False)
+    ((_, alone),) = also.moist_row(lifts, Requirements(), "", False)
+    ((_, faster),) = also.moist_row(lifts, Requirements(speeds_mm_s=(50.0, 80.0)), "", False)
     assert alone == faster and "slowest" not in alone
 
 
@@ -135,5 +135,5 @@ def test_strokes_that_are_contacts_last_longer_where_they_are_slower():
     for other in (lifts, fl.bench(), fl.feasible()):
         assert with_longest_contact(other, (15.0, 45.0)) is other
     assert with_longest_contact(strokes, (30.0, 45.0)) is with_longest_contact(strokes, ()) is strokes
-    ((_, said),) = also.moist_row(longest, Wanted(speeds_mm_s=(15.0, 45.0)), "", False)
+    ((_, said),) = also.moist_row(longest, Requirements(speeds_mm_s=(15.0, 45.0)), "", False)
     assert said.startswith("contacts of 4 s, as long as a stroke at 15 mm/s, 1 s apart") and "looks at it" not in said

@@ -23,9 +23,9 @@ from frictionloop.cli.design_controller import _loads_said
 from frictionloop.design import synthesis
 from frictionloop.design.leaning import Lean
 from frictionloop.design.on_fingers import check_fingers
+from frictionloop.design.requirements import Requirements
+from frictionloop.design.response_figures import figure_sensitivity, step_run, stepped
 from frictionloop.design.synthesis import SYNTHESES, design_controller
-from frictionloop.design.wanted import Wanted
-from frictionloop.report.figures.controller import figure_sensitivity, step_run, stepped
 
 CONTROLLER = ("design", "controller")
 CONTACT_S, OCCLUSION_S = 10.0, 20.0
@@ -380,17 +380,17 @@ def test_the_estimate_counts_the_errors_that_are_asked_for(frictionloop, monkeyp
 
 def test_the_flags_to_look_again_with_are_all_that_was_asked_for():
     lean = Lean(sensor_error=0.1, gain_error=0.2, ends=(("sensor.q", 15.0),))
-    asked = Wanted(1.5, 0.1, (15.0, 60.0), lean, (11.5,), (0.4, 1.0))
+    asked = Requirements(1.5, 0.1, (15.0, 60.0), lean, (11.5,), (0.4, 1.0))
     assert wanted_flags([], asked) == (
         " --speeds 15,60 --loads 0.4,1 --sensitivity-peak 1.5 --resonance-error 0.1 --sensor-error 0.1 --gain-error 0.2"
         " --corners CERTIFICATE"
     )
-    assert wanted_flags([], Wanted()) == ""
+    assert wanted_flags([], Requirements()) == ""
 
 
 def test_with_which_loads_fingers_are_looked_at_is_said_once():
-    assert _loads_said([], Wanted(loads_n=(0.5, 0.5))) == "the fingers press with 0.5 N"
-    assert _loads_said([], Wanted(loads_n=(0.35, 0.7))) == "the fingers press with 0.35 to 0.7 N"
+    assert _loads_said([], Requirements(loads_n=(0.5, 0.5))) == "the fingers press with 0.5 N"
+    assert _loads_said([], Requirements(loads_n=(0.35, 0.7))) == "the fingers press with 0.35 to 0.7 N"
 
 
 @pytest.mark.slow  # three designs
@@ -413,7 +413,7 @@ def test_a_design_for_other_fingers_has_gains_that_hold_on_all_of_them(frictionl
     many, people = told["fingers"]["before_lowering"], fl.fingers(6, 0)
     assert many["count"] == 6 and many["hold"] < 6
     assert told["fingers"]["gains_lowered_to"] == min(many["gain_factor"]) and not told["fingers"]["not_lowered"]
-    found = check_fingers(fl.read_toml(file), people, Wanted(slip_lengths_um=(11.5, 0.0)), progress=False)
+    found = check_fingers(fl.read_toml(file), people, Requirements(slip_lengths_um=(11.5, 0.0)), progress=False)
     assert found["holds"].all() and float(found["gain_factor"].min()) == pytest.approx(1.0, rel=2e-3)
     head = file.read_text(encoding="utf-8").partition("schema = ")[0]
     assert "on fingers: the limits hold on all 6 fingers of seed 0; slip length 0 to 11.5 um" in head

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from frictionloop.design.retune import retune
+from frictionloop.design.pi_synthesis import retune
 from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.timing import Timing
@@ -39,10 +39,10 @@ def designed(law: str) -> Entrant:
     """Return the entrant of a law in `SYNTHESES`, designed on the bench with the contact that it has."""
 
     def entrant(system: System) -> Overrides:
-        from frictionloop.design.synthesis import design_controller
-        from frictionloop.design.wanted import Wanted
+        from frictionloop.design.requirements import Requirements
+        from frictionloop.design.synthesis import synthesised
 
-        return design_controller(system, law, Wanted(slip_lengths_um=())).overrides
+        return synthesised(system, law, Requirements(slip_lengths_um=()))[0].overrides
 
     return entrant
 

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, PercentFormatter
 
+from frictionloop.figures.style import BLACK, BLUE, GREY, ORANGE, new_figure, styled
 from frictionloop.report.arrivals import LAWS, Arrivals
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, new_figure, styled
 
 LOOKS: dict[str, dict[str, Any]] = {
     "lookup": {"color": GREY, "ls": (0, (1, 1)), "marker": "o"},

@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.constants import g as GRAVITY
 
+from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 from frictionloop.identification import Calibration, floor_readings
 from frictionloop.identification.resonance import model
 from frictionloop.report.calibration import FLOORS, Rigs
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 WAYS = (
     (1, "^", BLUE, "weights put on"),

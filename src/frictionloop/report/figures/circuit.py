@@ -5,9 +5,9 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
+from frictionloop.figures.style import BLACK, BLUE, GREY, ORANGE, arrow, say
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, arrow, say
 
 UPPER, LOWER, MIDDLE = 5.3, 1.6, 3.45
 """Heights of the two sides and of what is common to them."""

@@ -12,13 +12,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
 from frictionloop.parameters import bench
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.figures.tracking import GROUND
 from frictionloop.report.numbers import number
 from frictionloop.report.stroke_numbers import Table
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
 
 DOTS = 100
 """Points of one stroke."""

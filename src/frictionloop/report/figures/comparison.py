@@ -14,8 +14,8 @@ from matplotlib.lines import Line2D
 from frictionloop.design.comparison import Comparison
 from frictionloop.design.comparison.margins import sensitivities, step_traces
 from frictionloop.design.comparison.scores import spread
+from frictionloop.figures.style import BLACK, BLUE, new_figure, styled
 from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
-from frictionloop.report.style import BLACK, BLUE, new_figure, styled
 
 
 def drawings(comparison: Comparison, scored: xr.Dataset) -> Iterator[tuple[str, str, Callable[[], Figure]]]:

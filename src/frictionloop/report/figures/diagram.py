@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch
 
+from frictionloop.figures.style import BLACK, BLUE, GREY, VERMILLION, arrow, say, schematic, styled
 from frictionloop.parameters import FrictionLaw, LogSweep, Model, PiController, Sine, System
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, arrow, say, schematic, styled
 
 TOP, BOTTOM = 2.9, 0.75
 """Heights of the forward path and of the feedback path, in units of the drawing."""

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator
 
+from frictionloop.figures.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 from frictionloop.report.gains import Optimum, Range, optimum, useful_range
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 from frictionloop.report.tolerances import R2_STEP
 
 PAPER_POINT = (10.0, 2.0)

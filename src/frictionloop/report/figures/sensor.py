@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from frictionloop.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, say, schematic, styled
 from frictionloop.hardware.sensor import springs
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
 from frictionloop.report.figures.circuit import draw_circuit
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, say, schematic, styled
 
 METAL, GLASS = "#dcdcdc", "#eaf4fb"
 LEFT, RIGHT, BELOW, ABOVE = 1.05, 3.95, 1.7, 5.3

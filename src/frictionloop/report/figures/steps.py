@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, new_figure, styled
 from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.step_response import PRINTED_MS, step_windows, times_ms
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, VERMILLION, new_figure, styled
 
 LOOKS = {OPEN: (GREY, "-."), PRINTED: (VERMILLION, ":"), RETUNED_GAINS: (BLUE, "-"), IDEAL: (GREEN, "--")}
 SHOWN = (OPEN, PRINTED, RETUNED_GAINS)

@@ -7,11 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.figures.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 from frictionloop.loop.metrics import r2_identity, saturation_index
 from frictionloop.parameters import FrictionLimit
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.numbers import number
-from frictionloop.report.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 
 BINS_UM = np.linspace(0.0, 2.5, 11)
 EVERY = 4

@@ -12,8 +12,10 @@ import numpy as np
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.margins import Margins
+from frictionloop.design.gain_search import UNFOUND, gains_reached
 from frictionloop.design.plants import Plants
 from frictionloop.design.worst_few import WorstFew
+from frictionloop.findings import Condition
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
@@ -81,7 +83,7 @@ def retune(
     _, kp, ki = WorstFew().gains(Plants.of(points), peaks, None, refine=True)
     found = Retuned(kp, ki, tuple(loop.with_gains(kp, ki) for loop in points))
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found, min(peaks), least_ki))
+        raise FrictionloopError(_too_little(found), UNFOUND)
     return found
 
 
@@ -96,12 +98,10 @@ def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]
     return peaks
 
 
-def _too_little(found: Retuned, sensitivity_peak: float, least_ki: float) -> str:
+def _too_little(found: Retuned) -> str:
     loop, _ = found.worst
     grid = loop.search_grid()
     peak_hz = grid[np.argmax(np.abs(loop.responses(grid)["S"]))]
-    return (
-        f"least_ki = {least_ki:g} 1/s: no PI gains with Ms <= {sensitivity_peak:g} get there, kp = {found.kp:.3g} and "
-        f"ki = {found.ki:.4g} 1/s get farthest; the limit is |S| at {peak_hz:.3g} Hz, at {loop.elements.force_n:.3g} N "
-        f"and occluded = {loop.elements.occluded:g}"
-    )
+    at = loop.elements
+    where = Condition(force_n=at.force_n, occluded=at.occluded)
+    return f"{gains_reached(found.kp, found.ki)}, |S| peaks at {peak_hz:.3g} Hz, {where}"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,11 +10,11 @@ from matplotlib.figure import Figure
 
 from frictionloop.analysis.headroom import Headroom
 from frictionloop.analysis.operating import asked
-from frictionloop.design.corners import Corner, at_mean, stroke_of
+from frictionloop.design.corners import Corner, at_mean, condition_of
+from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, Steps, System
 from frictionloop.perception.thresholds import HIGHEST_HZ
-from frictionloop.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 
 UP_S, DOWN_S, END_S = 0.5, 1.0, 1.5
 """Times of the step, s."""
@@ -32,16 +30,6 @@ STEPPED = ("before: the controller as the file has it", "after: the controller t
 """Names of the two runs of a step."""
 LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 """Colour and dashes for no, the small and the large error of the resonance."""
-
-
-def drawings(
-    before: System, after: System, found: Headroom, limits: Mapping[float, float], worst: Corner | None = None
-) -> Mapping[str, Any]:
-    """Return how to draw each figure, by name; ``worst`` is the corner with the largest Ms."""
-    return {
-        "sensitivity": partial(figure_sensitivity, after, found, limits, worst),
-        "step": partial(figure_step, step_run(before), step_run(after), stepped(after)[1]),
-    }
 
 
 def stepped(system: System) -> tuple[tuple[float, float], str]:
@@ -69,7 +57,7 @@ def figure_sensitivity(
     decades, and its peaks, on a linear scale, against the largest Ms asked for.
     """
     figure = new_figure(7.2, 6.0)
-    figure.suptitle(f"{found.loop.elements.force_n:.3g} N, dry finger{stroke_of(system)}", fontsize=9.0)
+    figure.suptitle(f"{found.loop.elements.force_n:.3g} N, just landed, {condition_of(system)}", fontsize=9.0)
     panels = figure.subplot_mosaic([["S", "S"], ["peak", "T"]])
     frequency = np.geomspace(LOWEST_HZ, found.loop.nyquist_hz, 1500)
     for (error, limit), (colour, dashes) in zip(sorted(limits.items()), LINES, strict=False):
@@ -86,7 +74,7 @@ def figure_sensitivity(
     if worst is not None:
         responses = worst.loop.responses(frequency)
         style = {"color": GREY, "linestyle": (0, (5, 1, 1, 1)), "lw": 1.2}
-        panels["S"].loglog(frequency, np.abs(responses["S"]), label=f"worst: {worst.where}", **style)
+        panels["S"].loglog(frequency, np.abs(responses["S"]), label=f"worst: {worst.condition}", **style)
         panels["peak"].semilogx(frequency, np.abs(responses["S"]), **style)
         panels["T"].loglog(frequency, np.maximum(np.abs(responses["T"]), FLOOR), **style)
     lowest = np.abs(found.sensitivity)[found.frequency_hz >= LOWEST_HZ].min()

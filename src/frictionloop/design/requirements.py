@@ -1,17 +1,16 @@
-"""What a controller has to hold, what comes of a synthesis, and what a person is told of either."""
+"""What a controller has to hold, and what comes of a synthesis."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
-from frictionloop.design.corners import NOTHING, Corner
-from frictionloop.design.elsewhere import Elsewhere
+from frictionloop.design.corners import Corner
 from frictionloop.design.leaning import Lean
-from frictionloop.design.loop_gains import LoopGains
 from frictionloop.design.over import Over
+from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
@@ -22,7 +21,7 @@ WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Requirements:
     """What a controller has to hold."""
 
     sensitivity_peak: float = 1.7
@@ -31,8 +30,6 @@ class Wanted:
     """Share by which the resonance may be off, either way, 0 to 0.25; at twice that it still has to be calm."""
     speeds_mm_s: tuple[float, ...] = ()
     """Speeds of the stroke at which all that holds, and between which it does; none: that of the system."""
-    lean: Lean = NOTHING
-    """Shares by which sensor, delay and gain may be off as well, held to the same limits."""
     slip_lengths_um: tuple[float, ...] | None = None
     """Slip lengths of a skin at which all that holds, and between which it does; empty: that of the system. None: from
     0 to that of the system, as nobody knows a finger's, and that of the system alone where the range cannot be had."""
@@ -40,6 +37,15 @@ class Wanted:
     """Mean loads at which all that holds, and between which it does, N; none: that of the system."""
     finger_gain: float | None = None
     """Loop gain over the believed one up to which Ms is at most `MOST_PEAK`; None: ``controller.model.gain_spread``."""
+    sensor_error: float = 0.0
+    """Share by which the pole of the sensor's electronics may be off, 0 to 0.5, as of the next; the same limits hold."""
+    delay_error: float = 0.0
+    gain_error: float = 0.0
+    """Of the sensor's sensitivity."""
+    q_error: float = 0.0
+    """Of the Q of the sensor's resonance, at one end or the other with all else as described."""
+    ends: tuple[tuple[str, float], ...] = ()
+    """Values that the bench may have instead, by dotted name, one at a time: ends of measured intervals."""
 
     def __post_init__(self) -> None:
         if not 1.0 < self.sensitivity_peak <= 10.0:
@@ -57,6 +63,16 @@ class Wanted:
             raise FrictionloopError(
                 f"slip_lengths_um = {self.slip_lengths_um}: must be from 0 to 1000, e.g. (0.0, 30.0)"
             )
+
+    @property
+    def lean(self) -> Lean:
+        """How far loops lean."""
+        return Lean(self.sensor_error, self.delay_error, self.gain_error, self.q_error, self.ends)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What is not as usual, by name."""
+        return {each.name: value for each in fields(self) if (value := getattr(self, each.name)) != each.default}
 
     def spread_mm_s(self, count: int) -> tuple[float, ...]:
         """Return so many speeds in equal ratios from the slowest to the fastest; one where they are the same."""
@@ -96,27 +112,16 @@ def _spread(values: tuple[float, ...], count: int) -> tuple[float, ...]:
 
 
 class Designed(NamedTuple):
-    """A controller, and what a person should know of it."""
+    """What comes of a synthesis."""
 
     overrides: Mapping[str, Any]
     """For ``System.evolve``."""
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     corners: tuple[Corner, ...] = ()
     """Its margins wherever it was looked at."""
-    elsewhere: Elsewhere = Elsewhere()
-    """Where it was looked at besides, and is unstable or not."""
-    one_length: str = ""
-    """Why it is for one slip length where a range was asked for, "" where it is for what was."""
-    people: LoopGains | None = None
-    """On how many other people it comes close to ringing; None without a finger."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What comes before all else: where it is unstable."""
-        return self.elsewhere.warning()
 
 
-def springs_told(system: System) -> tuple[dict[str, float], tuple[str, ...]]:
+def springs_told(system: System) -> dict[str, float]:
     """Return what the controller must believe of the springs that its notch is made for, where it believes otherwise.
 
     Feed-forward expects the force behind the springs that are believed.
@@ -124,62 +129,38 @@ def springs_told(system: System) -> tuple[dict[str, float], tuple[str, ...]]:
     model, sensor = system.controller.model, system.sensor
     assert isinstance(sensor, SuspendedSensor)  # as for a notch
     true = {"resonance_hz": sensor.resonance_hz, "resonance_q": sensor.q}
-    told = {f"controller.model.{name}": value for name, value in true.items() if value != getattr(model, name)}
-    names = " and ".join(f"{path} = {value:g}" for path, value in told.items())
-    return told, (f"{names}: set to the sensor's, for which the notch is made",) if told else ()
+    return {f"controller.model.{name}": value for name, value in true.items() if value != getattr(model, name)}
 
 
-def unheld(law: str, wanted: Wanted, worst: Corner) -> str:
-    """Return the line that says what a law does not hold, how far it gets, and what limits it."""
-    limits = ", ".join(f"{peak:.3g} at +-{off:.0%}" for off, peak in sorted(wanted.limits.items()))
-    limit = "the resonance is the limit" if worst.off else "delay and lags of the loop are the limit"
+def unheld(law: str, asked: Requirements, worst: Corner) -> FrictionloopError:
+    """Return the error of a law that does not hold: how far it gets, where, and the nearest that may hold."""
+    room = (worst.sensitivity_peak - 1.0) / (worst.limit - 1.0) * (asked.sensitivity_peak - 1.0)
     peak = f"{worst.sensitivity_peak:.3g}"
     peak = f"{worst.sensitivity_peak:.5g}" if peak == f"{worst.limit:.3g}" else peak
-    other = "" if law == "pi" else "; `--law pi`, which leaves more of a disturbance, may hold"
-    room = (worst.sensitivity_peak - 1.0) / (worst.limit - 1.0) * (wanted.sensitivity_peak - 1.0)
-    if room <= 2.0 * (wanted.sensitivity_peak - 1.0):  # nearer than another law
-        other = f"; `--sensitivity-peak {math.ceil(100 * (1.0 + room)) / 100:g}` is the nearest that may hold{other}"
-    return (
-        f"sensitivity_peak = {wanted.sensitivity_peak:g}: law {law} cannot hold Ms <= {limits}; it gets to "
-        f"{peak} at {worst.where}; {limit}{other}{on_one(wanted)}"
+    nearest = f"; --sensitivity-peak {math.ceil(100 * (1.0 + room)) / 100:g} may hold" * (room < 10.0)
+    return FrictionloopError(
+        f"law {law}: Ms {peak}, {worst.limit:.3g} asked, {worst.condition}{nearest}{_or_pi(law)}", NOT_HELD
     )
 
 
-def on_one(wanted: Wanted) -> str:
-    """Return the words, behind a failure, for a design that asks for less; none where it was on one contact."""
-    ends = wanted.slip_lengths_um
-    if ends is not None and len(set(ends)) < 2:
-        return ""
-    said = "that of the system" if ends is None else f"{max(ends):g} um"
-    flag = "Z" if ends is None else f"{max(ends):g}"
-    return (
-        f". It was to hold from slip length {min(ends or (0.0,)):g} to {said}; `--slip-lengths-um {flag}` asks for one"
-    )
+def _or_pi(law: str) -> str:
+    return "" if law == "pi" else ", or --law pi"
 
 
-def unfound(law: str, system: System) -> str:
-    """Return the words for a synthesis that ends without a controller: what limits it, and what to try."""
-    controller = system.controller
-    periods = controller.delay_s * controller.rate_hz
-    return (
-        f"law {law}: no such controller is found on this bench, with a delay of {periods:.3g} control periods at "
-        f"{controller.rate_hz:g} Hz; try a shorter controller.delay_s, a higher controller.rate_hz or `--law notch_pi`"
-    )
+NOT_HELD = "NO-CONTROLLER"
+"""Code of a design that ends without one."""
 
 
-def feedforward(system: System) -> tuple[bool, tuple[str, ...]]:
-    """Return whether feed-forward can follow delay and set-point, and what to say if not.
+def feedforward(system: System) -> tuple[bool, tuple[Finding, ...]]:
+    """Return whether feed-forward can follow delay and set-point, and why not.
 
     Where the set-point reaches the believed f0 its command has no room above: the overdrive is clipped to one side.
     """
     controller = system.controller
     highest_n, nominal_n = largest_n(system.setpoint), controller.model.nominal_n
     if highest_n >= nominal_n:
-        return False, (
-            f"no feed-forward: the set-point reaches {highest_n:.3g} N, and controller.model.nominal_n, the friction "
-            f"without vibration that the controller believes in, is {nominal_n:.3g} N; above the set-point it is had",
-        )
+        return False, (Finding("FORWARD-CLIPPED", value=highest_n, unit="N", limit=nominal_n),)
     periods = controller.delay_s * controller.rate_hz
     if periods <= LONGEST_DELAY * (1 + 1e-9):
         return True, ()
-    return False, (f"no feed-forward: it follows {LONGEST_DELAY} periods of delay at most, here are {periods:.3g}",)
+    return False, (Finding("FORWARD-DELAY", value=periods, limit=LONGEST_DELAY),)

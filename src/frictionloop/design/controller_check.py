@@ -1,0 +1,270 @@
+"""Does a controller that is there hold? The corners, slip lengths and speeds of a design, and what gains would hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import xarray as xr
+
+from frictionloop.analysis.levels import at_levels
+from frictionloop.control.limit_observer import MOST_MARGIN
+from frictionloop.design import controller_findings, people_findings
+from frictionloop.design.corners import at_mean, corners, load_of
+from frictionloop.design.elsewhere import Place, elsewhere
+from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
+from frictionloop.design.law_gains import gains_said, scaled_gains
+from frictionloop.design.least_gain import least_gain
+from frictionloop.design.loop_gains import LoopGains, loop_gains
+from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
+from frictionloop.design.over import Over, with_longest_contact
+from frictionloop.design.requirements import Requirements
+from frictionloop.design.tracking import tracking
+from frictionloop.design.worst_margins import worst_margins
+from frictionloop.findings import Finding, Result, shown
+from frictionloop.findings.result import Row, plain
+from frictionloop.findings.shown import between
+from frictionloop.loop.progress import step
+from frictionloop.parameters import System
+from frictionloop.perception.thresholds import LOWEST_HZ
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
+HIGHER = 1.005
+"""Factor on the gain below which no room is told: it would be read as 1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check(Result):
+    """How a controller does on a bench."""
+
+    SCHEMA: ClassVar[str] = "design.check/1"
+    system: System
+    requirements: Requirements
+    holds: bool
+    """At all slip lengths, speeds and loads asked for, on this finger and on all others that were looked at."""
+    places: tuple[Place, ...]
+    """Slip lengths and speeds, those asked for first."""
+    asked: int
+    """How many of the places were asked for."""
+    gain_factors: tuple[float, ...]
+    """Factor on the loop gain up to which, with every smaller one, the limits hold, for each place."""
+    would_hold: Mapping[str, float]
+    """Overrides with which they hold at all places; empty where they do already, or none were found."""
+    people: LoopGains | None = None
+    """On how many other people it comes close to ringing; None without a finger."""
+    fingers: xr.Dataset | None = None
+    """Other fingers one by one, as `check_fingers` has them."""
+
+    @property
+    def law(self) -> str:
+        """Kind of the controller."""
+        return self.system.controller.kind
+
+    @property
+    def holds_everywhere(self) -> bool:
+        """Whether the limits hold at the places that were not asked for too."""
+        return self.holds and all(place.how == "within" for place in self.places)
+
+    def rows(self) -> list[Row]:
+        """Return the law and its gains, the verdict, and what would hold."""
+        held = sum(place.how == "within" for place in self.places)
+        verdict = ("HOLDS", self.grid)
+        if self.fingers is not None and not self.holds:
+            on = f"{int(self.fingers['holds'].sum())} of {self.fingers.sizes['finger']} fingers"
+            verdict = ("DOES NOT HOLD", f"on {on}; {self.grid}")
+        if any(place.how != "within" for place in self.places[: self.asked]):
+            verdict = ("DOES NOT HOLD", f"{held} of {len(self.places)} slip lengths and speeds; {self.grid}")
+        return [(self.law, gains_said(self.system)), verdict, *self._room()]
+
+    @property
+    def grid(self) -> str:
+        """Where it was looked at, in words."""
+        found = [corner for place in self.places[: self.asked] for corner in place.corners]
+        speeds = [speed for place in self.places[: self.asked] for speed in place.speeds_mm_s]
+        lengths = [z for place in self.places[: self.asked] if (z := place.slip_length_um) is not None]
+        loads = [load for each in found if (load := load_of(each.loop.system)) is not None]
+        said = [between(min(speeds), max(speeds), "mm/s")] if speeds else []
+        said += [f"slip {between(min(lengths), max(lengths), 'um')}"] if lengths else []
+        forces = [each.loop.elements.force_n for each in found]
+        said += [between(min(forces), max(forces), "N")]
+        said += [f"load {between(min(loads), max(loads), 'N')}"] if len(set(loads)) > 1 else []
+        off = max(each.off for each in found)
+        return ", ".join([*said, *([f"resonance up to {100 * off:.3g} % off"] if off else [])])
+
+    def _room(self) -> Iterator[Row]:
+        gain = min(self.gain_factors)
+        if self.would_hold:
+            left = abs(at_mean(self.system.evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
+            yield (
+                "everywhere" if self.holds else "would hold",
+                f"{shown(self.would_hold)}, leaving {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz",
+            )
+        elif HIGHER <= gain < math.inf:
+            yield "room", f"{shown(gain)} x the gain of the loop"
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return Ms over places and resonances, and the least margins."""
+        return {"Ms": self._peaks(), "least margins": self.margins()}
+
+    def _peaks(self) -> pd.DataFrame:
+        import pandas as pd
+
+        offs = sorted({corner.off for place in self.places for corner in place.corners})
+        limits = {round(error, 9): peak for error, peak in self.requirements.limits.items()}
+        rows = {"asked": [limits[round(abs(off), 9)] for off in offs] + [math.nan]}
+        for place, gain in zip(self.places, self.gain_factors, strict=True):
+            rows[str(place.condition) or "this loop"] = [*(place.peak_at(off) for off in offs), gain]
+        heads = [f"{100 * off:+.3g} %" if off else "told" for off in offs]
+        return pd.DataFrame.from_dict(rows, orient="index", columns=[*heads, "x gain"]).rename_axis("resonance")
+
+    def margins(self) -> pd.DataFrame:
+        """Return the least margins where it was asked for, by resonance and moisture; they take a moment."""
+        import pandas as pd
+
+        found = [corner for place in self.places[: self.asked] for corner in place.corners]
+        rows = []
+        for (off, occluded), group in sorted(worst_margins(found).items()):
+            rows.append(
+                {
+                    "resonance off, %": 100 * off,
+                    "moist, %": 100 * occluded,
+                    "Ms": max(each.sensitivity_peak for each in group),
+                    "gain": min((each.gain_margin for each in group), key=lambda factor: abs(math.log(factor))),
+                    "phase, deg": min((each.phase_margin_deg for each in group), key=abs),
+                    "delay, ms": 1e3 * min(each.delay_margin_s for each in group),
+                }
+            )
+        return pd.DataFrame(rows).set_index("resonance off, %")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name, the least margins too."""
+        return super().to_dict() | {"law": self.law, "margins": plain(self.margins().reset_index().to_dict("records"))}
+
+
+def check(
+    system: System,
+    requirements: Requirements | None = None,
+    people: Sequence[Mapping[str, Any]] | None = None,
+    *,
+    given: Collection[str] = (),
+) -> Check:
+    """Return how the controller of a System does, without a search for another one.
+
+    It is looked at as a new design is: at lowest, mean and highest force, on a dry and a moist finger, with the
+    resonance off, at the slip lengths, speeds and loads that are asked for; then at half and four times the speed.
+    A force out of reach counts as the nearest that can be had. Of a recorded signal its levels count. A law from
+    outside is simulated too.
+
+    Parameters
+    ----------
+    system
+        The bench with its controller, of any law that has a linear analysis.
+    requirements
+        What must hold. None: `Requirements` as it is.
+    people
+        Overrides, one finger each, as of `fingers`, on which it must hold too.
+    given
+        Dotted names of values that somebody gave, of which none counts as assumed.
+
+    Raises
+    ------
+    FrictionloopError
+        No force asked for is in reach of a finger just landed, or the law has no linear analysis.
+    """
+    must = requirements or Requirements()
+    there = with_longest_contact(at_levels(system), must.speeds_mm_s)
+    check_places(there, must)
+    close = must.over(CHECKED, LOADS)._replace(slip_lengths_um=())
+    touched = Over(must.slip_lengths_um).systems(there)
+    own = [Place.of(corners(each, must.limits, close, must.lean)) for each in touched]
+    return judged(system, there, own, must, people, given)
+
+
+def judged(
+    system: System,
+    there: System,
+    own: Sequence[Place],
+    must: Requirements,
+    people: Sequence[Mapping[str, Any]] | None,
+    given: Collection[str],
+) -> Check:
+    """Return the check of a System whose margins at the places asked for are known; ``there`` it has levels."""
+    more = elsewhere(there, must.limits, must.over(ENDS, LOADS), must.lean, must.slip_lengths_um)
+    places = (*own, *more.places)
+    factors = tuple(_least_gain(place) for place in places)
+    within, seen = all(place.how == "within" for place in places), loop_gains(there, must.over(ENDS, LOADS))
+    fingers, stopped = _on_fingers(there, people, must)
+    found = [corner for place in own for corner in place.corners]
+    contradicts = list(_simulated(system)) if within else []
+    told = chain(
+        contradicts,
+        controller_findings.of_places(places, len(own)),
+        people_findings.unlike(system, people) if people is not None else (),
+        people_findings.of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
+        stopped,
+        controller_findings.of_bench(there, found, must),
+        controller_findings.of_people(seen, there.controller.kind, fingers is not None),
+        controller_findings.of_signals(system),
+        controller_findings.of_assumed(system, {*given, *(("motion.load_n",) if must.loads_n else ())}),
+        more.unseen,
+    )
+    everyone = fingers is None or bool(fingers["holds"].all())
+    return Check(
+        system=system,
+        requirements=must,
+        holds=all(place.how == "within" for place in own) and everyone and not contradicts,
+        places=places,
+        asked=len(own),
+        gain_factors=factors,
+        would_hold={} if within else _would_hold(there, min(factors)),
+        people=seen,
+        fingers=fingers,
+        findings=tuple(told),
+    )
+
+
+def _on_fingers(
+    system: System, people: Sequence[Mapping[str, Any]] | None, must: Requirements
+) -> tuple[xr.Dataset | None, tuple[Finding, ...]]:
+    """Return what is found on other fingers; after Ctrl-C on those that were looked at, and that they are fewer."""
+    if people is None:
+        return None, ()
+    try:
+        return check_fingers(system, people, must), ()
+    except FingersInterrupted as stop:
+        count = stop.partial.sizes["finger"]
+        return stop.partial, (Finding("STOPPED", value=count, limit=len(people)),)
+
+
+WORSE = 1.05
+"""Error over that in open loop from which a run contradicts margins (assumed)."""
+
+
+def _simulated(system: System) -> Iterator[Finding]:
+    """Yield that a run contradicts the margins of a law from outside, whose slope may say nothing of larger steps."""
+    if type(system.controller).__module__.startswith("frictionloop."):
+        return
+    found = tracking(system)
+    if found is not None and found.rms_error_n > WORSE * found.open_loop_rms_error_n:
+        yield Finding(
+            "LAW-CONTRADICTS", value=1e3 * found.rms_error_n, unit="mN", limit=1e3 * found.open_loop_rms_error_n
+        )
+
+
+def _least_gain(place: Place) -> float:
+    step(f"what gain would hold, {place.condition}")
+    return least_gain([each.loop for each in place.corners], [each.limit for each in place.corners])
+
+
+def _would_hold(system: System, gain: float) -> Mapping[str, float]:
+    """Return gains, or a margin, with which all corners hold."""
+    controller: Any = system.controller
+    if controller.kind == "limit_observer" and gain > 0.0:  # the inverse of its margin scales its gain
+        margin = controller.susceptibility_margin / gain
+        return {"controller.susceptibility_margin": float(f"{1.002 * margin:.4g}")} if margin <= MOST_MARGIN else {}
+    return scaled_gains(system, gain)

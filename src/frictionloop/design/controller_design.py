@@ -1,0 +1,175 @@
+"""From a bench to a controller that holds on it, and what it leaves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from frictionloop.analysis.headroom import headroom
+from frictionloop.analysis.levels import at_levels
+from frictionloop.design.controller_check import Check, judged
+from frictionloop.design.corners import Corner, condition_of, corners
+from frictionloop.design.elsewhere import Place
+from frictionloop.design.held import CHECKED, LOADS, lowered
+from frictionloop.design.on_fingers import check_fingers
+from frictionloop.design.over import with_longest_contact
+from frictionloop.design.requirements import Designed, Requirements
+from frictionloop.design.synthesis import LEAST_KI, default_law, synthesised
+from frictionloop.design.tracking import Tracking, tracking
+from frictionloop.findings import Finding, shown
+from frictionloop.findings.result import Row
+from frictionloop.parameters import System
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerDesign(Check):
+    """A controller that was found for a bench, and how it does."""
+
+    SCHEMA: ClassVar[str] = "design.controller/1"
+    overrides: Mapping[str, Any]
+    """The controller, for ``System.evolve`` on the bench."""
+    bench: System
+    """What it was designed for, with the controller that was there."""
+    tracking: Tracking | None
+    """How well the set-point of the file is followed; None of a recording that is too short."""
+    headroom: Mapping[str, Any]
+    """Disturbance, residual and the least residual in N, and what limits the crossover, in Hz and degrees."""
+    lowered_by: float = 1.0
+    """Factor on the gains for which they hold on all of other fingers too."""
+
+    def rows(self) -> list[Row]:
+        """Return gains, verdict, and what is left of the error."""
+        found, kept = self.tracking, super().rows()
+        if found is None:
+            return kept
+        felt = f"; {shown(found.relative_index)} x a plain stroke to touch"
+        left = f"{shown(1e3 * found.rms_error_n)} mN rms of {shown(1e3 * found.open_loop_rms_error_n)} in open loop"
+        return [*kept, ("leaves", left + felt * math.isfinite(found.relative_index))]
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return the tables of the check, and what is left to gain."""
+        import pandas as pd
+
+        left = pd.DataFrame({"value": self.headroom}).rename_axis("left to gain, mean force, just landed")
+        return super().tables() | {"left to gain": left}
+
+    def plot(self, name: str = "sensitivity") -> Figure:
+        """Return a figure: the sensitivity of the loop beside the least, or a ``step`` before and after."""
+        from frictionloop.design.response_figures import figure_sensitivity, figure_step, step_run, stepped
+
+        after = at_levels(self.system)
+        if name == "step":
+            return figure_step(step_run(at_levels(self.bench)), step_run(after), stepped(after)[1])
+        found = [corner for place in self.places[: self.asked] for corner in place.corners]
+        worst = max(found, key=lambda each: each.sensitivity_peak)
+        left = headroom(after, self.requirements.sensitivity_peak)
+        return figure_sensitivity(after, left, self.requirements.limits, worst)
+
+
+def controller(
+    system: System,
+    law: str | None = None,
+    requirements: Requirements | None = None,
+    people: Sequence[Mapping[str, Any]] | None = None,
+    *,
+    given: Collection[str] = (),
+) -> ControllerDesign:
+    """Return a controller whose margins hold over forces, a dry and a moist finger, resonances and people.
+
+    Parameters
+    ----------
+    system
+        The bench; of its controller only times and model are used.
+    law
+        notch_pi, pi, limit_observer or hinf; None: notch_pi, or pi for a force sensor without a resonance.
+    requirements
+        What must hold. None: `Requirements` as it is. Where it names no slip length and no controller holds from 0
+        on, the answer is for that of the system, with a finding.
+    people
+        Overrides, one finger each: PI gains are lowered until the limits hold on all of them.
+    given
+        Dotted names of values that somebody gave, of which none counts as assumed.
+
+    Raises
+    ------
+    FrictionloopError
+        An unknown law, no force asked for that is in reach of a finger just landed, or no controller of that law
+        holds: the line says what limits it.
+    """
+    name, must = law or default_law(system), requirements or Requirements()
+    levels = with_longest_contact(at_levels(system), must.speeds_mm_s)
+    found, must = synthesised(levels, name, must)
+    factor, more = 1.0, tuple[Finding, ...]()
+    if people is not None:
+        found, factor, more = _for_fingers(levels, found, people, must)
+    after = levels.evolve(dict(found.overrides))
+    own = {block: getattr(system, block) for block in ("setpoint", "disturbance", "motion")}
+    new = after.evolve(own)
+    checked = judged(new, after, places_of(found.corners), must, people, given)
+    return ControllerDesign(
+        **{each: getattr(checked, each) for each in Check.__dataclass_fields__ if each not in ("findings", "SCHEMA")},
+        findings=(*checked.findings, *found.findings, *more),
+        overrides=found.overrides,
+        bench=system,
+        tracking=tracking(new, must.speeds_mm_s),
+        headroom=left_to_gain(after, must),
+        lowered_by=factor,
+    )
+
+
+def places_of(found: Sequence[Corner]) -> list[Place]:
+    """Return corners by slip length."""
+    groups: dict[float | tuple[float, ...] | None, list[Corner]] = {}
+    for each in found:
+        groups.setdefault(condition_of(each.loop.system).slip_length_um, []).append(each)
+    return [Place.of(group) for group in groups.values()]
+
+
+def _for_fingers(
+    system: System, found: Designed, people: Sequence[Mapping[str, Any]], must: Requirements
+) -> tuple[Designed, float, tuple[Finding, ...]]:
+    """Return a controller with PI gains that hold on all fingers that can be looked at, and the factor on its gains.
+
+    Gains of another law stay, and so do those that would leave a ki with which nothing is lowered that is felt.
+    """
+    many = check_fingers(system.evolve(dict(found.overrides)), people, must)
+    factor = float(np.nanmin(many["gain_factor"].values))
+    lower = None if factor >= 1.0 else lowered(found, factor)
+    if factor >= 1.0:
+        return found, 1.0, ()
+    ki = math.nan if lower is None else float(lower.overrides["controller.ki"])
+    if lower is None or ki <= LEAST_KI:
+        return found, 1.0, (Finding("NOT-LOWERED", value=ki, unit="1/s", limit=LEAST_KI),)
+    at = corners(system.evolve(lower.overrides), must.limits, must.over(CHECKED, LOADS), must.lean)
+    held = int(many["holds"].sum())
+    told = Finding("LOWERED", value=factor, more={"held": held, "fingers": many.sizes["finger"]})
+    return lower._replace(corners=tuple(at), findings=found.findings), factor, (told,)
+
+
+def left_to_gain(system: System, must: Requirements) -> dict[str, Any]:
+    """Return what a loop leaves and must leave at the mean force on a dry finger, and what limits its crossover."""
+    left = headroom(system, must.sensitivity_peak)
+    lag = left.lag
+    return {
+        "disturbance_mn": 1e3 * left.disturbance_rms_n,
+        "disturbance_felt_mn": 1e3 * left.disturbance_felt_rms_n,
+        "residual_mn": 1e3 * left.residual_rms_n,
+        "least_residual_mn": 1e3 * left.least_rms_n,
+        "zero_db_hz": left.zero_db_hz,
+        "least_zero_db_hz": left.least_zero_db_hz,
+        "delay_limit_hz": left.delay_limit_hz,
+        "plain_limit_hz": left.plain_limit_hz,
+        "lag_springs_deg": lag.springs,
+        "lag_plate_deg": lag.plate,
+        "lag_electronics_deg": lag.electronics,
+        "lag_delay_deg": lag.delay,
+        "lag_hold_deg": lag.hold,
+    }

@@ -1,0 +1,82 @@
+"""A System from a file or a preset with changes: what was given, and what of it is in doubt."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from frictionloop.design.designed_file import changed_since, read_designed
+from frictionloop.findings import Finding
+from frictionloop.parameters import System, preset, read_toml
+from frictionloop.parameters.files import start_of
+from frictionloop.parameters.unit_sanity import differing, named_by, unusual
+from frictionloop.sensing.touch import check_follows
+
+
+class Described(NamedTuple):
+    """A System and how it was described."""
+
+    system: System
+    stated: frozenset[str]
+    """Dotted names of values that somebody gave."""
+    findings: tuple[Finding, ...]
+
+
+def described(
+    file: str | os.PathLike[str] | None = None,
+    preset_name: str = "bench",
+    overrides: Mapping[str, Any] | None = None,
+    law: str | None = None,
+) -> Described:
+    """Return the System of a file, or a preset without one, with overrides, and what of it is in doubt.
+
+    Parameters
+    ----------
+    file
+        TOML file, beside its preset or whole.
+    preset_name
+        Preset without a file: paper, feasible or bench.
+    overrides
+        Values by dotted name.
+    law
+        Law that a controller is to be designed for, which sets some of what it believes.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_toml` and ``System.evolve``, or a finger that the controller cannot follow.
+    """
+    own = dict(overrides or {})
+    base = preset(preset_name) if file is None else read_toml(file)
+    system = base.evolve(own)
+    check_follows(system.motion, system.touch)  # a run would refuse it, after a design of some minutes
+    start, changes = (None, {}) if file is None else start_of(file)
+    table = None if file is None else read_designed(file)
+    found = [*_kinds(start, base, changes)] if start is not None else []
+    found += [*_kinds(base, system, own), *unusual(system)]
+    found += differing(system, named_by(_flat(changes), own), law)
+    found += changed_since(system, table) if table is not None and law is None else ()
+    stated = {*(_flat(changes) if start else ()), *own, *(table.given if table else ())}
+    return Described(system, frozenset(stated), tuple(found))
+
+
+def _flat(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted names, also those in a block within a block."""
+    flat: dict[str, Any] = {}
+    for name, value in changes.items():
+        flat |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
+    return flat
+
+
+def _kinds(base: System, system: System, overrides: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield each block of a new kind that has its own defaults where the old kind had other values."""
+    for name in type(base).model_fields:
+        old, new = getattr(base, name), getattr(system, name)
+        if f"{name}.kind" in overrides and old.kind != new.kind:
+            shared = type(old).model_fields.keys() & type(new).model_fields.keys() - {"kind"}
+            said = {path.split(".")[1] for path in overrides if path.startswith(f"{name}.")}
+            left = [each for each in type(new).model_fields if each in shared - said]
+            values = {f"{name}.{each}": getattr(old, each) for each in left if getattr(old, each) != getattr(new, each)}
+            if values:
+                yield Finding("KIND-DEFAULTS", value=f"{name}.kind = {new.kind}", remedy=values, more={"old": old.kind})

@@ -1,0 +1,114 @@
+"""The one way in which answers are shown: lines for a terminal, a fragment for a notebook, a page for a browser."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from frictionloop.findings.catalogue import entry
+from frictionloop.findings.shown import shown
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
+    from frictionloop.findings.finding import Finding
+    from frictionloop.findings.result import Result
+
+WIDTH, LINES, WORST, GAP = 80, 24, 5, 2
+"""Columns and lines of an answer, its findings, and the space between columns."""
+Piece = tuple[str, str]
+"""Text and its style, as rich names it."""
+Line = list[Piece]
+STYLE = {"error": "bold red", "warning": "bold yellow", "note": "dim"}
+
+
+def text(result: Result, everything: bool = False) -> str:
+    """Return the lines of an answer; with ``everything`` all tables and findings."""
+    return "\n".join("".join(piece for piece, _ in line).rstrip() for line in lines(result, everything))
+
+
+def lines(result: Result, everything: bool = False) -> list[Line]:
+    """Return the styled lines of an answer: its rows, its first table, the worst findings and how many more."""
+    rows, tables = list(result.rows()), list(result.tables().items())
+    found = [*_rows(rows)]
+    for name, frame in tables if everything else tables[:1]:
+        found += [[], *([[(name, "bold")]] if everything else []), *_table(frame)]
+    told = result.findings if everything else result.findings[:WORST]
+    found += [[]] if told else []
+    found += _findings(told, everything)
+    left = len(result.findings) - len(told)
+    found += [[(f"{left} more: --all", "dim")]] if left else []
+    return found
+
+
+def _rows(rows: Sequence[tuple[str, str]]) -> Iterator[Line]:
+    """Yield names and what is said of them, in two columns, the second wrapped."""
+    width = max((len(name) for name, _ in rows), default=0) + GAP
+    for name, said in rows:
+        for k, part in enumerate(textwrap.wrap(said, WIDTH - width) or [""]):
+            yield [("" if k else name, "bold"), (" " * (width - len("" if k else name)), ""), (part, "")]
+
+
+def _table(frame: pd.DataFrame) -> Iterator[Line]:
+    """Yield a table with its numbers to the right."""
+    columns = [[str(frame.index.name or ""), *(str(each) for each in frame.index)]]
+    columns += [[str(head), *map(shown, frame[head].tolist())] for head in frame.columns]
+    left = [True, *(frame[head].dtype == object and _words(frame[head]) for head in frame.columns)]
+    widths = [max(map(len, column)) for column in columns]
+    for k, cells in enumerate(zip(*columns, strict=True)):
+        padded = [c.ljust(w) if at else c.rjust(w) for c, w, at in zip(cells, widths, left, strict=True)]
+        yield [((" " * GAP).join(padded), "bold" if k == 0 else "")]
+
+
+def _words(column: Any) -> bool:
+    return all(isinstance(each, str) for each in column)
+
+
+def _findings(told: Sequence[Finding], everything: bool) -> Iterator[Line]:
+    """Yield a line for each finding, cut where the terminal ends; with ``everything`` whole."""
+    width = max((len(each.code) for each in told), default=0) + GAP
+    for each in told:
+        severity, room = f"{each.severity:<8}", WIDTH - 8 - width
+        said = str(each)
+        parts = textwrap.wrap(said, room) if everything else [textwrap.shorten(said, room, placeholder=" ...")]
+        for k, part in enumerate(parts):
+            head = severity if k == 0 else " " * 8
+            yield [(head, STYLE[str(each.severity)]), ((each.code if k == 0 else "").ljust(width), ""), (part, "")]
+
+
+def fragment(result: Result) -> str:
+    """Return everything as HTML for a notebook or within a page."""
+    rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(said)}</td></tr>" for name, said in result.rows())
+    parts = [f"<table>{rows}</table>"] if rows else []
+    for name, frame in result.tables().items():
+        parts.append(f"<h4>{escape(name)}</h4>{_table_html(frame)}")
+    told = "".join(
+        f'<tr title="{escape(entry(each.code).explanation)}"><td>{each.severity}</td><td>{each.code}</td>'
+        f"<td>{escape(str(each))}</td></tr>"
+        for each in result.findings
+    )
+    return "\n".join([*parts, *([f"<table>{told}</table>"] if told else [])])
+
+
+def _table_html(frame: pd.DataFrame) -> str:
+    heads = "".join(f"<th>{escape(str(each))}</th>" for each in (frame.index.name or "", *frame.columns))
+    body = "".join(
+        f"<tr><th>{escape(str(name))}</th>{''.join(f'<td>{escape(shown(each))}</td>' for each in cells)}</tr>"
+        for name, cells in zip(frame.index, frame.itertuples(index=False), strict=True)
+    )
+    return f"<table><tr>{heads}</tr>{body}</table>"
+
+
+PAGE = """<!doctype html><meta charset="utf-8"><title>{title}</title><style>
+body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #1a1a1a }}
+table {{ border-collapse: collapse; margin: 1em 0 }} th, td {{ padding: .2em 1em .2em 0; text-align: left;
+border-bottom: 1px solid #e6e6e6; vertical-align: top; font-variant-numeric: tabular-nums }}
+</style><h1>{title}</h1>{body}
+"""
+
+
+def page(result: Result) -> str:
+    """Return a page of its own."""
+    return PAGE.format(title=escape(result.SCHEMA.partition("/")[0]), body=fragment(result))

@@ -1,0 +1,114 @@
+"""What a verb answers: numbers, findings, tables, a figure, and the forms that all answers have."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from frictionloop.findings.finding import Condition, Finding
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+    from matplotlib.figure import Figure
+
+Row = tuple[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """Base of the frozen answers; ``print(answer)`` is what the command line shows."""
+
+    SCHEMA: ClassVar[str] = ""
+    """Name and number of the form in JSON, such as design.check/1."""
+    findings: tuple[Finding, ...] = ()
+    """The worst first."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "findings", tuple(sorted(self.findings, key=lambda each: each.rank)))
+
+    def with_findings(self, more: Sequence[Finding]) -> Self:
+        """Return the answer with more findings, those that it has already left out."""
+        return replace(self, findings=(*self.findings, *(each for each in more if each not in self.findings)))
+
+    def rows(self) -> Sequence[Row]:
+        """Return the answer: a name and its numbers each, the first the most important."""
+        return ()
+
+    def tables(self) -> Mapping[str, pd.DataFrame]:
+        """Return tables by name, the first of which belongs to the answer."""
+        return {}
+
+    def table(self, name: str | None = None) -> pd.DataFrame:
+        """Return a table, the first if none is named.
+
+        Raises
+        ------
+        FrictionloopError
+            For a name that is not there, naming those that are.
+        """
+        found = self.tables()
+        chosen = next(iter(found), "") if name is None else name
+        if chosen not in found:
+            raise FrictionloopError(f"table = {chosen!r}: accepted are {', '.join(found)}", "UNKNOWN-NAME")
+        return found[chosen]
+
+    def plot(self) -> Figure:
+        """Return a figure."""
+        raise FrictionloopError(f"{type(self).__name__} has no figure", "UNKNOWN-NAME")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name as JSON holds it: NaN and infinity, which it lacks, are None."""
+        own = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "findings"}
+        found: dict[str, Any] = plain({"schema": self.SCHEMA, **own, "findings": self.findings})
+        return found
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """Return `to_dict` as text."""
+        return json.dumps(self.to_dict(), indent=indent, ensure_ascii=False, allow_nan=False)
+
+    def to_html(self) -> str:
+        """Return a page of its own with everything."""
+        from frictionloop.findings.render import page
+
+        return page(self)
+
+    def __str__(self) -> str:
+        """Return what the command line shows."""
+        from frictionloop.findings.render import text
+
+        return text(self)
+
+    def _repr_html_(self) -> str:
+        from frictionloop.findings.render import fragment
+
+        return fragment(self)
+
+
+def plain(value: Any) -> Any:  # noqa: PLR0911
+    """Return a value as JSON holds it."""
+    if isinstance(value, Condition):
+        return plain(value.values)
+    if hasattr(value, "to_dict") and not hasattr(value, "data_vars"):
+        return plain(value.to_dict())
+    if isinstance(value, Mapping):
+        return {str(name): plain(each) for name, each in value.items()}
+    if hasattr(value, "model_dump"):  # pydantic
+        return plain(value.model_dump())
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if is_dataclass(value) and not isinstance(value, type):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+    if hasattr(value, "data_vars"):  # xarray
+        names = [*value.coords, *value.data_vars]
+        return {str(name): plain(value[name].values) for name in names}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(each) for each in value]
+    if hasattr(value, "tolist"):  # NumPy
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
