@@ -18,6 +18,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.brief import Brief, brief
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
+from frictionloop.sensing.touch import TouchState
 
 _UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's affair
 _NONE = np.zeros(0)
@@ -171,3 +172,8 @@ class Stepper(metaclass=Brief):
         told = {"position": position, "speed": speed, "load": load, "direction": direction, "place": position}
         for name, value in told.items():
             rows[Motion._fields.index(name), 0] = value
+        if self._period == 0:  # what was measured before was of the system's own strokes, its skin stretched by these
+            known, heading = self._tile.slab.view("touch")[:, 0], heading_step(speed, 1.0)
+            before, plays_m = TouchState(*known), 2.0 * self._view[ROW["touch_coefficients"].developed_m]
+            missing_m = before.missing if heading == before.direction else plays_m
+            known[:] = TouchState(position, speed, load, missing_m, 0.0, heading, abs(speed))
