@@ -24,7 +24,7 @@ DRY = {"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
 
 def test_the_believed_finger_has_a_gain_of_one():
     assert loop_gain(NOTCH.evolve(DRY)) == pytest.approx(1.0, rel=1e-12)
-    assert loop_gain(fl.bench().evolve({**DRY, "controller.kind": "limit_observer"})) == pytest.approx(0.5, rel=1e-12)
+    assert loop_gain(fl.bench().evolve({**DRY, "controller.kind": "limit_observer"})) == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("finger", fl.fingers(8, 5))

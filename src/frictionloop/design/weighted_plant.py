@@ -32,7 +32,7 @@ MOST_STATES = 120
 class Weights:
     """How much each signal of the generalised plant counts.
 
-    The contact is believed so fast that little lead is spent on it: for Dahl and slider. Chosen by a search on
+    The contact is believed so fast that little lead is spent on it, at any slip length. Chosen by a search on
     simulated fingers (studies/pages/beliefs.md).
     """
 

@@ -22,8 +22,8 @@ class Model(Block):
     gain_spread: Annotated[Number, Field(ge=1, le=10)] = 2.7
     """Factor by which a finger's loop gain may be above the believed one; designs hold Ms 2.9 up to it.
 
-    2.7 is the largest of forty capable people (assumed population); of a finger measured by two plain strokes it is 1.1
-    (assumed: load and speed change by 10 % from stroke to stroke).
+    Of the capable people of the assumed population five in six bring less than 2.7. Of a finger measured by two plain
+    strokes it is 1.1 (assumed: load and speed change by 10 % from stroke to stroke).
     """
     max_amplitude_um: Positive = 2.5
     """Believed largest amplitude: g(max_amplitude_um) is the lower end of the clamp."""
