@@ -12,6 +12,7 @@ from frictionloop.quantities.lazily import lazily
 HOMES = {
     "controller_design": "ControllerDesign controller",
     "controller_check": "Check check",
+    "bench_limits": "BenchLimits LimitedPart limits",
     "requirements": "Requirements",
     "designed_file": "DesignedTable changed_since read_designed write_controller",
     "on_fingers": "check_fingers",

@@ -36,9 +36,10 @@ def lines(result: Result, everything: bool = False) -> list[Line]:
     for name, frame in tables if everything else tables[:1]:
         found += [[], *([[(name, "bold")]] if everything else []), *_table(frame)]
     told = result.findings if everything else result.findings[:WORST]
-    found += [[]] if told else []
-    found += _findings(told, everything)
     left = len(result.findings) - len(told)
+    room = LINES - len(found) - 1 - (left > 0)
+    found += [[]] if told else []
+    found += _findings(told, len(told) + 99 if everything else room)
     found += [[(f"{left} more: --all", "dim")]] if left else []
     return found
 
@@ -66,15 +67,16 @@ def _words(column: Any) -> bool:
     return all(isinstance(each, str) for each in column)
 
 
-def _findings(told: Sequence[Finding], everything: bool) -> Iterator[Line]:
-    """Yield a line for each finding, cut where the terminal ends; with ``everything`` whole."""
+def _findings(told: Sequence[Finding], most: int) -> Iterator[Line]:
+    """Yield findings, broken where the terminal ends; the last of them cut to a line where they need more than most."""
     width = max((len(each.code) for each in told), default=0) + GAP
-    for each in told:
-        severity, room = f"{each.severity:<8}", WIDTH - 8 - width
-        said = str(each)
-        parts = textwrap.wrap(said, room) if everything else [textwrap.shorten(said, room, placeholder=" ...")]
+    wrapped = [textwrap.wrap(str(each), WIDTH - 8 - width) for each in told]
+    for k in range(len(told) - 1, -1, -1):
+        if sum(map(len, wrapped)) > most:
+            wrapped[k] = [textwrap.shorten(str(told[k]), WIDTH - 8 - width, placeholder=" ...")]
+    for each, parts in zip(told, wrapped, strict=True):
         for k, part in enumerate(parts):
-            head = severity if k == 0 else " " * 8
+            head = f"{each.severity:<8}" if k == 0 else " " * 8
             yield [(head, STYLE[str(each.severity)]), ((each.code if k == 0 else "").ljust(width), ""), (part, "")]
 
 
