@@ -19,7 +19,7 @@ from frictionloop.design.notch_search import NotchSearch
 from frictionloop.design.plants import Plants, shifted, stiffened
 from frictionloop.loop.progress import step as progress
 from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,7 @@ def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
 def _resonance_hz(system: System) -> float:
     sensor = system.sensor
     if not isinstance(sensor, SuspendedSensor):
-        raise FrictionloopError(
-            f"sensor.kind = {sensor.kind!r}: has no resonance for a notch, which needs 'suspended'; law pi does without"
-        )
+        raise FrictionloopError(f"sensor.kind = {sensor.kind!r}: must be 'suspended' for a notch")
     return sensor.resonance_hz
 
 
@@ -134,9 +132,9 @@ def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: fl
         limits = {0.0: sensitivity_peak, resonance_error: sensitivity_peak}
     for error, peak in limits.items():
         if not (math.isfinite(peak) and peak > 1):
-            raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.5")
+            raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.5")
         if not 0 <= error <= 0.5:
-            raise FrictionloopError(f"resonance_error = {error:g}: must be from 0 to 0.5, e.g. 0.05")
+            raise must_be("resonance_error", error, "from 0 to 0.5, e.g. 0.05")
     if not limits:
         raise FrictionloopError("sensitivity_peak = {}: needs one limit at least, e.g. {0.05: 1.5}")
     return limits

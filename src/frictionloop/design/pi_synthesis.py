@@ -17,7 +17,7 @@ from frictionloop.design.plants import Plants
 from frictionloop.design.worst_few import WorstFew
 from frictionloop.findings import Condition
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,9 +92,9 @@ def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]
     peaks = [sensitivity_peak] * loops if isinstance(sensitivity_peak, float | int) else list(sensitivity_peak)
     for peak in peaks:
         if not (math.isfinite(peak) and peak > 1):
-            raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.5")
+            raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.5")
     if len(peaks) != loops:
-        raise FrictionloopError(f"sensitivity_peak = {peaks}: must be one number, or one for each of {loops} loops")
+        raise FrictionloopError(f"sensitivity_peak = {peaks}: one number, or {loops}")
     return peaks
 
 

@@ -146,10 +146,7 @@ def _plain(system: System) -> System:
 def _check_notch(system: System) -> None:
     sensor, nyquist_hz = system.sensor, system.controller.rate_hz / 2.0
     if isinstance(sensor, SuspendedSensor) and not sensor.resonance_hz < nyquist_hz:
-        raise FrictionloopError(
-            f"sensor.resonance_hz = {sensor.resonance_hz:g} Hz: a notch must lie below half of controller.rate_hz, "
-            f"{nyquist_hz:g} Hz"
-        )
+        raise FrictionloopError(f"sensor.resonance_hz = {sensor.resonance_hz:g} Hz: must be below {nyquist_hz:g} Hz")
 
 
 def _spectrum(system: System, share: float) -> tuple[Spectrum | None, tuple[Finding, ...]]:

@@ -90,7 +90,5 @@ def check_order(plant: SampledPlant, delay_s: float, shaping_states: int = STATE
     others = len(plant.transition) + 1 + shaping_states  # 1: the integrator
     if others + late > MOST_STATES:
         raise FrictionloopError(
-            f"controller.delay_s = {delay_s:g} s: is {late} control periods, which give the plant of the synthesis "
-            f"{others + late} states; it takes up to {MOST_STATES}, "
-            f"controller.delay_s up to {(MOST_STATES - others) * plant.period_s:g} s"
+            f"controller.delay_s = {delay_s:g} s: at most {(MOST_STATES - others) * plant.period_s:g} s"
         )

@@ -16,7 +16,7 @@ from frictionloop.loop.simulate import traced
 from frictionloop.loop.timing import is_finite
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 LEAST_PLAIN = 1e-6
 """Index of a plain stroke below which it varies by rounding alone (assumed)."""
@@ -84,7 +84,7 @@ def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 
         For an amplitude that is not finite, or as ``simulate``.
     """
     if not is_finite(amplitude_um):
-        raise FrictionloopError(f"amplitude_um = {amplitude_um!r} um: must be a finite number")
+        raise must_be("amplitude_um", amplitude_um, "a finite number", "um")
     (run,) = traced([system], [seed], duration_s, amplitude_um)
     return run
 
@@ -113,8 +113,7 @@ def plain_like(run: xr.Dataset) -> xr.Dataset:
     ends = excess(0.0), excess(most)
     if not ends[0] >= 0.0 >= ends[1]:
         raise FrictionloopError(
-            f"the run's mean force is {wanted:.3g} N; plain strokes of this finger have {wanted + ends[1]:.3g} to "
-            f"{wanted + ends[0]:.3g} N"
+            f"mean force {wanted:.3g} N: plain strokes have {wanted + ends[1]:.3g} to {wanted + ends[0]:.3g} N"
         )
     return plain_stroke(system, brentq(excess, 0.0, most, xtol=1e-4), duration_s, seed)
 
@@ -137,8 +136,5 @@ def relative_index(run: xr.Dataset, mask: Any = None) -> float:
             residual[part] = force[part] - line(part)
     of_plain = _index(residual, plain, mask)
     if of_plain < LEAST_PLAIN:
-        raise FrictionloopError(
-            "the plain stroke of this finger varies by nothing (no tremor, roughness or drift): there is nothing to "
-            "compare with; perceptual_index stands by itself"
-        )
+        raise FrictionloopError("the plain stroke varies by nothing")
     return perceptual_index(run, mask) / of_plain

@@ -21,15 +21,13 @@ METRICS = formulas.METRICS
 def kept(run: xr.Dataset, mask: Any) -> Any:
     """Return what picks the scored periods out of a trace."""
     if not isinstance(run, xr.Dataset) or "time" not in run.dims:
-        raise FrictionloopError(f"run: {type(run).__name__} is no run; must be what fl.simulate or fl.load returned")
+        raise FrictionloopError(f"run: {type(run).__name__} is no run")
     if mask is None and "scored" not in run:
         return slice(None)
     mask = run["scored"].values if mask is None else mask
     keep = np.asarray(mask, dtype=bool)
     if keep.shape != run["time"].shape:
-        raise FrictionloopError(
-            f"mask: has shape {keep.shape}; must be one bool per control period, shape {run['time'].shape}"
-        )
+        raise FrictionloopError(f"mask: shape {keep.shape}; must be {run['time'].shape}")
     if not keep.any():
         raise FrictionloopError("mask: keeps no control period to score")
     return keep

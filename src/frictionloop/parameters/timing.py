@@ -43,21 +43,20 @@ class Model(Block):
     @model_validator(mode="after")
     def _table(self) -> Self:
         if self.table_size == 1:
-            raise ValueError("table_size must be 0 (exact inverse) or at least 2")
+            raise ValueError("table_size must be 0 or at least 2")
         if self.table_um2:
             table = self.table_um2
             if len(table) < 2 or table[-1] != 0 or any(b >= a for a, b in pairwise(table)):
-                raise ValueError("table_um2 must fall from entry to entry, at least two of them, to 0 at the last")
+                raise ValueError("table_um2 must fall to 0")
             if self.table_size == 0:
-                raise ValueError(f"table_um2 needs a table_size, as {len(table)}: 0 is the law's exact inverse")
+                raise ValueError(f"table_um2 needs table_size = {len(table)}")
         return self
 
     @model_validator(mode="after")
     def _clamp(self) -> Self:
         if not sys.float_info.min <= self.floor_n < self.nominal_n:
             raise ValueError(
-                f"susceptibility_per_um2 and max_amplitude_um give a clamp from {self.floor_n:g} to "
-                f"{self.nominal_n:g} N, which must be an interval above 0"
+                f"susceptibility_per_um2, max_amplitude_um: clamp from {self.floor_n:g} to {self.nominal_n:g} N"
             )
         return self
 
