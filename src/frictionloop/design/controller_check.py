@@ -208,7 +208,7 @@ def judged(
         people_findings.of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
         stopped,
         controller_findings.of_bench(there, found, must),
-        controller_findings.of_people(seen, there.controller.kind, fingers is not None),
+        controller_findings.of_people(seen, there.controller.kind, fingers is not None, must.finger_gain),
         controller_findings.of_signals(system),
         controller_findings.of_assumed(system, {*given, *(("motion.load_n",) if must.loads_n else ())}),
         more.unseen,

@@ -157,9 +157,12 @@ def noisy(system: System) -> Iterator[Finding]:
         yield Finding("NOISE-COMMAND", value=1e3 * command_n, unit="mN", limit=1e3 * COMMAND_NOISE_N)
 
 
-def of_people(people: LoopGains | None, law: str, looked_at: bool) -> Iterator[Finding]:
-    """Yield on how many people a loop comes close to ringing, and that none were looked at one by one."""
-    if people is None:
+def of_people(people: LoopGains | None, law: str, looked_at: bool, gain: float | None) -> Iterator[Finding]:
+    """Yield on how many people a loop comes close to ringing, and that none were looked at one by one.
+
+    Nothing where a finger was measured, whose loop ``gain`` over the believed one it bears.
+    """
+    if people is None or (gain is not None and gain <= people.critical):
         return
     remedy = "--law limit_observer" if people.many and law != "limit_observer" else ""
     more = {"people": people.people, "loop_gain": people.critical}
