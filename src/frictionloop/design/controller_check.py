@@ -92,6 +92,9 @@ class Check(Result):
         said += [f"slip {between(min(lengths), max(lengths), 'um')}"] if lengths else []
         forces = [each.loop.elements.force_n for each in found]
         said += [between(min(forces), max(forces), "N")]
+        if loads:
+            mu = [force / load for force, load in zip(forces, loads, strict=True)]
+            said[-1] += f" (coefficient {between(min(mu), max(mu))})"
         said += [f"load {between(min(loads), max(loads), 'N')}"] if len(set(loads)) > 1 else []
         off = max(each.off for each in found)
         return ", ".join([*said, *([f"resonance up to {100 * off:.3g} % off"] if off else [])])
