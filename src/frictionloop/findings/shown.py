@@ -27,7 +27,8 @@ def shown(value: Any, digits: int = 3) -> str:  # noqa: PLR0911
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
     if 0.9 <= value < 1.0 - 1e-6:
-        return f"{value:.{digits}f}"
+        near = f"{value:.{digits}f}"
+        return near if near.startswith("1") else near.rstrip("0")
     return f"{value:.{digits}g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
