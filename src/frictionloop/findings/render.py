@@ -106,7 +106,8 @@ def _table_html(frame: pd.DataFrame) -> str:
 PAGE = """<!doctype html><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #1a1a1a }}
 table {{ border-collapse: collapse; margin: 1em 0 }} th, td {{ padding: .2em 1em .2em 0; text-align: left;
-border-bottom: 1px solid #e6e6e6; vertical-align: top; font-variant-numeric: tabular-nums }} code {{ white-space: nowrap }}
+border-bottom: 1px solid #e6e6e6; vertical-align: top; font-variant-numeric: tabular-nums }}
+code {{ white-space: nowrap }}
 </style><h1>{title}</h1>{body}
 """
 
