@@ -57,8 +57,8 @@ def test_what_cannot_run_is_one_line(call, overrides, line):
 
 
 GRIDS = {
-    "turns longer than strokes": ({"motion.speed_mm_s": [10.0, 100.0], "motion.reversal_s": [0.1, 2.0]}, "reversal_s = 2"),
-    "contacts shorter than landings": ({"motion.contact_s": [0.2, 1.0], "motion.landing_s": [0.05, 0.3]}, "contact_s = 0.2"),
+    "turns longer than strokes": ({"motion.speed_mm_s": [10.0, 100.0], "motion.reversal_s": [0.1, 2.0]}, "reversal_s"),
+    "contacts shorter than landings": ({"motion.contact_s": [0.2, 1.0], "motion.landing_s": [0.05, 0.3]}, "contact_s"),
     "set-points out of range": (
         {"setpoint.offset_n": [0.5, 2.0], "setpoint.amplitude_n": [0.1, 1.0]},
         "sensor.range_n = 2.5 N",

@@ -63,11 +63,11 @@ def test_every_entrant_is_a_system(name):
 def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
     asked = []
 
-    def design_controller(*given):
+    def synthesised(*given):
         asked.append(given)
-        return Designed({"controller.kind": "lookup"})
+        return Designed({"controller.kind": "lookup"}), given[-1]
 
-    monkeypatch.setattr(synthesis, "design_controller", design_controller)
+    monkeypatch.setattr(synthesis, "synthesised", synthesised)
     assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
     assert asked == [(fl.bench(), law, Requirements(slip_lengths_um=()))]  # on the contact that it has
 
@@ -218,11 +218,11 @@ def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypa
     monkeypatch.setattr(entrants, "ENTRANTS", cheap)
     ran = short(laws=None, system=fl.bench().evolve(LATE))
     assert list(ran.laws) == ["lookup", "retuned_pi"]
-    assert list(ran.left_out) == ["limit_observer"] and "at most one control period" in ran.left_out["limit_observer"]
+    assert list(ran.left_out) == ["limit_observer"] and "delay_s = 0.0019 s: " in ran.left_out["limit_observer"]
 
 
 def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
-    monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
+    monkeypatch.setattr(synthesis, "synthesised", lambda *given: pytest.fail("designed"))
     with pytest.raises(FrictionloopError, match="delay_s"):
         late = {"mine": lambda _: {"controller.kind": "limit_observer"}}
         short(laws=late | {"notch_pi": entrants.ENTRANTS["notch_pi"]}, system=fl.bench().evolve(LATE))
@@ -244,7 +244,7 @@ def test_cells_of_other_code_are_refused(tmp_path, monkeypatch):
     path = tmp_path / "r.h5"
     short(path, laws=["lookup"])
     monkeypatch.setattr(run, "computing", lambda: "of a law that was changed meanwhile")
-    with pytest.raises(fl.FrictionloopError, match="of another version"):
+    with pytest.raises(fl.FrictionloopError, match=r"r\.h5: .*20 mm/s"):
         short(path, resume=True, laws=["lookup"])
 
 
@@ -296,16 +296,16 @@ MODEL = {"controller.model.nominal_n": 0.9}
 @pytest.mark.parametrize(
     ("more", "match"),
     [
-        ({"seed": 3}, "seed = 3: is that of the fingers laws are tuned on"),
-        ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
-        ({"laws": ["lookup", "lookup"]}, "none of them twice"),
-        ({"laws": []}, "at least one law"),
-        ({"speeds": ()}, "at least one speed"),
-        ({"speeds": (20.0, 20.0)}, "none of them twice"),
-        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: must be from 2 to 500"),
+        ({"seed": 3}, "seed = 3: "),
+        ({"laws": ["retuned_ip"]}, "'retuned_ip' .*retuned_pi"),
+        ({"laws": ["lookup", "lookup"]}, "laws = 'lookup,lookup'"),
+        ({"laws": []}, "laws = ''"),
+        ({"speeds": ()}, r"speeds = \[\] mm/s: "),
+        ({"speeds": (20.0, 20.0)}, r"speeds = \[20.0, 20.0\] mm/s: "),
+        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: .*2 to 500"),
         ({"system": fl.paper()}, 'friction.kind = "gaussian": must be "finger"'),
         ({"count": 0}, "n = 0"),
-        ({"duration_s": 0.3}, "duration_s = 0.3 s: must be longer than"),
+        ({"duration_s": 0.3}, "duration_s = 0.3 s: .*0.4 s"),
     ],
     ids=str,
 )
