@@ -161,9 +161,7 @@ def _band(source: Any, name: str) -> Asked:
     if isinstance(source, Steps):
         levels = source.levels_n
         return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))
-    if isinstance(source, Recording) and not source.remove_mean:
-        raise FrictionloopError(f'{name}.kind = "recording": give its level')
-    if not hasattr(source, "offset_n"):
+    if not hasattr(source, "offset_n") or (isinstance(source, Recording) and not source.remove_mean):
         raise FrictionloopError(f'{name}.kind = "{source.kind}": give force_n or amplitude_um')
     swing = 0.0
     if isinstance(source, Sine | LogSweep):

@@ -94,7 +94,7 @@ def retune_notch(
     _, kp, ki = fine.gains(x, refine=True)
     found = _result(fine, x, kp, ki, overdrive)
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found, points, limits), UNFOUND)
+        raise FrictionloopError(_too_little(found, points, limits, least_ki), UNFOUND)
     return found
 
 
@@ -140,8 +140,8 @@ def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: fl
     return limits
 
 
-def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float]) -> str:
+def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float], least_ki: float) -> str:
     """Return what limits: the resonance if springs that follow at once would do, the delay and the lags if not."""
     stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
     ki = best_gains(stiff, [min(limits.values())] * len(points)).ki
-    return f"{gains_reached(found.kp, found.ki)}; without the resonance ki = {ki:.4g} 1/s"
+    return f"{gains_reached(least_ki, found.kp, found.ki)}; without the resonance ki = {ki:.4g} 1/s"

@@ -83,7 +83,7 @@ def retune(
     _, kp, ki = WorstFew().gains(Plants.of(points), peaks, None, refine=True)
     found = Retuned(kp, ki, tuple(loop.with_gains(kp, ki) for loop in points))
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found), UNFOUND)
+        raise FrictionloopError(_too_little(found, least_ki), UNFOUND)
     return found
 
 
@@ -98,10 +98,10 @@ def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]
     return peaks
 
 
-def _too_little(found: Retuned) -> str:
+def _too_little(found: Retuned, least_ki: float) -> str:
     loop, _ = found.worst
     grid = loop.search_grid()
     peak_hz = grid[np.argmax(np.abs(loop.responses(grid)["S"]))]
     at = loop.elements
     where = Condition(force_n=at.force_n, occluded=at.occluded)
-    return f"{gains_reached(found.kp, found.ki)}, |S| peaks at {peak_hz:.3g} Hz, {where}"
+    return f"{gains_reached(least_ki, found.kp, found.ki)}, |S| peaks at {peak_hz:.3g} Hz, {where}"

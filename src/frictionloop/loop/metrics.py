@@ -21,7 +21,7 @@ METRICS = formulas.METRICS
 def kept(run: xr.Dataset, mask: Any) -> Any:
     """Return what picks the scored periods out of a trace."""
     if not isinstance(run, xr.Dataset) or "time" not in run.dims:
-        raise FrictionloopError(f"run: {type(run).__name__} is no run")
+        raise FrictionloopError(f"run: {type(run).__name__} is no run of fl.simulate")
     if mask is None and "scored" not in run:
         return slice(None)
     mask = run["scored"].values if mask is None else mask

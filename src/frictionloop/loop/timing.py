@@ -36,7 +36,8 @@ def periods_in(system: System, duration_s: float) -> int:
     if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
         near = max(periods, 1) / rate
         raise FrictionloopError(
-            f"duration_s = {duration_s:.17g} s: no whole number of periods at {rate:g} Hz; nearest: {near} s"
+            f"duration_s = {duration_s} s: no whole number of periods at controller.rate_hz = {rate:g} Hz; "
+            f"nearest: {near} s"
         )
     for name in ("setpoint", "disturbance"):
         source = getattr(system, name)
@@ -62,4 +63,6 @@ def check_memory(needed_bytes: int, what: str) -> None:
     except (ValueError, OSError, AttributeError):  # not every system tells
         return
     if needed_bytes > free:
-        raise FrictionloopError(f"{what}: {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB free")
+        raise FrictionloopError(
+            f"{what}: {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB free; shorten duration_s or sweep()"
+        )

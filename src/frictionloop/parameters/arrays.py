@@ -59,7 +59,7 @@ def _rate_of(array: Any, given_hz: Any) -> float:
     if dimension != "time":
         raise ValueError(f"an array over {dimension!r}: must be over 'time'")
     if "time" not in array.coords:
-        raise ValueError("an array over 'time' without times")
+        raise ValueError("an array over 'time' without times: array.assign_coords(time=times_s)")
     time_s = _seconds(array.coords["time"], given_hz)
     if time_s.size < 2:
         raise ValueError("an array of less than two samples")

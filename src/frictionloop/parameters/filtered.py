@@ -22,7 +22,7 @@ def _stable(section: tuple[float, ...]) -> tuple[float, ...]:
     if abs(largest) > 2.0:
         raise ValueError(f"coefficient {largest:g}: must be from -2 to 2")
     if not (abs(a2) < 1.0 and abs(a1) < 1.0 + a2):
-        raise ValueError(f"a1 = {a1:g}, a2 = {a2:g}: unstable")
+        raise ValueError(f"a1 = {a1:g}, a2 = {a2:g}: unstable, needs |a2| < 1, |a1| < 1 + a2")
     return section
 
 

@@ -56,7 +56,8 @@ class Model(Block):
     def _clamp(self) -> Self:
         if not sys.float_info.min <= self.floor_n < self.nominal_n:
             raise ValueError(
-                f"susceptibility_per_um2, max_amplitude_um: clamp from {self.floor_n:g} to {self.nominal_n:g} N"
+                f"susceptibility_per_um2, max_amplitude_um: clamp from {self.floor_n:g} to {self.nominal_n:g} N "
+                "must rise above 0"
             )
         return self
 

@@ -54,7 +54,9 @@ def shaping_filter(noise: ColouredNoise, rate_hz: float) -> Array:
     has its corner exactly at x_i: each corner up to the Nyquist frequency is where it should be, and stable.
     """
     if not _LOWEST * rate_hz <= noise.low_hz < rate_hz / 2:
-        raise FrictionloopError(f"noise low_hz = {noise.low_hz:g}: accepted {_LOWEST * rate_hz:g} to {rate_hz / 2:g}")
+        raise FrictionloopError(
+            f"noise low_hz = {noise.low_hz:g}: accepted {_LOWEST * rate_hz:g} to below {rate_hz / 2:g}"
+        )
     zeros, poles = _zeros_and_poles(noise, rate_hz)
     half = len(poles) // 2
     sos = np.array([_section(zeros[i::half], poles[i::half]) for i in range(half)])

@@ -92,7 +92,7 @@ def _recorded(recording: Recording, rate_hz: float) -> Sampler:
     def take(start: int, stop: int) -> np.ndarray:
         if stop >= samples.size:
             raise FrictionloopError(
-                f"{recording.path}: ends at {(samples.size - 1) / rate_hz:g} s; duration_s is longer"
+                f"{recording.path}: duration_s must be at most {(samples.size - 1) / rate_hz:.9g} s"
             )
         return samples[start : stop + 1]
 
