@@ -88,6 +88,14 @@ class Result:
         return fragment(self)
 
 
+def toml_table(name: str, values: Mapping[str, Any]) -> pd.DataFrame:
+    """Return a block as a table whose lines are TOML, for a file that describes a bench."""
+    import pandas as pd
+
+    said = [f"= {json.dumps(float(f'{each:.6g}') if isinstance(each, float) else each)}" for each in values.values()]
+    return pd.DataFrame({"": said}, index=list(values)).rename_axis(f"[{name}]")
+
+
 def plain(value: Any) -> Any:  # noqa: PLR0911
     """Return a value as JSON holds it."""
     if isinstance(value, Condition):
