@@ -45,7 +45,9 @@ def dead_band_pi(state, measured, setpoint_n, gains, dt):
     v = gains.kp * beyond + state.integral
     u = min(max(v, gains.low), gains.high)
     pushes = ((v > gains.high) & (beyond > 0.0)) | ((v < gains.low) & (beyond < 0.0))
-    return State(state.integral + (0.0 if pushes else gains.ki * dt * beyond)), fl.ForceCommand(u, 1.0 if v != u else 0.0)
+    return State(state.integral + (0.0 if pushes else gains.ki * dt * beyond)), fl.ForceCommand(
+        u, 1.0 if v != u else 0.0
+    )
 
 
 @fl.step

@@ -78,9 +78,7 @@ def test_a_mode_that_the_plate_cannot_have(lines, side, thickness, said):
 def test_frequencies_that_no_plate_reaches():
     with pytest.raises(FrictionloopError, match=r"^frequency_hz = 1e\+06 Hz: must be at most \d+ on this glass"):
         nearest_mode(1e6, 140.0, 3.0, GLASS)
-    with pytest.raises(
-        FrictionloopError, match=r"^frequency_hz = 1e\+06 Hz: must be at most \d+ for 12 nodal lines"
-    ):
+    with pytest.raises(FrictionloopError, match=r"^frequency_hz = 1e\+06 Hz: must be at most \d+ for 12 nodal lines"):
         thickness_for_mm(1e6, 12, 140.0, GLASS)
     with pytest.raises(FrictionloopError, match=r"^frequency_hz = -1 Hz: must be a finite number above 0$"):
         thickness_for_mm(-1, 12, 140.0, GLASS)

@@ -138,9 +138,9 @@ class PlateAnswers(Result):
     def _wanted(self) -> Iterator[Row]:
         wanted, said = self.wanted, []
         if wanted.frequency_hz is not None:
-            said.append(f"{_khz(wanted.frequency_hz)}: {shown(wanted.thickness_mm, 4)} mm")
+            said.append(f"{_khz(wanted.frequency_hz)} with {shown(wanted.thickness_mm, 4)} mm")
         if wanted.bandwidth_hz is not None:
-            said.append(f"{shown(wanted.bandwidth_hz, 4)} Hz: Q {shown(wanted.quality_factor)}")
+            said.append(f"{shown(wanted.bandwidth_hz, 4)} Hz with Q {shown(wanted.quality_factor)}")
         if said:
             yield "wanted", "; ".join(said)
 
