@@ -63,11 +63,11 @@ def test_every_entrant_is_a_system(name):
 def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
     asked = []
 
-    def design_controller(*given):
+    def synthesised(*given):
         asked.append(given)
-        return Designed({"controller.kind": "lookup"})
+        return Designed({"controller.kind": "lookup"}), given[-1]
 
-    monkeypatch.setattr(synthesis, "design_controller", design_controller)
+    monkeypatch.setattr(synthesis, "synthesised", synthesised)
     assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
     assert asked == [(fl.bench(), law, Requirements(slip_lengths_um=()))]  # on the contact that it has
 
@@ -222,7 +222,7 @@ def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypa
 
 
 def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
-    monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
+    monkeypatch.setattr(synthesis, "synthesised", lambda *given: pytest.fail("designed"))
     with pytest.raises(FrictionloopError, match="delay_s"):
         late = {"mine": lambda _: {"controller.kind": "limit_observer"}}
         short(laws=late | {"notch_pi": entrants.ENTRANTS["notch_pi"]}, system=fl.bench().evolve(LATE))

@@ -191,8 +191,8 @@ class SensorAnswers(Result):
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name; None what a sensor that clips has not."""
         missing = None if self.omitted is None else {**self.omitted._asdict(), "rest_rms_n": self.omitted.rest_rms_n}
-        found = {"clips": self.clips, "sensor": self.suspended, "not_in_sensor": missing}
-        found |= {"dynamic_range_db": self.dynamic_range_db}
+        found: dict[str, Any] = {"clips": self.clips, "sensor": self.suspended, "not_in_sensor": missing}
+        found["dynamic_range_db"] = self.dynamic_range_db
         withheld = {"nonlinearity": None, "block_error": None} if self.clips else {}
         return super().to_dict() | plain(found) | withheld
 
