@@ -72,7 +72,7 @@ def test_a_condition_says_what_applies_and_nothing_else():
 def test_a_finding_is_a_frozen_value_of_a_known_code():
     assert (MOIST.severity, MOIST.rank, NOTE.rank, ERROR.rank) == ("warning", 1, 2, 0)
     assert Finding("RING-MOIST", severity="note").severity == "note"
-    assert str(MOIST) == "never lifted, fully moist: Ms 4.19, 20 mm/s"
+    assert str(MOIST) == "never lifted: Ms 4.19, 20 mm/s"
     assert MOIST.to_dict() == {
         "code": "RING-MOIST", "severity": "warning", "said": str(MOIST), "value": 4.19,
         "remedy": {"motion.contact_s": 10.0}, "where": {"speed_mm_s": 20.0},
