@@ -1,6 +1,7 @@
 """Gains that hold over one operating grid: slip length, speed, load, moisture, resonance, people.
 
-controller  check  limits     find a controller, look at one that is there, see what limits the bench
+controller  check             find a controller, look at one that is there
+plate  sensor                 size the parts: from dimensions to figures, or back (PlateDesign, SensorDesign)
 Requirements                  what must hold
 retune  retune_notch  design_hinf   the syntheses by themselves, on loops of your own
 """
@@ -19,6 +20,11 @@ HOMES = {
     "hinf": "Synthesised design_hinf",
     "notch": "Notched retune_notch",
     "pi_synthesis": "Retuned retune",
+    ".hardware.plate.answers": "PlateAnswers plate",
+    ".hardware.sensor.answers": "SensorAnswers sensor",
+    ".hardware.sensor.netlist": "to_spice write_spice",
+    ".parameters.plate_design": "PlateDesign",
+    ".parameters.sensor_design": "SensorDesign",
 }
 __getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]

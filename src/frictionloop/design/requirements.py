@@ -38,7 +38,7 @@ class Requirements:
     finger_gain: float | None = None
     """Loop gain over the believed one up to which Ms is at most `MOST_PEAK`; None: ``controller.model.gain_spread``."""
     sensor_error: float = 0.0
-    """Share by which the pole of the sensor's electronics may be off, 0 to 0.5, as the next; the same limits hold."""
+    """Share by which the pole of the electronics may be off, 0 to 0.5, as of the next; the same limits hold."""
     delay_error: float = 0.0
     gain_error: float = 0.0
     """Of the sensor's sensitivity."""

@@ -56,7 +56,7 @@ def _table(frame: pd.DataFrame) -> Iterator[Line]:
     """Yield a table with its numbers to the right."""
     columns = [[str(frame.index.name or ""), *(str(each) for each in frame.index)]]
     columns += [[str(head), *map(shown, frame[head].tolist())] for head in frame.columns]
-    left = [True, *(frame[head].dtype == object and _words(frame[head]) for head in frame.columns)]
+    left = [True, *(_words(frame[head]) for head in frame.columns)]
     widths = [max(map(len, column)) for column in columns]
     for k, cells in enumerate(zip(*columns, strict=True)):
         padded = [c.ljust(w) if at else c.rjust(w) for c, w, at in zip(cells, widths, left, strict=True)]
