@@ -18,10 +18,10 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.over import Over
-from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
+from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.physics.capable import capable
-from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
+from frictionloop.physics.fingers import Fingers, check_finger, fingers, nearest_to_median
 from frictionloop.quantities import FrictionloopError
 
 TUNING_SEED = 3
@@ -193,13 +193,4 @@ def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None
 def check_bench(system: System) -> None:
     """Refuse a system without a finger that moves."""
     check_system(system)
-    for name, block, kind in (
-        ("friction", FingerFriction, "finger"),
-        ("finger", Skin, "skin"),
-        ("motion", Strokes, "strokes"),
-    ):
-        given = getattr(system, name)
-        if not isinstance(given, block):
-            raise FrictionloopError(
-                f'{name}.kind = "{given.kind}": must be "{kind}" to compare laws on fingers, as in preset "bench"'
-            )
+    check_finger(system)
