@@ -256,10 +256,14 @@ def people(
     ----------
     system
         The bench with its controller; finger, load and tremor are those of each person.
-    count, seed, population, loads_n, coefficients, given
+    count, seed, population, loads_n, coefficients
         The people, as of `fingers_for`.
-    duration_s, seeds, metrics, path, options
+    duration_s, seeds, metrics
         As of `sweep`. Without ``metrics``: r2_identity, rms_error, saturation_index, perceptual_index.
+    given
+        As of `fingers_for`.
+    path, options
+        As of `sweep`.
 
     Raises
     ------

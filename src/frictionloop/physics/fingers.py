@@ -165,10 +165,17 @@ def coefficient_of(finger: Mapping[str, Any]) -> float:
     ----------
     finger : mapping
         Dotted paths to values, as from `fingers`; what is missing is the default of `FingerFriction` and `Strokes`.
+
+    Raises
+    ------
+    FrictionloopError
+        For a load that is not above 0.
     """
     usual = {path: model.model_fields[path.partition(".")[2]].default for path, model in _COEFFICIENT.items()}
     values = {**usual, **finger}
     f0, n, load_n, reference_n = (float(values[path]) for path in _COEFFICIENT)
+    if not load_n > 0.0:
+        raise must_be("motion.load_n", load_n, "above 0", "N")
     return f0 * (load_n / reference_n) ** (n - 1.0) / reference_n
 
 
