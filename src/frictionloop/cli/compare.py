@@ -7,7 +7,7 @@ from typing import Any
 
 import frictionloop as fl
 from frictionloop import FrictionloopError
-from frictionloop.cli import checks, flags, recorded_units, screen
+from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
@@ -79,6 +79,8 @@ def command(
     checks.check_count("fingers", fingers, 1, MOST_FINGERS)
     checks.check_folder("plots", plots)
     checks.check_workers(jobs, resume, out, "comparison")
+    from frictionloop.cli import recorded_units
+
     given = flags.given(file, preset, overrides, "bench", designed="notch_pi")
     recorded_units.ask(given.system, ("disturbance",))
     screen.tell_notes()  # before the comparison, which takes minutes

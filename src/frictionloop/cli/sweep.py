@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop import FrictionloopError
-from frictionloop.cli import checks, contact_turns, flags, recorded_units, screen
+from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
 MOST_FINGERS = 1_000_000
@@ -101,6 +101,8 @@ def command(
     drawn["loads_n"] = checks.two_values("loads", loads, checks.LOADS) or None
     drawn["coefficients"] = checks.two_values("coefficients", coefficients, checks.COEFFICIENTS) or None
     axes = axes_of(over or (), seeds)
+    from frictionloop.cli import contact_turns, recorded_units
+
     given = flags.given(file, preset, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     recorded_units.ask(given.system)
