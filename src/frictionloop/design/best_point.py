@@ -268,7 +268,7 @@ def grid_by_name(grid: xr.Dataset) -> dict[str, Any]:
         "seeds": grid["seed"].values,
         "metrics": {name: values.transpose(*dims).values for name, values in variables.items()},
         "units": {name: unit for name in variables if (unit := _unit(grid, name)) != "1"},
-        "duration_s": grid.attrs.get("duration_s"),
+        **{name: grid.attrs.get(name) for name in ("duration_s", "score_from_s")},
     }
 
 

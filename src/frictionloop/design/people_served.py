@@ -60,6 +60,8 @@ class People(Result):
     system: System
     people: Fingers
     """Overrides, one finger each."""
+    drawn: Mapping[str, Any]
+    """What `fingers_for` was given for them."""
     duration_s: float
     grid: xr.Dataset
     """Metrics over ``finger`` and ``seed``; with each finger's ``coefficient``, ``lowest_n``, ``highest_n``, whether it
@@ -272,12 +274,19 @@ def people(
     PeopleInterrupted
         On Ctrl-C, carrying what was found until then.
     """
-    drawn = fingers_for(system, count, seed, population, loads_n, coefficients, given=given)
+    whose: dict[str, Any] = {
+        "n": count,
+        "seed": seed,
+        "population": population,
+        "loads_n": loads_n,
+        "coefficients": coefficients,
+    }
+    drawn = fingers_for(system, **whose, given=given)
     names = metrics_for(system) if metrics is None else metrics
     try:
         grid = sweep(system, drawn, duration_s, seeds, names, path=path, **options)
     except SweepInterrupted as stop:
-        raise PeopleInterrupted(_of(system, drawn, stop.partial, duration_s, path, [])) from None
+        raise PeopleInterrupted(_of(system, drawn, stop.partial, whose, path, [])) from None
     how: dict[str, Any] = {name: options[name] for name in ("score_from_s", "n_jobs", "progress") if name in options}
     more: list[Finding] = []
     try:
@@ -285,8 +294,8 @@ def people(
     except FrictionloopError as why:  # a run without a number, say
         more.append(Finding("METRIC-NONE", value=[OPEN_ERROR], more={"reason": str(why)}))
     except KeyboardInterrupt:  # what was swept is not lost for it
-        raise PeopleInterrupted(_of(system, drawn, grid, duration_s, path, more)) from None
-    return _of(system, drawn, grid, duration_s, path, more)
+        raise PeopleInterrupted(_of(system, drawn, grid, whose, path, more)) from None
+    return _of(system, drawn, grid, whose, path, more)
 
 
 def metrics_for(system: System) -> list[str]:
@@ -307,9 +316,11 @@ def _with_open_loop(
     return grid.assign({OPEN_ERROR: error})[[*names[:at], OPEN_ERROR, *names[at:]]]
 
 
-def _of(system: System, drawn: Fingers, grid: xr.Dataset, duration_s: float, path: Any, more: list[Finding]) -> People:
+def _of(
+    system: System, drawn: Fingers, grid: xr.Dataset, whose: Mapping[str, Any], path: Any, more: list[Finding]
+) -> People:
     """Return what was found, and keep it in the file of the sweep."""
-    done, total = runs_done(grid), len(drawn) * grid.sizes["seed"]
+    done, total, duration_s = runs_done(grid), len(drawn) * grid.sizes["seed"], float(grid.attrs["duration_s"])
     band, found = reach_of(system, drawn, duration_s)
     reach = found if isinstance(found, PeopleReach) else None
     coords: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
@@ -333,6 +344,7 @@ def _of(system: System, drawn: Fingers, grid: xr.Dataset, duration_s: float, pat
     return People(
         system=system,
         people=drawn,
+        drawn=whose,
         duration_s=duration_s,
         grid=grid,
         reach=reach,

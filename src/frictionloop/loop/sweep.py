@@ -112,7 +112,7 @@ def sweep(
         values = resumed(path, key, code, names, grid)
     else:
         check_not_unfinished(path)
-    attrs = provenance(system, duration_s=duration_s, fingerprint=key, code=code)
+    attrs = provenance(system, duration_s=duration_s, score_from_s=score_from_s, fingerprint=key, code=code)
     result = Result(values, names, grid, attrs, path)
     result.keep()
     save = Timely(result.keep, clock)
