@@ -8,7 +8,7 @@ True
 A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve, from_toml)
 its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
                 SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
-Run it          simulate  sweep  Stepper  fingers  save  load
+Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  load
 Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
@@ -47,13 +47,18 @@ _HOME = {
     "loop.blocks": "register",
     "loop.metric": "RunMetric Sample StreamingMetric",
     "physics.capable": "capable",
-    "physics.fingers": "fingers",
+    "physics.fingers": "coefficient_of fingers fingers_for",
     "physics.rough_contact": "RoughContactFriction",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
     "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n touch_spectrum",
     "design.pi_synthesis": "retune",
     "design.described": "described",
+    "design.best_point": "best",
+    "design.comparison.effect_comparison": "compare_effects",
+    "design.comparison.law_comparison": "compare",
+    "design.comparison.run": "ComparisonInterrupted",
+    "design.people_served": "PeopleInterrupted people",
     "design.notch": "retune_notch",
     "loop.record": "load save system_of",
     "loop.simulate": "simulate",

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.state_space import StateSpace
@@ -21,6 +22,7 @@ from frictionloop.findings import Condition
 from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.physics.occlusion import occlusion_after
+from frictionloop.quantities import FrictionloopError
 
 CONTACT_S = 10.0
 """How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
@@ -87,6 +89,14 @@ def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -
     return [
         loop for there in over.systems(system) for loop in operating_band(there, occluded=states or occlusions(there))
     ]
+
+
+def peak_of(system: System) -> float:
+    """Return the largest Ms of `band_of`, recorded signals by their levels; NaN of a law without a linear analysis."""
+    try:
+        return max(loop.sensitivity_peak() for loop in band_of(at_levels(system)))
+    except FrictionloopError:
+        return math.nan
 
 
 def condition_of(system: System) -> Condition:
