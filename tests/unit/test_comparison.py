@@ -298,8 +298,8 @@ MODEL = {"controller.model.nominal_n": 0.9}
     [
         ({"seed": 3}, "seed = 3: must be any but that of the fingers laws are tuned on"),
         ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
-        ({"laws": ["lookup", "lookup"]}, "none of them twice"),
-        ({"laws": []}, "at least one law"),
+        ({"laws": ["lookup", "lookup"]}, "each once"),
+        ({"laws": []}, "law names"),
         ({"speeds": ()}, "at least one speed"),
         ({"speeds": (20.0, 20.0)}, "none of them twice"),
         ({"speeds": (-1.0,)}, "speeds = -1 mm/s: must be from 2 to 500"),
