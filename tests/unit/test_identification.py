@@ -15,7 +15,7 @@ from scipy.signal import bilinear, freqz, lfilter
 import frictionloop as fl
 import frictionloop.identification as find
 from frictionloop.identification import rigs
-from frictionloop.identification.pulley import arriving
+from frictionloop.identification.straightness import arriving
 from frictionloop.identification.resonance import model, sandwich
 from frictionloop.parameters.rigs import CalibrationBench
 

@@ -30,7 +30,7 @@ def found(lab):
     """Also keeps the results beside the projects, so that the commands analyse nothing twice."""
     measured = fl.identify.bench(lab)
     for name in ("lab", "other", "few"):
-        results = json.dumps(fl.identify.kept_results(measured), default=lambda each: each.tolist())
+        results = json.dumps(measured.kept())
         (lab.parent / f"{name}.results.json").write_text(results)
     return measured
 
@@ -56,7 +56,7 @@ def test_fingers_make_a_population(found):
     assert medians["friction.susceptibility_per_um2"] == pytest.approx(tau, rel=0.05)
     for name, raw in zip(found.people.names, np.exp(found.people.raw), strict=True):
         assert raw == pytest.approx(simulated.FINGERS[name], rel=0.1)
-    assert not any("contradict" in line for line in found.told)
+    assert not any(each.code == "METHODS-DIFFER" and each.severity == "warning" for each in found.findings)
 
 
 @pytest.mark.slow
@@ -126,7 +126,7 @@ def test_what_the_commands_refuse(lab, found, tmp_path, capsys):
 def test_a_change_by_welch():
     from scipy.stats import ttest_ind_from_stats
 
-    from frictionloop.identification.compare import _change
+    from frictionloop.identification.certificates import _change
 
     def value(mean, error, freedom):
         return {"value": mean, "within": error, "between": 0, "method": 0, "unit": "N", "freedom": freedom, "date": ""}

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.channels import channel
 from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.recording_columns import channel
 from frictionloop.identification.straight_scale import straight_scale
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def carrier_drift(recording: xr.Dataset) -> CarrierDrift:
     else:
         minutes = np.asarray(recording["time"].values, dtype=float) / 60
     if frequency.size < 4:
-        raise FrictionloopError(f"recording: 'frequency' has {frequency.size} values: must have four at least")
+        raise must_be("recording: values of frequency", int(frequency.size), "at least 4")
     when, where = minutes, frequency
     # A tracked resonance wanders from sample to sample: means of a twentieth are taken for independent.
     if frequency.size > 40:

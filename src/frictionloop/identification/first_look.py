@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,13 @@ from frictionloop.recordings.table_rows import rows_in
 from frictionloop.recordings.tables import read_table
 from frictionloop.recordings.whole import READERS, read_contents
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 WINDOWS, ROWS = 100, 512
 """Windows that are looked at, and rows of each."""
+DRAWN = 24
+"""Channels that are drawn."""
 HEAD_BYTES = 2**18
 """Bytes of a large text file from which its columns and the length of a row are taken."""
 
@@ -35,6 +40,13 @@ class Trace(NamedTuple):
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
+    @property
+    def constant(self) -> bool:
+        """Whether it never changes."""
+        ends = np.concatenate([self.low, self.high])
+        known = ends[np.isfinite(ends)]
+        return not known.size or bool(known.min() == known.max())
+
 
 class FirstLook(NamedTuple):
     """What is seen of a file at once."""
@@ -48,6 +60,27 @@ class FirstLook(NamedTuple):
     clock: tuple[str, NDArray[np.float64]] | None = None
     """Name and values of a column of times that rise in uneven steps."""
 
+    def drawn(self) -> list[Trace]:
+        """Return the first of the channels that vary, of all where none does."""
+        return ([trace for trace in self.traces if not trace.constant] or list(self.traces))[:DRAWN]
+
+    def left_out(self) -> list[str]:
+        """Return the names of the channels that are not drawn: they do not vary, or stand behind the first."""
+        drawn = self.drawn()
+        return [trace.name for trace in self.traces if not any(trace is each for each in drawn)]
+
+    def along(self, row: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where rows stand in time, or as samples where nothing tells a rate."""
+        if self.rate_hz:
+            return row / self.rate_hz
+        return row if self.clock is None else np.interp(row, np.arange(self.clock[1].size), self.clock[1])
+
+    def plot(self) -> Figure:
+        """Return the channels that vary, one below the other, each by its lowest and highest value along the file."""
+        from frictionloop.figures.style import styled
+
+        return styled(_drawn)(self)
+
 
 def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> FirstLook:
     """Return the range of each channel in windows all along a file; a rate in Hz where the file tells none or two.
@@ -59,15 +92,13 @@ def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> Fi
     """
     file = Path(path)
     if file.is_file() and READERS.get(file.suffix.lower()) is read_table and file.stat().st_size > LARGE_BYTES:
-        said = f"{WINDOWS} windows of {ROWS} rows or so, all along the file"
         traces, told_hz = _sparse(file)
-        return FirstLook(str(path), tuple(traces), said, rate_hz or told_hz)
+        return FirstLook(str(path), tuple(traces), f"{WINDOWS} windows, {ROWS} rows each", rate_hz or told_hz)
     contents = read_contents(file)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
-    looked = f"of {ROWS} samples, all along the file" if max(sizes) > WINDOWS * ROWS else "that hold all samples"
-    seen = f"{WINDOWS} windows {looked}"
+    seen = f"{WINDOWS} windows, {f'{ROWS} samples each' if max(sizes) > WINDOWS * ROWS else 'all samples'}"
     at_hz = _rate_of(path, contents, rate_hz)
     return FirstLook(str(path), tuple(found), seen, at_hz, _rising(contents) if at_hz is None else None)
 
@@ -138,3 +169,19 @@ def _ends(window: NDArray[Any]) -> tuple[float, float]:
     real = np.abs(window) if window.dtype.kind == "c" else np.asarray(window, dtype=float)
     fine = real[np.isfinite(real)]
     return (float(fine.min()), float(fine.max())) if fine.size else (np.nan, np.nan)
+
+
+def _drawn(look: FirstLook) -> Figure:
+    from frictionloop.figures.style import BLUE, new_figure
+
+    traces = look.drawn()
+    figure = new_figure(8.0, 1.0 + 0.9 * len(traces))
+    rows = figure.subplots(len(traces), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, trace in zip(rows, traces, strict=True):
+        axes.fill_between(look.along(trace.row), trace.low, trace.high, color=BLUE, linewidth=0.6, edgecolor=BLUE)
+        name = f"{trace.name}\n({trace.unit})" if trace.unit else trace.name
+        axes.set_ylabel(name, rotation=0, ha="right", va="center")
+        axes.margins(x=0.0, y=0.1)
+    rows[-1].set_xlabel("time (s)" if look.rate_hz else look.clock[0] if look.clock else "sample")
+    rows[0].set_title(f"{Path(look.path).name}: {look.said}", loc="left", fontsize="small")
+    return figure

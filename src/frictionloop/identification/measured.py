@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -47,10 +47,17 @@ class Measured:
         """Return the interval that holds the true value with this probability."""
         return self.estimate.interval(confidence)
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return everything for JSON, the interval of 95 % too."""
         freedom = self.freedom if math.isfinite(self.freedom) else None
         return asdict(self) | {"freedom": freedom, "interval_95": list(self.interval())}
+
+    @classmethod
+    def from_dict(cls, tree: Mapping[str, Any]) -> Measured:
+        """Return a value from what `to_dict` gave."""
+        own = {each.name: tree[each.name] for each in fields(cls)}
+        freedom = math.inf if tree["freedom"] is None else tree["freedom"]
+        return cls(**own | {"freedom": freedom, "files": tuple(tree["files"])})
 
 
 def measured(

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from frictionloop.findings import Finding
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.poles import Pole
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Which = Literal["first", "strongest"]
 
@@ -39,10 +40,10 @@ class Modes:
     """Standard error in Hz of each mode from window and order, and in Q below."""
     method_q: tuple[float, ...]
     hits: int
-    told: str
-    """Which hits were used, and what was left out."""
     diagram: tuple[Pole, ...]
     """Poles over order."""
+    findings: tuple[Finding, ...] = ()
+    """Which hits were left out."""
     fitted: tuple[tuple[float, float], ...] = ()
     """Of a response: frequency in Hz, and the magnitude that the modes make there."""
 
@@ -57,13 +58,11 @@ def chosen_of(found: Sequence[Mode], which: Which | int, band_hz: tuple[float, f
     listed = ", ".join(f"{mode.frequency.value:.5g} Hz ({mode.share:.0%})" for mode in found)
     inside = [k for k, mode in enumerate(found) if band_hz[0] <= mode.frequency.value <= band_hz[1]]
     if not inside:
-        raise FrictionloopError(f"band_hz = ({band_hz[0]:g}, {band_hz[1]:g}) Hz: holds no mode; there are {listed}")
+        raise must_be("band_hz", band_hz, f"around a mode: {listed}", "Hz")
     if which == "first":
         return (inside[0],)
     if which == "strongest":
         return (max(inside, key=lambda k: found[k].share),)
     if isinstance(which, int) and not isinstance(which, bool) and 1 <= which <= len(inside):
         return tuple(inside[:which])
-    raise FrictionloopError(
-        f"which = {which!r}: must be 'first', 'strongest' or a count from 1 to {len(inside)}; there are {listed}"
-    )
+    raise must_be("which", which, f"'first', 'strongest' or 1 to {len(inside)}: {listed}")

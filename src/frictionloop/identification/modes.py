@@ -13,11 +13,11 @@ from frictionloop.identification.decays import decays_of, slower
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.long import Run
 from frictionloop.identification.mode import Mode, Modes, Which, chosen_of
-from frictionloop.identification.mode_fit import MOST_MODES, fit_decay, lasting, left_of, strong
-from frictionloop.identification.poles import Pole, stabilisation
+from frictionloop.identification.poles import MOST_MODES, Pole, fit_decay, lasting, left_of, stabilisation, strong
 from frictionloop.identification.refused import Refused
 
 Array = NDArray[np.float64]
+NO_MODE = "recording: modes = 0: must be 1 or more, with nothing on the glass"
 WORST_MISFIT = 0.25
 """Most of the rms of a decay that its modes may leave unexplained (assumed)."""
 WORST_START = 0.8
@@ -62,19 +62,14 @@ def modes(
         For too few good hits, no stable mode or fewer than asked for, or modes that leave more than a quarter of a
         decay unexplained.
     """
-    decays, told, rate_hz = decays_of(recording, segment_s, exclude)
-    decays, rate_hz = slower(decays, rate_hz)
+    heard = decays_of(recording, segment_s, exclude)
+    decays, rate_hz = slower(heard.pieces, heard.rate_hz)
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
     curves = _drawn(diagram, starts, decays[0], rate_hz)
     if not starts:
-        raise Refused(
-            "recording: no mode stays where it is as the order rises; accepted: hits on what rings freely, with "
-            "nothing on the glass",
-            "hits",
-            curves,
-        )
+        raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
     _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
     fits, starts = _told_apart(decays, starts, rate_hz, curves)
@@ -90,8 +85,8 @@ def modes(
         method_hz=tuple(moved[:, 0].tolist()),
         method_q=tuple(moved[:, 1].tolist()),
         hits=len(decays),
-        told=told,
         diagram=tuple(diagram),
+        findings=tuple(heard.findings()),
     )
 
 
@@ -111,11 +106,7 @@ def _told_apart(
             return fits, starts
         # One at a time: a pole too many spoils the one beside it.
         starts = [start for k, start in enumerate(starts) if k != int(np.argmax(doubt))]
-    raise Refused(
-        "recording: no mode is the same in all hits; accepted: hits on what rings freely, with nothing on the glass",
-        "hits",
-        curves,
-    )
+    raise Refused(NO_MODE, "hits", curves)
 
 
 def _drawn(
@@ -134,12 +125,8 @@ def _refuse_misfit(
 ) -> None:
     if misfit > most:
         listed = ", ".join(f"{hertz:.5g}" for hertz, _ in starts)
-        raise Refused(
-            f"recording: modes at {listed} Hz leave {misfit:.0%} of the decays unexplained: must be at most "
-            f"{WORST_MISFIT:.0%}; is something on the glass, or a band_hz needed?",
-            "hits",
-            curves,
-        )
+        said = f"recording: misfit of modes at {listed} Hz = {misfit:.2g}: must be at most {WORST_MISFIT:g}"
+        raise Refused(said, "hits", curves)
 
 
 def _modes(fits: Array) -> list[Mode]:

@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import isotonic_regression
 
 from frictionloop.identification.vibrated import Vibrated
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import whole
 
 Array = NDArray[np.float64]
@@ -66,9 +66,7 @@ def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
     which = np.clip(np.digitize(found.amplitude_um, edges) - 1, 0, BINS - 1)
     rows = [which == k for k in range(BINS) if np.count_nonzero(which == k) >= LEAST_PER_BIN]
     if len(rows) < 4:
-        raise FrictionloopError(
-            f"recording: its amplitudes lie in {len(rows)} of {BINS} stretches: must lie in four for a table"
-        )
+        raise must_be(f"recording: stretches of {BINS} with amplitudes", len(rows), "at least 4")
     middle = np.array([float(np.sqrt(np.mean(found.amplitude_um[row] ** 2))) for row in rows])
     weight = np.array([float(np.count_nonzero(row)) for row in rows])
     falling = isotonic_regression(

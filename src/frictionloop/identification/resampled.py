@@ -8,20 +8,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.findings import Finding
 from frictionloop.identification.channel_map import ChannelMap
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Channel, Contents
-from frictionloop.recordings.straight_lines import described, even_times, tells_seconds
+from frictionloop.recordings.straight_lines import even_times, mean_rate, tells_seconds
 
 Array = NDArray[np.float64]
 
 
 def resampled(
     where: str, contents: Contents, picked: Mapping[str, Channel], chart: ChannelMap | None, resample_hz: float
-) -> tuple[dict[str, Channel], str]:
-    """Return channels at even times, as `recordings.straight_lines` has them, and in words what was done.
+) -> tuple[dict[str, Channel], Finding]:
+    """Return channels at even times, as `recordings.straight_lines` has them, and what was done.
 
     A counter is unwrapped first.
 
@@ -45,27 +46,23 @@ def resampled(
     for name, line in picked.items():
         values = np.asarray(line.samples[: line.samples.size], dtype=float)
         if values.size != times.size:
-            raise FrictionloopError(
-                f"{where}: {line.name!r} has {values.size} samples and the times {times.size}; accepted: as many"
-            )
+            raise must_be(f"{where}: samples of {line.name!r}", int(values.size), f"{times.size}, as the times")
         wrap = None if chart is None else chart.channels[name].wrap
         values = values if wrap is None else np.unwrap(values, period=wrap)
         lines[name] = replace(line, samples=np.interp(even, times, values))
-    apart, loses = described(times)
-    return lines, f"uneven times: {apart}, were brought to {resample_hz:g} Hz by straight lines between them; {loses}"
+    apart_ms = 1e3 * np.diff(times)
+    more = {"samples": times.size, "least_apart_ms": float(apart_ms.min()), "most_apart_ms": float(apart_ms.max())}
+    return lines, Finding("RESAMPLED", value=resample_hz, unit="Hz", limit=mean_rate(times) / 10, more=more)
 
 
 def _times(where: str, contents: Contents, resample_hz: float) -> Array:
     """Return the times of a file in s."""
     clock = contents.clock()
     if clock is None or clock.samples.size < 3:
-        raise FrictionloopError(f"{where}: resample_hz: there is no column of times; accepted: a file that has one")
+        raise must_be(f"{where}: column of times", None, "there for resample_hz")
     values = np.asarray(clock.samples[: clock.samples.size], dtype=float)
     seconds = may_be_seconds(float(np.median(np.diff(values)))) or tells_seconds(values, resample_hz)
     unit, factor = UNITS.get(str(clock.unit), ("s" if seconds else "", 1.0))
     if unit != "s":
-        raise FrictionloopError(
-            f"{where}: resample_hz: nothing tells the unit of {clock.name!r}; accepted: a name such as 'time_s' or "
-            "'time [ms]'"
-        )
+        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "told by a name such as 'time_s'")
     return factor * values

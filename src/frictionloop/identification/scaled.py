@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import shift
 
 from frictionloop.identification.channel_map import USUAL, Channel
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.stored import Samples
@@ -32,9 +32,7 @@ class Place(NamedTuple):
 def variable(where: str, name: str, line: found.Channel, told: Channel, place: Place) -> xr.Variable:
     """Return rows of a column unwrapped, less its zero, scaled, turned and moved as the map says."""
     if line.samples.dtype.kind == "c":
-        raise FrictionloopError(
-            f"{where}: column {line.name!r} is complex, a response over frequency; accepted: samples"
-        )
+        raise must_be(f"{where}: column {line.name!r}", "complex", "samples in time")
     values = np.asarray(line.samples[place.first : place.stop], dtype=float)
     if place.mapped:
         _refuse_no_numbers(where, line, values, place)
@@ -56,21 +54,18 @@ def _refuse_no_numbers(where: str, line: found.Channel, values: Array, place: Pl
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         row = place.first + int(bad[0])
-        raise FrictionloopError(
-            f"{where}: column {line.name!r} is {values[bad[0]]} at row {row} and {bad.size - 1} more; accepted: numbers"
-        )
+        accepted = f"a number; {bad.size} are none"
+        raise must_be(f"{where}: column {line.name!r} at row {row}", float(values[bad[0]]), accepted, "", "DATA-GAPS")
     if line.samples.size == values.size > 1 and np.ptp(values) == 0:
-        raise FrictionloopError(f"{where}: column {line.name!r} is {values[0]:g} throughout; is it the right one?")
+        raise must_be(f"{where}: column {line.name!r}", f"{values[0]:g} throughout", "one that varies")
 
 
 def _zero(where: str, name: str, samples: Samples, told: Channel, rate_hz: float) -> float:
     window = told.zero_s or (0.0, 0.0)
     first, stop = round(window[0] * rate_hz), round(window[1] * rate_hz)
     if not 0 <= first < stop <= samples.size:
-        raise FrictionloopError(
-            f"{where}: channels.{name}.zero_s = {window[0]:g} to {window[1]:g} s holds no samples; accepted: within 0 "
-            f"to {samples.size / rate_hz:g}"
-        )
+        accepted = f"rising within 0 to {samples.size / rate_hz:g}"
+        raise must_be(f"{where}: channels.{name}.zero_s", window, accepted, "s")
     values = np.asarray(samples[first:stop], dtype=float)
     return float(values.mean() if told.wrap is None else np.unwrap(values, period=told.wrap).mean())
 
@@ -83,9 +78,7 @@ def _factor(where: str, name: str, line: found.Channel, told: Channel, mapped: b
         return told.scale, told.gives or USUAL.get(name, "N")
     if base is not None:
         if told.gives is not None and told.gives != base[0]:
-            raise FrictionloopError(
-                f"{where}: channels.{name}: {stated} is no {told.gives}; accepted: a scale in {told.gives}/{stated}"
-            )
+            raise must_be(f"{where}: channels.{name}.gives", told.gives, f"{base[0]}, or with a scale")
         return base[1], base[0]
     if told.gives is not None or not mapped:
         return 1.0, told.gives or stated or ""

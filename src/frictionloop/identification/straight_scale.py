@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import linregress
 
 from frictionloop.identification.estimate import Estimate
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
+POINTS = 800
+"""Points that are drawn."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,18 @@ class Scale:
     """Relative change of the slope from the lower half to the upper."""
     x: Array
     y: Array
+
+    def at(self, x: float, unit: str) -> Estimate:
+        """Return y at a place, with the error of slope and offset."""
+        error = math.hypot(self.slope.standard_error * (x - self.x.mean()), self.residual / math.sqrt(self.x.size))
+        return Estimate(self.offset.value + self.slope.value * x, error, unit, self.slope.freedom)
+
+    def drawn(self, x: str, y: str) -> dict[str, Any]:
+        """Return what is drawn, with the names of the axes."""
+        step = max(self.x.size // POINTS, 1)
+        fitted = self.offset.value + self.slope.value * self.x
+        curves = {"x": self.x, "y": self.y, "fitted": fitted}
+        return {name: each[::step].tolist() for name, each in curves.items()} | {"labels": [x, y]}
 
 
 def straight_scale(x: Array, y: Array, unit: str = "") -> Scale:
@@ -49,7 +64,7 @@ def straight_scale(x: Array, y: Array, unit: str = "") -> Scale:
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if x.size < 4 or x.size != y.size or np.ptp(x) == 0:
-        raise FrictionloopError(f"recording: {x.size} pairs: must be four at least, not all of one value")
+        raise must_be("recording: pairs", int(x.size), "4 or more, not all alike")
     line = linregress(x, y)
     residuals = y - line.intercept - line.slope * x
     away = (x - x.mean()) ** 2

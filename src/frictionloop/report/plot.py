@@ -61,7 +61,7 @@ def _figure_of(result: Any) -> Figure:
     from frictionloop.identification.first_look import FirstLook
     from frictionloop.identification.refused import Refused
     from frictionloop.preview import Preview
-    from frictionloop.report import effect_figure, recording_figure, run_figure, sweep_figure
+    from frictionloop.report import effect_figure, run_figure, sweep_figure
     from frictionloop.report.refusal import refused_figure
 
     dims = getattr(result, "dims", ())
@@ -70,7 +70,7 @@ def _figure_of(result: Any) -> Figure:
     if hasattr(result, "data_vars") and "seed" in dims:
         return sweep_figure.figure_of(result)
     if isinstance(result, FirstLook):
-        return recording_figure.recording_figure(result)
+        return result.plot()
     if isinstance(result, Refused) and (figure := refused_figure(result)) is not None:
         return figure
     if isinstance(result, Preview):

@@ -12,17 +12,16 @@ import xarray as xr
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.measured import measured
 from frictionloop.identification.monotone_table import monotone_table
-from frictionloop.identification.parts.part import in_newtons
-from frictionloop.identification.takes.plate import Found
-from frictionloop.identification.vibrated import Vibrated, vibrated
-from frictionloop.identification.vibrated_fit import FIXED, PRIORS
-from frictionloop.identification.vibrated_laws import LAWS
+from frictionloop.identification.part import Rows, Sensor, Told, in_newtons
+from frictionloop.identification.project import Take
+from frictionloop.identification.vibrated import UNTOLD, Vibrated, vibrated
+from frictionloop.identification.vibrated_fit import FIXED, LAWS, PRIORS
 
 POINTS = 400
 TABLE = 33
 
 
-def amplitude(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> Found:
+def amplitude_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
     """Return f0 and tau, and what else the recordings tell better than what is known of fingers beforehand."""
     converted = [in_newtons(run, sensor) for run in runs]
     scaled = [run for run, _ in converted]
@@ -48,16 +47,19 @@ def amplitude(take: Any, runs: Sequence[xr.Dataset], sensor: Any, date: str) -> 
     curves: dict[str, Any] = {"law": _drawn(whole), "overrides": _overrides(whole)}
     if take.finger is not None:
         curves["person"] = {"finger": take.finger, "found": [_logs(f) for f in found]}
-    rows: list[tuple[str, ...]] = [("law", "AIC above the best", "scatter", "what it says")]
+    rows: Rows = [("law", "AIC above the best", "scatter", "what it says")]
     best = whole.laws[0].aic
     rows += [(each.name, f"{each.aic - best:.1f}", f"{each.residual:.1%}", each.words) for each in whole.laws]
-    told = [line for _, lines in converted for line in lines]
-    return values, [*told, *whole.told], rows, curves
+    numbers: dict[str, Any] = {"law": whole.law, "pieces": whole.pieces}
+    numbers |= {f"aic_above_the_best_{each.name}": each.aic - best for each in whole.laws}
+    numbers["scatter_percent"] = 100 * whole.laws[0].residual
+    doubts = [each for _, some in converted for each in some]
+    return Told(values, [*doubts, *whole.findings], numbers, rows, curves)
 
 
 def _overrides(found: Vibrated) -> dict[str, Any]:
     """Return the law and the table where the law is told and is not the Gaussian, which needs no table."""
-    if found.law in ("gaussian", "cannot be told"):
+    if found.law in ("gaussian", UNTOLD):
         return {}
     kind = {"friction.kind": "rough_contact"} if found.law == "exponential" else {}
     return kind | monotone_table(found, TABLE).overrides()

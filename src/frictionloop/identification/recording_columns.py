@@ -8,13 +8,19 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 Array = NDArray[np.float64]
 READING = "f_m"
 """Name of the sensor's reading, as in a run of the loop."""
 READING_UNITS = ("N", "V", "counts")
 _UNEVEN = 1e-3  # of a sampling interval
+
+
+def no_column(name: str, recording: xr.Dataset) -> FrictionloopError:
+    """Return the error that a column is not there, naming those that are."""
+    there = ", ".join(map(str, recording.data_vars)) or "none"
+    return FrictionloopError(f"recording: no column {name!r}: accepted {there}", "UNKNOWN-NAME")
 
 
 def channel(recording: xr.Dataset, name: str, units: tuple[str, ...], dim: str = "time") -> Array:
@@ -37,23 +43,21 @@ def channel(recording: xr.Dataset, name: str, units: tuple[str, ...], dim: str =
         In one line, naming the column, what was found and what is accepted.
     """
     if not isinstance(recording, xr.Dataset):
-        raise FrictionloopError(f"recording is a {type(recording).__name__}: must be an xarray.Dataset")
+        raise must_be("recording", type(recording).__name__, "an xarray.Dataset")
     if name not in recording.data_vars:
-        there = ", ".join(map(str, recording.data_vars)) or "none"
-        raise FrictionloopError(f"recording has no column {name!r}; there: {there}")
+        raise no_column(name, recording)
     column = recording[name]
     unit = column.attrs.get("units")
     if unit not in units:
-        accepted = " or ".join(map(repr, units))
-        raise FrictionloopError(f"recording: units of {name!r} = {unit!r}: must be {accepted}")
+        raise must_be(f"recording: units of {name!r}", unit, " or ".join(map(repr, units)))
     if column.dims != (dim,):
-        raise FrictionloopError(f"recording: {name!r} has dimensions {column.dims}: must have ({dim!r},)")
+        raise must_be(f"recording: dimensions of {name!r}", column.dims, f"({dim!r},)")
     if column.dtype.kind not in "iuf":
-        raise FrictionloopError(f"recording: {name!r} holds {column.dtype}: must hold numbers")
+        raise must_be(f"recording: type of {name!r}", str(column.dtype), "numbers")
     values = np.asarray(column.values, dtype=float)
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
-        raise FrictionloopError(f"recording: {name!r} is {values[bad[0]]} at row {bad[0]}: must be finite")
+        raise must_be(f"recording: {name!r} at row {bad[0]}", float(values[bad[0]]), "finite")
     return values
 
 
@@ -63,18 +67,18 @@ def rate_of(recording: xr.Dataset) -> float:
     Raises ``FrictionloopError`` for a time that is missing, in another unit, too short or uneven.
     """
     if "time" not in recording.coords:
-        raise FrictionloopError("recording has no coordinate 'time'; accepted: time in s")
+        raise no_column("time", recording)
     unit = recording["time"].attrs.get("units")
     if unit != "s":
-        raise FrictionloopError(f"recording: units of 'time' = {unit!r}: must be 's'")
+        raise must_be("recording: units of 'time'", unit, "'s'")
     time = np.asarray(recording["time"].values, dtype=float)
     if time.size < 2:
-        raise FrictionloopError(f"recording holds {time.size} samples: must hold at least two")
+        raise must_be("recording: samples", int(time.size), "at least 2")
     step = (time[-1] - time[0]) / (time.size - 1)
     uneven = np.flatnonzero(~(np.abs(np.diff(time) - step) <= _UNEVEN * abs(step)))
     if not step > 0 or uneven.size:
         row = int(uneven[0]) if uneven.size else 0
-        raise FrictionloopError(f"recording: 'time' is uneven at row {row}: must rise in equal steps")
+        raise must_be(f"recording: step of 'time' at row {row}", float(time[row + 1] - time[row]), f"{step:g}", "s")
     # A rate that was a round number comes back as one.
     return float(f"{1 / step:.9g}")
 
@@ -83,9 +87,7 @@ def samples_in(name: str, seconds: float, rate_hz: float, least: int, most: int,
     """Return how many samples a time holds, refusing too few and too many; ``why`` says what bounds it."""
     samples = round(seconds * rate_hz) if math.isfinite(seconds) else 0
     if not least <= samples <= most:
-        raise FrictionloopError(
-            f"{name} = {seconds:g} s: must be from {least / rate_hz:g} to {most / rate_hz:g}, {why}"
-        )
+        raise must_be(name, float(seconds), f"from {least / rate_hz:g} to {most / rate_hz:g}, {why}", "s")
     return samples
 
 

@@ -1,13 +1,15 @@
-"""A channel at a glance, block by block: its range, clipping, wraps and what is missing."""
+"""A channel at a glance, block by block: its range, clipping, wraps, what is missing, and what is in doubt of it."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.identification.clipping import LEVELS, RESTING, at_end, clips
+from frictionloop.findings import Condition, Finding
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
 from frictionloop.recordings.headers import is_time
@@ -16,9 +18,15 @@ from frictionloop.recordings.signs import signs_of
 Array = NDArray[np.float64]
 SAMPLED = 20000
 """Samples from which the levels and the median of a channel are taken."""
+FLAT_RUN = 4
+"""Equal samples in a row at an end of the range that count as clipped (assumed: noise makes three)."""
+LEVELS = 32
+"""A channel with fewer different values is one of steps, such as masses, and does not clip (assumed)."""
+RESTING = 0.1
+"""An end as near to the median as this share of the range is where the channel rests (assumed)."""
 
 
-class ChannelPreview(NamedTuple):
+class ChannelSummary(NamedTuple):
     """One channel at a glance."""
 
     name: str
@@ -35,8 +43,23 @@ class ChannelPreview(NamedTuple):
     """Jumps of a counter that starts again."""
     missing: int
     """Samples that are no finite number."""
+    first_missing: int | None
+    """Row of the first of these."""
     both_signs: bool
     """Whether it looks like friction of strokes both ways; not known without a rate, or of another unit's numbers."""
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield what is in doubt of the channel."""
+        where = Condition(channel=self.name)
+        if self.missing:
+            yield Finding("DATA-GAPS", value=self.missing, where=where, more={"row": self.first_missing})
+        if self.clipped:
+            yield Finding("CLIPPED", value=100.0 * self.clipped, unit="%", where=where)
+        if self.wraps:
+            yield Finding("COUNTER-WRAPS", value=self.wraps, where=where, remedy="wrap in the map")
+        if self.both_signs:
+            ends = {"low": self.least, "high": self.most}
+            yield Finding("SIGN-DOUBT", unit=self.unit, where=where, remedy="rectify", more=ends)
 
 
 class Glance:
@@ -50,12 +73,16 @@ class Glance:
         self._sampled: list[Array] = []
         self._at, self._inside = [0, 0], [0, 0]
         self._jumps, self._calm, self._last = 0, 0.0, np.zeros(0)
-        self._whole = True
+        self._whole, self._rows = True, 0
+        self.bad: int | None = None
         self._levelled: bool | None = None
 
     def first(self, block: NDArray[Any]) -> None:
         """Take a block in for the range, the mean and the levels."""
         fine = _fine(block)
+        if self.bad is None and fine.size < block.size:
+            self.bad = self._rows + int(np.argmin(np.isfinite(block)))
+        self._rows += block.size
         if not fine.size:
             return
         if not self.count:
@@ -92,11 +119,11 @@ class Glance:
             self._calm = max(self._calm, float(steps[~jumps].max(initial=0.0)))
             self._last = fine[-1:]
 
-    def result(self, rate_hz: float | None) -> ChannelPreview:
+    def result(self, rate_hz: float | None) -> ChannelSummary:
         """Return what was found; with the rate also what its signs say."""
         line, samples = self.line, self.line.samples
         wraps = self._jumps if self._calm < 0.05 * self.span else 0
-        return ChannelPreview(
+        return ChannelSummary(
             name=line.name,
             unit=line.unit or "",
             samples=samples.size,
@@ -107,6 +134,7 @@ class Glance:
             clipped=0.0 if wraps else self._clipped(),  # a counter that stands still
             wraps=wraps,
             missing=samples.size - self.count,
+            first_missing=self.bad,
             both_signs=self._both_signs(rate_hz),
         )
 
@@ -130,3 +158,49 @@ class Glance:
 def _fine(block: NDArray[Any]) -> Array:
     real = np.abs(block) if block.dtype.kind == "c" else np.asarray(block, dtype=float)
     return np.asarray(real[np.isfinite(real)])
+
+
+def clipped(values: NDArray[np.float64], full_scale: float | None = None) -> NDArray[np.bool_]:
+    """Return which samples stand at the largest or the least value in runs of four or more.
+
+    An end where a signal merely turns has more samples just inside it than at it; at one where it clips it is the other
+    way round. A channel of few levels does not clip, nor does one at the value at which it rests.
+    """
+    at = np.zeros(values.size, dtype=bool)
+    span = float(np.ptp(values)) if values.size else 0.0
+    if span == 0 or np.unique(values[:: max(values.size // 20000, 1)]).size < LEVELS:
+        return at
+    middle = float(np.median(values))
+    for end in (float(values.max()), float(values.min())):
+        if abs(end - middle) < RESTING * span:
+            continue
+        long, inside = at_end(values, end, span)
+        if clips(int(long.sum()), inside, end, full_scale):
+            at |= long
+    return at
+
+
+def clipped_share(values: NDArray[np.float64]) -> float:
+    """Return the share of samples that are clipped."""
+    return float(np.mean(clipped(values))) if values.size else 0.0
+
+
+def at_end(values: NDArray[np.float64], end: float, span: float) -> tuple[NDArray[np.bool_], int]:
+    """Return which samples stand at an end of the range in runs, and how many are within a hundredth of it."""
+    near = np.abs(values - end) <= 1e-9 * span
+    inside = int(np.count_nonzero(np.abs(values - end) <= 0.01 * span))
+    at = np.zeros(values.size, dtype=bool)
+    if not near.any():
+        return at, inside
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], near.astype(np.int8), [0]])))
+    runs = edges.reshape(-1, 2)
+    for first, stop in runs[runs[:, 1] - runs[:, 0] >= FLAT_RUN]:
+        at[first:stop] = True
+    return at, inside
+
+
+def clips(there: int, inside: int, end: float, full_scale: float | None) -> bool:
+    """Return whether an end with so many samples at it, and just inside it, is one where the channel clips."""
+    if not there:
+        return False
+    return 2 * there >= inside or bool(full_scale and math.isclose(abs(end), full_scale, rel_tol=1e-3))
