@@ -108,7 +108,7 @@ def child(work: str, path: Path, column: str | int) -> None:
     began = time.perf_counter()
     if work == "first picture":
         import frictionloop as fl
-        from frictionloop.identification.first_look import first_look
+        from frictionloop.identification.file_traces import first_look
 
         fl.plot(first_look(path), path.with_suffix(".png"))
     elif work == "channels":

@@ -151,7 +151,7 @@ def knocked(values):
 SECONDS = np.arange(int(6 * RATE)) / RATE
 QUIET_DEFECTS = {
     "none": (white(), None),
-    "mains": (white() + 1e-3 * np.sin(2 * np.pi * 50 * SECONDS), "'lines_hz': [50"),
+    "mains": (white() + 1e-3 * np.sin(2 * np.pi * 50 * SECONDS), "lines_hz"),
     "low-passed": (low_passed(white()), "NOISE-DOUBT"),
     "a knock": (knocked(white()), None),
     "drift": (white() + 1e-3 * SECONDS, None),

@@ -12,7 +12,7 @@ from three_modes import TRUE, plate
 import frictionloop as fl
 from frictionloop.identification import long
 from frictionloop.identification.analyses import analyse
-from frictionloop.identification.first_look import first_look
+from frictionloop.identification.file_traces import first_look
 from frictionloop.identification.opened import opened
 from frictionloop.identification.part import Sensor
 from frictionloop.identification.project import Take
@@ -28,7 +28,6 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 300)
     monkeypatch.setattr(long, "ROWS", 2**14)
-    monkeypatch.setattr(long, "WORTH_MB", 0.0)
 
 
 def columns(samples=4321):
@@ -50,7 +49,7 @@ def test_blocks_give_what_the_whole_file_gives(tmp_path, name, monkeypatch):
         np.testing.assert_array_equal(np.asarray(lines[line.name]), line.samples)
         np.testing.assert_array_equal(lines[line.name][250:1250], line.samples[250:1250])
     again = fl.identify.channels(tmp_path / name)
-    assert again.sampling.rate_hz == pytest.approx(seen.sampling.rate_hz, rel=1e-9)
+    assert again.rate_hz == pytest.approx(seen.rate_hz, rel=1e-9)
     for one, other in zip(seen.channels, sorted(again.channels, key=lambda c: names(seen).index(c.name)), strict=True):
         assert other.rms == pytest.approx(one.rms, rel=1e-12)
         # A run at the end of the range that two blocks share may be too short in one of them.
@@ -122,7 +121,7 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
 
 
 def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch):
-    monkeypatch.setattr("frictionloop.identification.first_look.LARGE_BYTES", 1000)
+    monkeypatch.setattr("frictionloop.identification.file_traces.LARGE_BYTES", 1000)
     rising = {"force": np.linspace(0, 1, 300_000), "other": np.sin(np.arange(300_000) / 50)}
     files.csv(tmp_path / "a.csv", rising, RATE)
     look = first_look(tmp_path / "a.csv")

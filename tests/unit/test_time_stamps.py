@@ -41,11 +41,10 @@ def test_stamps_tell_the_rate_as_seconds_do(tmp_path, form):
     read = found(recording)
     assert (read.rate_hz, read.rate_by, read.samples) == (1e4, "'time'", 40)
     seen = channels(recording.path)
-    assert seen.sampling.rate_hz == pytest.approx(1e4, rel=1e-9) and seen.sampling.even
+    assert seen.rate_hz == pytest.approx(1e4, rel=1e-9) and seen.even
     hour = 9 if form == "zone" else 10
     assert seen.date == f"2024-03-05T{hour:02}:11:12"
-    channels = [(each.name, each.unit, each.missing) for each in seen.channels]
-    assert channels == [
+    assert [(each.name, each.unit, each.missing) for each in seen.channels] == [
         ("time", "s", 0),
         ("Ft", "mN", 0),
         ("Fn", "", 0),
@@ -85,7 +84,8 @@ def test_what_is_no_time_is_named_with_what_would_be(tmp_path, wrong):
     )
     seen = channels(recording.path)
     assert [each.name for each in seen.channels] == ["Ft", "Fn"]
-    assert seen.notes[0].startswith("'time' is left out, for its cells hold no times; accepted: a number, or a time as")
+    left = [each.where.channel for each in seen.findings if each.code == "LEFT-OUT"]
+    assert left == ["time"]
 
 
 def test_one_wrong_stamp_is_named(tmp_path):

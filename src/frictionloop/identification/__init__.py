@@ -23,7 +23,7 @@ from frictionloop.identification.figures_of_merit import (
     uniform_std_n,
 )
 from frictionloop.identification.file_channels import FileChannels, channels
-from frictionloop.identification.first_look import FirstLook, first_look
+from frictionloop.identification.file_traces import FirstLook, first_look
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.loop_delay import LoopDelay, loop_delay

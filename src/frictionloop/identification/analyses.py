@@ -85,7 +85,7 @@ def _refuse_unfit(run: Run, kind: str) -> None:
     if isinstance(run, Stretches):
         return
     if kind in OVER_TIME and "row" in run.dims:
-        raise must_be("times", None, f"there: {kind} are samples in time, not {run.sizes['row']} rows")
+        raise must_be(f"{kind}: rows", run.sizes["row"], "samples over time")
     for name in (READING, "load"):
         if kind in ("quiet", "slides", "amplitude") and name in run.data_vars:
             share = clipped_share(np.asarray(run[name].values, dtype=float))

@@ -276,12 +276,12 @@ def _rounded(each: Measured) -> float:
 def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str, str]]:
     """Return the values that the project file states, and from what."""
     overrides: dict[str, Any] = dict(project.known)
-    said = dict.fromkeys(project.known, "in the project file")
+    said = dict.fromkeys(project.known, "stated in the project file")
     if project.converter is not None:
         bits, full = project.converter.bits, project.converter.full_scale
         overrides |= {"sensor.adc_bits": bits, "sensor.range_n": abs(full / sensor.sensitivity)}
-        said["sensor.adc_bits"] = "in the project file"
-        said["sensor.range_n"] = f"full scale, {full:g} {sensor.unit}, over sensitivity"
+        said["sensor.adc_bits"] = "stated in the project file"
+        said["sensor.range_n"] = f"stated: full scale {full:g} {sensor.unit} / sensitivity"
     return overrides, said
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 from frictionloop.findings import Condition, Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification.channel_summary import ChannelSummary, Glance
-from frictionloop.identification.first_look import first_look
+from frictionloop.identification.file_traces import first_look
 from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.quantities import replacing

@@ -46,6 +46,7 @@ def hits_told(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Tol
         found.append(Finding("ONE-MEASUREMENT"))
     numbers: dict[str, Any] = {
         "hits": sum(each.hits for each in free),
+        "bow_taken_off": max(each.bow for each in free),
         "modes_hz": [mode.frequency.value for mode in free[0].modes],
         "modes_q": [mode.q.value for mode in free[0].modes],
         "modes_share_of_energy": [mode.share for mode in free[0].modes],

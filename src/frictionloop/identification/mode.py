@@ -44,6 +44,8 @@ class Modes:
     """Poles over order."""
     findings: tuple[Finding, ...] = ()
     """Which hits were left out."""
+    bow: float = 0.0
+    """Largest slow bow beneath the reading, which was taken off."""
     fitted: tuple[tuple[float, float], ...] = ()
     """Of a response: frequency in Hz, and the magnitude that the modes make there."""
 

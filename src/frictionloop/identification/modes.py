@@ -87,6 +87,7 @@ def modes(
         hits=len(decays),
         diagram=tuple(diagram),
         findings=tuple(heard.findings()),
+        bow=max(each.bow for each in heard.picked),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import json
 import math
@@ -26,6 +27,8 @@ from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.whole import read_contents
 
+SHOWN = 12
+"""Channels that an error lists."""
 TABLE_ROWS = 64
 """A file of at most so many rows that has no column of times is a table (assumed)."""
 
@@ -198,7 +201,8 @@ def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found
     if lines:
         every = lines[0].replace("0", "*", 1)
         raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
-    check_known(f"{where}: column", [wanted.column], names)
+    near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
+    check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
     raise must_be(f"{where}: column", wanted.column, "told by its number: the name stands twice")
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from frictionloop.findings import Finding
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.quantities import must_be
+from frictionloop.quantities.steps import MISSING
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Channel, Contents
@@ -51,7 +52,13 @@ def resampled(
         values = values if wrap is None else np.unwrap(values, period=wrap)
         lines[name] = replace(line, samples=np.interp(even, times, values))
     apart_ms = 1e3 * np.diff(times)
-    more = {"samples": times.size, "least_apart_ms": float(apart_ms.min()), "most_apart_ms": float(apart_ms.max())}
+    gaps = int(np.count_nonzero(apart_ms > MISSING * np.median(apart_ms)))
+    more = {
+        "gaps": gaps,
+        "samples": times.size,
+        "least_apart_ms": float(apart_ms.min()),
+        "most_apart_ms": float(apart_ms.max()),
+    }
     return lines, Finding("RESAMPLED", value=resample_hz, unit="Hz", limit=mean_rate(times) / 10, more=more)
 
 

@@ -58,7 +58,7 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 
 def _figure_of(result: Any) -> Figure:
-    from frictionloop.identification.first_look import FirstLook
+    from frictionloop.identification.file_traces import FirstLook
     from frictionloop.identification.refused import Refused
     from frictionloop.preview import Preview
     from frictionloop.report import effect_figure, run_figure, sweep_figure
