@@ -15,8 +15,8 @@ from scipy.signal import bilinear, freqz, lfilter
 import frictionloop as fl
 import frictionloop.identification as find
 from frictionloop.identification import rigs
-from frictionloop.identification.straightness import arriving
 from frictionloop.identification.resonance import model, sandwich
+from frictionloop.identification.straightness import arriving
 from frictionloop.parameters.rigs import CalibrationBench
 
 G = 9.80665

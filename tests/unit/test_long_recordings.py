@@ -13,7 +13,6 @@ import frictionloop as fl
 from frictionloop.identification import long
 from frictionloop.identification.analyses import analyse
 from frictionloop.identification.file_traces import first_look
-from frictionloop.identification.opened import opened
 from frictionloop.identification.part import Sensor
 from frictionloop.identification.project import Take
 from frictionloop.recordings import stored
@@ -73,7 +72,7 @@ def test_a_large_table_with_blank_lines_is_refused(tmp_path, small_blocks):
     rows = ["time_s,f", *(f"{k / RATE},{k % 7}" for k in range(2000))]
     rows[1000] = ""
     (tmp_path / "blank.csv").write_text("\n".join(rows))
-    with pytest.raises(fl.FrictionloopError, match="lines 902 to 1201 are blank or comments"):
+    with pytest.raises(fl.FrictionloopError, match="rows in lines 902 to 1201 = 299"):
         fl.identify.load(tmp_path / "blank.csv")
 
 

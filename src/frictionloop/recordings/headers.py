@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.units import UNITS, known_unit
 
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
@@ -60,13 +60,13 @@ def scale_of(where: str, given: str | None, found: str | None, wanted: str) -> f
     stated = found if given is None else known_unit(given)
     weighed = found in ("g", "kg") and stated == f"{found}f"  # which a scale writes as a mass
     if given is not None and found in UNITS and stated != found and not weighed:
-        raise FrictionloopError(f"{where}: unit = {given!r} contradicts the file, which says {found!r}; give one alone")
+        raise must_be(f"{where}: unit", given, f"{found!r}, as in the file")
     if given is None and found is None:
         return 1.0
     if stated not in UNITS or UNITS[stated][0] != wanted:
         unit = given or found
         force = UNITS[f"{stated}f"][1] if wanted == "N" and stated in ("g", "kg") else 0.0
-        known = f'; {force:g}, or unit = "{stated}f", if it is a weight' if force else ""
-        known += "" if given or found in UNITS else f', or unit = "{wanted}" if that is no unit'
-        raise FrictionloopError(f"{where} is in {unit}: scale is missing; accepted: the {wanted} per {unit}{known}")
+        known = f', such as {force:g}, or unit = "{stated}f"' if force else ""
+        known += "" if given or found in UNITS else f', or unit = "{wanted}"'
+        raise must_be(f"{where} in {unit}: scale", None, f"{wanted} per {unit}{known}")
     return UNITS[stated][1]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.steps import MISSING
 from frictionloop.recordings.column import Array
 
@@ -44,18 +44,14 @@ def even_times(where: str, times_s: Array, resample_hz: float, place: Callable[[
     bad = np.flatnonzero(~(steps > 0))
     if bad.size:
         at = place(int(bad[0]) + 1)
-        raise FrictionloopError(f"{where}: resample_hz: the times do not rise at {at}; accepted: times that do")
+        raise must_be(f"{where}: times at {at}", "falling", "rising for resample_hz")
     usual_s, mean_hz = float(np.median(steps)), mean_rate(times_s)
     if resample_hz < (1 - 1e-3) * mean_hz:
-        raise FrictionloopError(
-            f"{where}: resample_hz = {resample_hz:g}: must be at least {mean_hz:.4g}, the mean rate of the samples"
-        )
+        raise must_be(f"{where}: resample_hz", float(resample_hz), f"at least {mean_hz:.4g}, the mean rate", "Hz")
     longest = int(np.argmax(steps))
     if steps[longest] > LONGEST_STEP * usual_s:
-        raise FrictionloopError(
-            f"{where}: no samples for {steps[longest]:.3g} s after {place(longest)}: resample_hz fills at most "
-            f"{LONGEST_STEP * usual_s:.3g} s, ten usual steps; accepted: a part without such a hole"
-        )
+        most = f"at most {LONGEST_STEP * usual_s:.3g} for resample_hz"
+        raise must_be(f"{where}: gap after {place(longest)}", float(f"{steps[longest]:.3g}"), most, "s")
     last = int((times_s[-1] - times_s[0]) * resample_hz * (1 + 1e-12))
     return np.asarray(times_s[0] + np.arange(last + 1) / resample_hz)
 
@@ -78,7 +74,7 @@ def offer(times_s: Array) -> str:
     if not steps.size or not np.all(steps > 0) or steps.max() > LONGEST_STEP * np.median(steps):
         return ""
     flag = f"--disturbance.resample_hz {math.ceil(mean_rate(times_s))} (or --setpoint)"
-    return f"{flag}, straight lines between them, "
+    return f"{flag}, or "
 
 
 def described(times_s: Array) -> tuple[str, str]:
@@ -87,5 +83,5 @@ def described(times_s: Array) -> tuple[str, str]:
     over = int(np.count_nonzero(steps > MISSING * np.median(steps)))
     gaps = f", over {over} gap{'s' * (over > 1)} of up to {1e3 * steps.max():.3g} ms" if over else ""
     apart = f"{times_s.size} samples, {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms apart{gaps}"
-    loses = f"straight lines lower a sine of {mean_rate(times_s) / 10:.3g} Hz by up to 5 %, and a faster one by more"
+    loses = f"straight lines: {mean_rate(times_s) / 10:.3g} Hz loses up to 5 %"
     return apart, loses

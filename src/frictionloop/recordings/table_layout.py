@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.recordings.stamps import is_stamp, stamp_of
 
 LOOKED_AT = 200
@@ -44,7 +44,7 @@ def layout_of(path: Path) -> Layout:
         lines = [line.rstrip("\r\n") for line in islice(stream, LOOKED_AT)]
     filled = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not filled:
-        raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
+        raise must_be(f"{path}: rows of numbers", 0, "1 or more")
     mark = next((each for each in "\t;" if each in filled[-1]), "")
     cells_with_comma = [part for part in re.split(r"[\t; ]+", filled[-1].strip()) if _COMMA.fullmatch(part.strip('"'))]
     # 1,5;2,5 and lines apart by spaces have decimal commas; 1,5 alone is two columns.
@@ -54,7 +54,7 @@ def layout_of(path: Path) -> Layout:
     rows = [cells_of(line, mark) for line in lines]
     first = next((k for k, row in enumerate(rows) if _is_data(row, decimal) and not lines[k].startswith("#")), None)
     if first is None:
-        raise FrictionloopError(f"{path}: has no row of numbers in its first {len(lines)} lines; accepted: a table")
+        raise must_be(f"{path}: rows of numbers", 0, f"some within {len(lines)} lines")
     head = [[cell.strip().strip('"') for cell in row] for row in rows[:first]]
     widths = [len(row) for row in rows[first:]]
     begun = tuple((k, stamp_of(cell)) for k, cell in enumerate(rows[first]) if is_stamp(cell))

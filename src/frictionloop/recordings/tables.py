@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, left_out, told_date
 from frictionloop.recordings.headers import header, is_time
@@ -59,7 +59,7 @@ def read_table(path: Path) -> Contents:
 
 def _check_width(path: Path, width: int) -> None:
     if width > MOST_COLUMNS:
-        raise FrictionloopError(f"{path}: has {width} columns; accepted: at most {MOST_COLUMNS}")
+        raise must_be(f"{path}: columns", width, f"at most {MOST_COLUMNS}")
 
 
 def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int, stop: int) -> NDArray[np.float64]:
@@ -72,10 +72,8 @@ def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, s
     found = _parsed(path, changed, layout.mark, layout.decimal, layout.encoding, index, block, layout.begun)
     wanted = min(stored.BLOCK, index.rows - block * stored.BLOCK)
     if len(found) != wanted:
-        raise FrictionloopError(
-            f"{path}: {wanted - len(found)} of the lines {layout.first + first + 1} to {layout.first + first + wanted} "
-            "are blank or comments; accepted: a large table whose every line is a row of numbers"
-        )
+        lines = f"lines {layout.first + first + 1} to {layout.first + first + wanted}"
+        raise must_be(f"{path}: rows in {lines}", len(found), f"{wanted} in so large a table")
     return found[start : start + stop - first]
 
 

@@ -54,7 +54,7 @@ def read_contents(path: str | os.PathLike[str]) -> Contents:
         raise
     except Exception as error:  # on a damaged file the libraries raise anything
         reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).splitlines()[0]
-        raise FrictionloopError(f"{file}: cannot be read, encrypted, cut off or damaged ({reason:.120})") from None
+        raise FrictionloopError(f"{file}: damaged or encrypted ({reason:.120})") from None
     if not found.channels:
         told = "".join(f" ({each})" for each in found.findings)
         raise FrictionloopError(f"{file}: holds no arrays of numbers{told}; accepted: two samples or more")
