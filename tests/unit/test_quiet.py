@@ -89,7 +89,7 @@ def test_bands_add_up():
 
 
 def test_what_is_refused():
-    with pytest.raises(fl.FrictionloopError, match="duration = 0.2 s"):
+    with pytest.raises(fl.FrictionloopError, match=r"duration = 0\.2 s"):
         noise(recording(white(1, 1000)))
     with pytest.raises(fl.FrictionloopError, match=r"interval_s = \(5.0, 20.0\) s"):
         noise(recording(white(1)), (5, 20))

@@ -38,6 +38,13 @@ TITLES = {
 def write_certificate(found: Bench, path: str | os.PathLike[str]) -> Path | None:
     """Write the certificate; an older one is kept beside it under a number. Return where the older one is.
 
+    Parameters
+    ----------
+    found : Bench
+        From ``fl.identify.bench``.
+    path : path
+        Page (.html) to write.
+
     Raises
     ------
     FrictionloopError

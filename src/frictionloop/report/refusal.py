@@ -10,6 +10,7 @@ from PIL import Image  # matplotlib needs it too
 
 from frictionloop.figures.style import png
 from frictionloop.identification.refused import Refused
+from frictionloop.quantities import replacing
 from frictionloop.report.certificate_figures import DRAWINGS
 
 
@@ -28,6 +29,11 @@ def draw_refused(refused: Refused, path: str | os.PathLike[str]) -> Refused:
         From an analysis of `frictionloop.identification`.
     path : path
         Picture (.png) to write: one figure below the other.
+
+    Raises
+    ------
+    FrictionloopError
+        For a path that cannot be written.
     """
     found = [draw(refused.curves) for name, draw in DRAWINGS[refused.kind].items() if name in refused.curves]
     if not found:
@@ -38,5 +44,6 @@ def draw_refused(refused: Refused, path: str | os.PathLike[str]) -> Refused:
     for each in images:
         page.paste(each, (0, top))
         top += each.height
-    page.save(path)
+    with replacing(path) as beside:
+        page.save(beside, format="png")
     return Refused(f"{refused}; picture: {path}", refused.kind, refused.curves)

@@ -64,7 +64,10 @@ class Board:
     """A device that loses samples, as a cable does."""
 
     address = "serial://none"
-    parameters = {"force.axes": 2}
+
+    @property
+    def parameters(self):
+        return {"force.axes": 2}
 
     def stream(self, duration_s, decimation):
         rows = np.arange(int(duration_s * TICK_HZ), dtype=float)
