@@ -8,7 +8,7 @@ import three_modes
 import xarray as xr
 
 from frictionloop.identification import modes, pick_hits, rigs
-from frictionloop.identification.bow import without_bow
+from frictionloop.identification.onsets import without_bow
 
 RUN = three_modes.plate(seed=1, hits=3, noise=5e-3)
 X = np.linspace(-1, 1, 10000)

@@ -9,11 +9,11 @@ from finger_strokes import strokes
 
 import frictionloop as fl
 from frictionloop.identification import rigs
+from frictionloop.identification.finger_entry import slides_told
 from frictionloop.identification.hits_entry import hits_told
 from frictionloop.identification.part import Sensor
 from frictionloop.identification.project import Take
 from frictionloop.identification.quiet import quiet_told
-from frictionloop.identification.slides_entry import slides_told
 from frictionloop.identification.weights_entry import weights_told
 from frictionloop.parameters.rigs import CalibrationBench
 

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.findings import Finding
 from frictionloop.findings.catalogue import Severity
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.measured import Measured, measured
+from frictionloop.identification.measured import Estimate, Measured, measured
 from frictionloop.identification.part import Part
 from frictionloop.identification.people import LEAST_FINGERS, People, few_fingers, people
 

@@ -11,7 +11,7 @@ from frictionloop.findings.result import plain
 from frictionloop.identification.calibration import hung
 from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.channel_summary import clipped_share
-from frictionloop.identification.finger_entry import amplitude_told
+from frictionloop.identification.finger_entry import amplitude_told, slides_told
 from frictionloop.identification.hits_entry import hits_told
 from frictionloop.identification.long import Run, Stretches, calm, is_long, means, whole
 from frictionloop.identification.opened import Opened, findings_of, opened
@@ -22,7 +22,6 @@ from frictionloop.identification.quiet import quiet_told
 from frictionloop.identification.recording_columns import READING
 from frictionloop.identification.refused import pictured
 from frictionloop.identification.response_entry import response_part
-from frictionloop.identification.slides_entry import slides_told
 from frictionloop.identification.weights_entry import load_told, position_told, weights_told
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.recordings.whole import read_contents

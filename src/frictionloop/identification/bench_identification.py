@@ -25,7 +25,7 @@ from frictionloop.identification.people import LEAST_FINGERS, People
 from frictionloop.identification.project import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
 from frictionloop.parameters.wording import known_names
-from frictionloop.quantities import must_be, replacing
+from frictionloop.quantities import must_be, replacing, unit_of
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -117,14 +117,23 @@ class Bench(Result):
         }
         numbers = [(part.kind, name, number_said(each)) for part in self.parts for name, each in part.numbers.items()]
         numbers += [("fingers", name, number_said(each)) for name, each in self._of_people()]
-        named = {"stated": self.stated, "assumed": self.assumed}
+        stated = {"value": [self._value(name) for name in self.stated], "from": list(self.stated.values())}
+        assumed = {"value": list(self.assumed.values()), "unit": [unit_of(name) for name in self.assumed]}
+        corners = [(each.path, f"{each.value:.6g}", each.side) for each in self.corners]
         return {
             "measured": pd.DataFrame({"value, 95 %": [str(e.estimate) for e in loop]}, [e.path for e in loop]),
             "standard errors": pd.DataFrame(lines, [each.path for each in every]),
             "numbers": pd.DataFrame(numbers, columns=["of", "number", "value"]).set_index("of"),
-            **{name: pd.DataFrame({"": list(each.values())}, list(each)) for name, each in named.items()},
-            "corners": pd.DataFrame(self.corners, columns=["value", "at", "end"]).set_index("value"),
+            "stated": pd.DataFrame(stated, list(self.stated)),
+            "assumed": pd.DataFrame(assumed, list(self.assumed)),
+            "corners": pd.DataFrame(corners, columns=["value", "at", "end"]).set_index("value"),
         }
+
+    def _value(self, path: str) -> Any:
+        value: Any = self.system
+        for word in path.split("."):
+            value = getattr(value, word)
+        return value
 
     def _of_people(self) -> list[tuple[str, Any]]:
         return [] if self.people is None else list(self.people.numbers().items())

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.constants import g as STANDARD_GRAVITY
 from scipy.stats import linregress
 
-from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.long import Run
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column, rate_of
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number

@@ -16,7 +16,7 @@ from scipy.stats import t as student
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification.agreement import Corner
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.quantities import FrictionloopError, must_be
 
 if TYPE_CHECKING:

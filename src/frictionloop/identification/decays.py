@@ -11,10 +11,9 @@ from scipy.ndimage import maximum_filter1d
 from scipy.signal import decimate
 
 from frictionloop.findings import Finding
-from frictionloop.identification.bow import without_bow
 from frictionloop.identification.hits import Hits, hits_left_out, hits_of, too_few
 from frictionloop.identification.long import Run
-from frictionloop.identification.onsets import noise_of
+from frictionloop.identification.onsets import noise_of, without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.quantities import must_be
 

@@ -11,9 +11,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from frictionloop.identification.bow import without_bow
 from frictionloop.identification.hits import Hits, hits_of, too_few
 from frictionloop.identification.long import Run
+from frictionloop.identification.onsets import without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.quantities import must_be
 

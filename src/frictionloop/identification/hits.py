@@ -11,10 +11,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
-from frictionloop.identification.bow import without_bow
 from frictionloop.identification.channel_summary import clipped
 from frictionloop.identification.long import Run, Stretches
-from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, noise_of, onsets_of, piece_length
+from frictionloop.identification.onsets import (
+    ABOVE_NOISE,
+    BEFORE,
+    calm_rows,
+    noise_of,
+    onsets_of,
+    piece_length,
+    without_bow,
+)
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, samples_in
 from frictionloop.quantities import FrictionloopError, must_be
 

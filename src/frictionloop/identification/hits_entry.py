@@ -9,13 +9,11 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import NoHits, hits_of, pick_hits
 from frictionloop.identification.long import Run, Stretches
-from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.mode import Modes
-from frictionloop.identification.modes import modes
+from frictionloop.identification.measured import Estimate, Measured, measured
+from frictionloop.identification.modes import Modes, modes
 from frictionloop.identification.part import POINTS, Rows, Sensor, Told, extra_modes, not_told, thin, with_method
 from frictionloop.identification.project import Take
 from frictionloop.identification.recording_columns import rate_of

@@ -1,16 +1,18 @@
-"""Noise of the sensor left alone: spectrum, rms in a band, floor free of the converter and of the pole."""
+"""Noise of the sensor left alone: spectrum, lines, rms in a band, floor free of the converter and of the pole."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.signal import get_window, welch
 
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.recording_columns import READING, channel, rate_of, samples_in
 from frictionloop.quantities import must_be
 
@@ -21,6 +23,9 @@ weight g = 3/4 + cos(4 pi t/T)/4 that the samples get in all windows together.""
 
 FILTERED = 1e-3
 """Share of the power density that is left near half the rate, below which a file was low-passed (assumed)."""
+SPUR = 10.0
+"""A line is a spur if its power is above so many times the median around it (assumed)."""
+AROUND = 101
 
 
 @dataclass(frozen=True)
@@ -195,3 +200,32 @@ def low_passed(spectrum: NoiseSpectrum) -> bool:
     hertz, power = spectrum.frequency_hz, spectrum.power_density
     below, near = (hertz > 0.1 * half) & (hertz < 0.3 * half), hertz > 0.95 * half
     return float(np.median(power[near])) < FILTERED * float(np.median(power[below]))
+
+
+class Spur(NamedTuple):
+    """A line in the spectrum."""
+
+    frequency_hz: float
+    rms_n: float
+
+
+def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
+    """Return the lines, the highest first, and which frequencies are free of them."""
+    power = spectrum.power_density
+    ground = median_filter(power, min(AROUND, power.size // 4 * 2 + 1), mode="nearest")
+    high = power > SPUR * ground
+    step_hz = float(spectrum.frequency_hz[1] - spectrum.frequency_hz[0])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], high.astype(np.int8), [0]]))).reshape(-1, 2)
+    clean = np.ones(power.size, dtype=bool)
+    found = []
+    for first, stop in edges.tolist():
+        shoulders = np.concatenate([power[max(first - 10, 0) : max(first - 3, 0)], power[stop + 3 : stop + 10]])
+        if stop - first > 6 or power[first:stop].max() < SPUR / 2 * shoulders.max(initial=0.0):
+            continue  # a hump, or part of one, not a line
+        around = slice(max(first - 2, 0), stop + 2)
+        clean[around] = False
+        above = np.maximum(power[around] - ground[around], 0.0)
+        excess = max(float(np.sum(power[around] - ground[around])) * step_hz, 0.0)
+        hertz = float(np.sum(spectrum.frequency_hz[around] * above) / np.sum(above))
+        found.append(Spur(hertz, math.sqrt(excess)))
+    return sorted(found, key=lambda spur: -spur.rms_n), clean

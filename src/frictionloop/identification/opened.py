@@ -18,9 +18,8 @@ import xarray as xr
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
-from frictionloop.identification.resampled import resampled
 from frictionloop.identification.sampling import Sampling, sampling_of
-from frictionloop.identification.scaled import Place, variable
+from frictionloop.identification.scaled import Place, resampled, variable
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.headers import header

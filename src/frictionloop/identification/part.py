@@ -11,9 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.mode import Modes
+from frictionloop.identification.measured import Estimate, Measured, measured
+from frictionloop.identification.modes import Modes
 from frictionloop.identification.project import Take
 from frictionloop.identification.recording_columns import READING
 from frictionloop.quantities import must_be

@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from frictionloop.findings import Finding
-from frictionloop.identification.estimate import Estimate, Interval
+from frictionloop.identification.measured import Estimate, Interval
 from frictionloop.parameters.population import Population, Spread
 from frictionloop.quantities import must_be, unit_of
 

@@ -12,7 +12,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
-from frictionloop.identification.carrier_drift import carrier_drift
 from frictionloop.identification.loop_delay import loop_delay
 from frictionloop.identification.measured import measured
 from frictionloop.identification.part import Rows, Sensor, Told
@@ -20,7 +19,7 @@ from frictionloop.identification.plate_decay import plate_decay, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep, stepped
 from frictionloop.identification.project import Take
 from frictionloop.identification.recording_columns import channel
-from frictionloop.identification.straight_scale import POINTS, straight_scale
+from frictionloop.identification.straight_scale import POINTS, carrier_drift, straight_scale
 from frictionloop.quantities import must_be
 
 CORNER = "controller.model.plate_hz"

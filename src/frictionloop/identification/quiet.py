@@ -13,21 +13,21 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.measured import measured
+from frictionloop.identification.measured import Estimate, measured
 from frictionloop.identification.noise import (
     NoiseSpectrum,
+    Spur,
     band_rms,
     converter_step,
     density_of,
     low_passed,
     noise_spectrum,
+    spurs_of,
 )
 from frictionloop.identification.part import Rows, Sensor, Told, in_newtons, thin, with_method
 from frictionloop.identification.project import Take
 from frictionloop.identification.quiet_stretch import given_stretch, quiet_stretch
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.spurs import Spur, spurs_of
 
 Array = NDArray[np.float64]
 BANDS_HZ = (1.0, 10.0, 100.0, 1000.0, 10000.0)

@@ -12,7 +12,7 @@ from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.identification.frequency_response import FrequencyResponse
 from frictionloop.identification.measured import measured
-from frictionloop.identification.mode import Modes
+from frictionloop.identification.modes import Modes
 from frictionloop.identification.opened import Opened, opened
 from frictionloop.identification.part import Part, Rows, extra_modes, not_told
 from frictionloop.identification.project import Take

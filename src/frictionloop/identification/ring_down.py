@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import least_squares
 
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, pieces, rate_of, samples_in
 from frictionloop.identification.refused import Refused
 from frictionloop.quantities import must_be

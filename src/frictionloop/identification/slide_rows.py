@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import butter, sosfiltfilt, welch
 from scipy.stats import linregress
 
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.quantities import must_be
 

@@ -14,7 +14,7 @@ from scipy.signal import savgol_filter
 from scipy.stats import linregress
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.part import not_told, off_line
 from frictionloop.identification.recording_columns import READING, channel, rate_of
 from frictionloop.identification.slide_rows import (

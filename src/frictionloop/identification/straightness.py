@@ -15,7 +15,7 @@ from scipy.stats import t as student
 
 from frictionloop.findings import Finding
 from frictionloop.identification.calibration import Calibration
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.part import not_told, off_line
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import BELOW_1, number

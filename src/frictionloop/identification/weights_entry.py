@@ -13,8 +13,7 @@ from scipy.stats import t as student
 
 from frictionloop.findings import Finding
 from frictionloop.identification.calibration import Calibration, Plateaus, weights
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.measured import Measured, measured
+from frictionloop.identification.measured import Estimate, Measured, measured
 from frictionloop.identification.part import Numbers, Rows, Sensor, Told, off_line
 from frictionloop.identification.project import Take
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column
