@@ -39,7 +39,7 @@ def test_times_that_are_hardly_in_seconds_are_asked_about(tmp_path, name, step, 
     with pytest.raises(FrictionloopError) as caught:
         told(recording)
     assert f"'t' without a unit: {said}" in str(caught.value)
-    assert "--disturbance.rate_hz RATE" in str(caught.value) and "\n" not in str(caught.value)
+    assert "--disturbance.rate_hz" in str(caught.value) and "\n" not in str(caught.value)
     for rate_hz in (25.0, 25000.0):  # either may be meant, and nothing in the file says it
         given = recording.model_copy(update={"rate_hz": rate_hz})
         assert read_recording(given, rate_hz) == pytest.approx(FORCE)
@@ -124,5 +124,5 @@ def test_recorders_bring_channels_by_name_with_their_rate(tmp_path, name):
 def test_volts_of_a_recorder_are_no_newtons(tmp_path):
     pytest.importorskip("nptdms")
     recorded_files.tdms(tmp_path / "a.tdms", {"ft": FORCE}, 500.0)
-    with pytest.raises(FrictionloopError, match=r"is in V.*scale"):
+    with pytest.raises(FrictionloopError, match=r"in V: scale"):
         read_recording(Recording(path=str(tmp_path / "a.tdms")), 500.0)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from frictionloop.findings import Finding
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.arrays import check_mat
-from frictionloop.recordings.attributes import attribute_unit, is_bare_dimension, unpacked
 from frictionloop.recordings.contents import Channel, Contents, left_out, lines_of, told_date, told_rates
 from frictionloop.recordings.hdf5 import check_hdf5, expands
+from frictionloop.recordings.headers import attribute_unit, is_bare_dimension, unpacked
 from frictionloop.recordings.stored import is_large
 from frictionloop.recordings.stored_lines import hdf5_lines, wav_line
 

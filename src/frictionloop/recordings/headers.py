@@ -1,13 +1,18 @@
-"""What a header or an attribute says of a column: its name without the unit, and the unit."""
+"""What a header or an attribute says of a column: its name without the unit, the unit, and how numbers are packed."""
 
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from frictionloop.quantities import must_be
 from frictionloop.quantities.units import UNITS, known_unit
 
+Array = NDArray[np.float64]
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _AFTER_A_MARK = re.compile(r"(.+?)(?:\s*[/,]\s*|\s+(?:in\s+)?)(\S+)")
 _AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kgf|gf|kg|g|s|ms|us|mm)", re.IGNORECASE)
@@ -16,6 +21,8 @@ _TIMES = ("time", "t", "timestamp", "zeit", "temps")
 
 OTHERS = {each.lower(): each for each in ("Hz", "kHz", "MHz", "dB", "%", "deg", "°", "rad", "Pa", "kPa", "bar", "rpm")}
 """Units of other things than forces and times: told apart from the name, and never scaled."""
+UNIT_NAMES = ("units", "unit")
+"""Attributes that say the unit, in any case."""
 
 
 class Header(NamedTuple):
@@ -70,3 +77,28 @@ def scale_of(where: str, given: str | None, found: str | None, wanted: str) -> f
         known += "" if given or found in UNITS else f', or unit = "{wanted}"'
         raise must_be(f"{where} in {unit}: scale", None, f"{wanted} per {unit}{known}")
     return UNITS[stated][1]
+
+
+def is_bare_dimension(array: Any) -> bool:
+    """Tell what NetCDF keeps for a dimension without coordinates: zeros under its name."""
+    return bytes(array.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
+
+
+def unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
+    """Undo the packing of the NetCDF conventions: what is missing becomes NaN."""
+    values = stored
+    if "_FillValue" in packing:
+        values = np.where(stored == packing["_FillValue"], np.nan, stored)
+    if "scale_factor" in packing:
+        values = values * packing["scale_factor"]
+    return values + packing["add_offset"] if "add_offset" in packing else values
+
+
+def attribute_unit(attributes: Mapping[str, Any]) -> str | None:
+    """Return what an attribute says of the unit, which some programs write as bytes or as a list of one."""
+    lower = {name.lower(): value for name, value in attributes.items()}
+    said = np.ravel(next((lower[name] for name in UNIT_NAMES if name in lower), ""))
+    text = (
+        said[0].decode("utf-8", "replace") if said.size and isinstance(said[0], bytes) else "".join(map(str, said[:1]))
+    )
+    return known_unit(text) or text.strip() or None

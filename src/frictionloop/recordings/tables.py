@@ -18,8 +18,7 @@ from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import names_only, rates_in, said_in, unit_in
 from frictionloop.recordings.stamps import shown
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import Layout, layout_of
-from frictionloop.recordings.table_names import names_of
+from frictionloop.recordings.table_layout import Layout, layout_of, names_of
 from frictionloop.recordings.table_rows import all_rows, rows_in
 from frictionloop.recordings.text_index import Index, bytes_of, indexed
 

@@ -16,8 +16,17 @@ from frictionloop.recordings.contents import one_rate
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import Said, rates_in, tells, unit_in, unit_in_doubt
 from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.text_head import LOOKED_AT, Row, few_names, head_of
-from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
+from frictionloop.recordings.text_rows import (
+    LOOKED_AT,
+    Row,
+    comments_of,
+    few_names,
+    head_of,
+    mark_of,
+    readable,
+    rows_of,
+    settings_of,
+)
 
 _COMMA = "; a decimal comma? --disturbance.decimal ,"
 _COMMAS = "; decimal commas? then columns need semicolons, tabs or spaces"
