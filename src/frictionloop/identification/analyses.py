@@ -49,13 +49,7 @@ MOST_CLIPPED = 0.01
 
 
 def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
-    """Analyse the recordings of one entry.
-
-    Raises
-    ------
-    FrictionloopError
-        For what a file or an analysis refuses, naming the file.
-    """
+    """Analyse the recordings of one entry."""
     if take.kind == "response":
         return response_part(take, folder)
     by_file = [_loaded(folder / name, take, folder) for name in take.files]

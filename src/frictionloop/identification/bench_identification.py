@@ -149,23 +149,13 @@ class Bench(Result):
         """Return what entries told as plain data, to be handed to `bench` the next time."""
         return results_of(list(zip(self.keys, self.parts, strict=True)))
 
-    def to_toml(self) -> str:
-        """Return the System as TOML text; a comment says whether a value is measured, stated, chosen or assumed."""
-        return bench_file.to_toml(self)
-
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write `to_toml` to a file; ``FrictionloopError`` for a path that cannot be written."""
+        """Write what `to_toml` returns; ``FrictionloopError`` for a path that cannot be written."""
         with replacing(path) as beside:
-            beside.write_text(self.to_toml(), encoding="utf-8")
+            beside.write_text(bench_file.to_toml(self), encoding="utf-8")
 
     def write_population(self, path: str | os.PathLike[str]) -> None:
-        """Write the population of fingers as TOML, for ``fl.fingers``.
-
-        Raises
-        ------
-        FrictionloopError
-            For fewer fingers than make one, or a path that cannot be written.
-        """
+        """Write the population of fingers as TOML, for ``fl.fingers``."""
         import tomlkit
 
         if self.people is None:

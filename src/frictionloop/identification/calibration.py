@@ -199,20 +199,7 @@ def _hysteresis(steps: Plateaus) -> float:
 
 
 def hung(runs: Sequence[Run], masses_kg: NDArray[np.float64]) -> xr.Dataset:
-    """Return a row for each weight: its mass in kg, and the mean of every channel while it hung.
-
-    Parameters
-    ----------
-    runs : sequence of xarray.Dataset
-        What was recorded under each weight, all of it: nothing is left out at its beginning.
-    masses_kg : array
-        In the same order.
-
-    Raises
-    ------
-    FrictionloopError
-        For another number of masses than of recordings, or recordings without a reading.
-    """
+    """Return a row for each weight: its mass in kg, and the mean of every channel while it hung."""
     if len(runs) != masses_kg.size:
         raise must_be("masses", int(masses_kg.size), f"{len(runs)}, as many as recordings")
     whole = [run for run in runs if isinstance(run, xr.Dataset)]

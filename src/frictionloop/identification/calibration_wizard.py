@@ -93,13 +93,7 @@ class Recorded(Result):
         return "\n".join(lines) + "\n"
 
     def write(self, path: str | os.PathLike[str]) -> Path:
-        """Write the recording (.h5) and its channel map beside it, whose path is returned.
-
-        Raises
-        ------
-        FrictionloopError
-            For a path that cannot be written.
-        """
+        """Write the recording (.h5) and its channel map beside it, whose path is returned."""
         import h5py
 
         chart = map_beside(path)

@@ -81,15 +81,7 @@ class Work:
 
 
 def analysed_entries(project: Project, folder: Path, kept: Mapping[str, Any]) -> Work:
-    """Analyse the entries of a project in the order in which one needs the other; a refused one stops none but these.
-
-    Parameters
-    ----------
-    project, folder
-        The project, and where its paths begin.
-    kept : mapping
-        Results of an earlier time, by what they depend on.
-    """
+    """Analyse the entries of a project in the order in which one needs the other; a refused one stops these alone."""
     work = Work()
     blind = False
     for take in sorted(project.recording, key=lambda each: ORDER.index(each.kind)):

@@ -80,13 +80,7 @@ class FileChannels(Result):
         return "\n".join(lines) + "\n"
 
     def write_map(self, path: str | os.PathLike[str]) -> None:
-        """Write `channel_map` to a file.
-
-        Raises
-        ------
-        FrictionloopError
-            For a path that cannot be written.
-        """
+        """Write `channel_map` to a file."""
         with replacing(path) as beside:
             beside.write_text(self.channel_map(), encoding="utf-8")
 

@@ -122,11 +122,6 @@ def without_bow(values: Array) -> tuple[Array, float]:
     """Return a channel without its slow bow, and how much that spans; without its median, and 0, if there is none.
 
     The bow is a polynomial of fifth degree through the medians of 24 pieces, with the least absolute deviations.
-
-    Parameters
-    ----------
-    values : array
-        A recording, whole.
     """
     level = float(np.median(values))
     if values.size < 16 * PIECES:

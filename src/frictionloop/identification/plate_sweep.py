@@ -169,16 +169,6 @@ def stepped(recording: xr.Dataset) -> xr.Dataset:
 
     Of a channel that goes to and fro the amplitude is that of a sine of the step's frequency, by least squares; of one
     that keeps its sign, as a lock-in's, the mean.
-
-    Parameters
-    ----------
-    recording : xarray.Dataset
-        ``frequency`` in Hz, which stays the same during a step, and other channels, over ``time`` in s.
-
-    Raises
-    ------
-    FrictionloopError
-        For a frequency that is none, steps of fewer than sixteen samples, or a rate too low for what goes to and fro.
     """
     frequency, rate_hz = channel(recording, "frequency", ("Hz",)), rate_of(recording)
     edges = np.concatenate([[0], np.flatnonzero(np.diff(frequency)) + 1, [frequency.size]])

@@ -33,22 +33,7 @@ class Sampling(NamedTuple):
 
 
 def sampling_of(path: str, contents: Contents, rate_hz: float | None = None) -> Sampling:
-    """Return the rate of a file.
-
-    Parameters
-    ----------
-    path : str
-        Named in errors.
-    contents : Contents
-        From ``recordings.whole.read_contents``.
-    rate_hz : float, optional
-        Rate in Hz that is known from elsewhere; it decides where the file says two, and must agree where it says one.
-
-    Raises
-    ------
-    FrictionloopError
-        If two places tell rates that differ by more than 0.1 %, naming both.
-    """
+    """Return the rate of a file."""
     told = dict(contents.rates_hz)
     clock = contents.clock()
     gaps: tuple[tuple[int, int], ...] = ()

@@ -102,20 +102,6 @@ def resampled(
     """Return channels at even times, as `recordings.straight_lines` has them, and what was done.
 
     A counter is unwrapped first.
-
-    Parameters
-    ----------
-    where : str
-        Named in errors.
-    contents, picked, chart
-        The file, the channels that are taken from it, and the map, which tells where counters wrap.
-    resample_hz : float
-        Rate in Hz, at least the mean rate of the samples.
-
-    Raises
-    ------
-    FrictionloopError
-        As `even_times`, and for a file without times.
     """
     times = _times(where, contents, resample_hz)
     even = even_times(where, times, resample_hz)

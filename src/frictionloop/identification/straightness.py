@@ -38,18 +38,7 @@ class PulleyFriction:
 def arriving(force_n: Array, direction: Array, exponent: float, drag_n: float = 0.0) -> Array:
     """Return what arrives of forces F that follow each other: the friction of the string acts against its motion.
 
-        up: T = max(T before, e^-b F - d),   down: T = min(T before, e^b F + d),   at first T = F
-
-    Parameters
-    ----------
-    force_n : array
-        Forces in N, shape (steps,).
-    direction : array
-        1 where the force has grown, -1 where it has shrunk, of the same shape.
-    exponent : float
-        b; below zero, by chance, the formula still gives a line for each way.
-    drag_n : float
-        d in N.
+    up: T = max(T before, e^-b F - d),   down: T = min(T before, e^b F + d),   at first T = F
     """
     rising = np.exp(-exponent) * force_n - drag_n
     falling = np.exp(exponent) * force_n + drag_n

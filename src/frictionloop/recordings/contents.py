@@ -116,11 +116,6 @@ def rate_beside(
     """Return what tells the sampling rate of an array, and the rate in Hz: of all that do, the nearest.
 
     An attribute of the array comes first, then one of its group or a number beside it, then those of the group above.
-
-    Raises
-    ------
-    FrictionloopError
-        If two that are equally near differ by more than 0.1 %.
     """
     pairs, folder = list(attributes.get(name, {}).items()), name
     while True:

@@ -81,13 +81,7 @@ def doubt(code: str, about: About, signal: str, remedy: Remedy, column: str = ""
 
 
 def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doubt]:
-    """Yield the questions about the signals of a system; none about those of a formula.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Yield the questions about the signals of a system; none about those of a formula."""
     for name in signals:
         signal = getattr(system, name)
         if isinstance(signal, Recording):

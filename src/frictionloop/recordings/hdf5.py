@@ -27,15 +27,7 @@ LARGE_BYTES, EXPANSION = 10**9, 100
 
 
 def check_hdf5(path: str | os.PathLike[str]) -> None:
-    """Refuse a file that is damaged, points to other files or is made to fill the memory.
-
-    Raises
-    ------
-    FrictionloopError
-        In one line: the file, and what is wrong.
-    FileNotFoundError
-        For a file that is not there.
-    """
+    """Refuse a file that is damaged, points to other files or is made to fill the memory."""
     from frictionloop.quantities.units import FrictionloopError
 
     told = Path(path).stat()

@@ -57,13 +57,7 @@ def is_time(text: str) -> bool:
 
 
 def scale_of(where: str, given: str | None, found: str | None, wanted: str) -> float:
-    """Return the factor from a column's unit to the wanted one; a column that says nothing is in the wanted one.
-
-    Raises
-    ------
-    FrictionloopError
-        For a unit that contradicts the file's, or from which no known factor leads to the wanted one.
-    """
+    """Return the factor from a column's unit to the wanted one; a column that says nothing is in the wanted one."""
     stated = found if given is None else known_unit(given)
     weighed = found in ("g", "kg") and stated == f"{found}f"  # which a scale writes as a mass
     if given is not None and found in UNITS and stated != found and not weighed:

@@ -42,11 +42,6 @@ def part_of(recording: Recording, column: Column) -> Part:
     """Return the rows between ``start_s`` and ``stop_s``, which are times of the file where it has any.
 
     Where nothing but the times tells the rate, only those of the part in use must be even.
-
-    Raises
-    ------
-    FrictionloopError
-        For times with a gap in the part in use, a part that is not there, or a rate that is missing or contradicted.
     """
     times = column.times
     if recording.resample_hz is not None:

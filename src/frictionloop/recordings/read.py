@@ -79,16 +79,6 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
     """Return the same in newtons with the last sample held for one of its own periods, as a signal of the loop.
 
     So 20 000 samples at 1 kHz last 20 s. A window that ``stop_s`` ends lasts no longer than it says.
-
-    Parameters
-    ----------
-    recording, rate_hz
-        As `read_recording`.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
     """
     taken = scaled(recording, "N")
     found = resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
@@ -97,13 +87,7 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
 
 
 def lasting_s(recording: Recording) -> float:
-    """Return how long the part in use lasts in s, its last sample held.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Return how long the part in use lasts in s, its last sample held."""
     return _lasts_s(recording, scaled(recording, "N"))
 
 

@@ -25,22 +25,6 @@ def even_times(where: str, times_s: Array, resample_hz: float, place: Callable[[
         t_k = t_0 + k/f,   y(t_k) = y_i + (y_(i+1) - y_i) (t_k - t_i)/(t_(i+1) - t_i)
 
     A sine of frequency f_y between samples that are T apart loses up to (pi f_y T)^2/2 of its height.
-
-    Parameters
-    ----------
-    where
-        Named in errors.
-    times_s
-        Times in s, all of them finite, shape (samples,).
-    resample_hz
-        Rate in Hz, at least the mean rate of the samples: a lower one would fold what lies above half of it.
-    place
-        Tells where a row stands.
-
-    Raises
-    ------
-    FrictionloopError
-        For times that do not rise, a rate too low, or a time without samples of more than ten usual steps.
     """
     steps = np.diff(times_s)
     bad = np.flatnonzero(~(steps > 0))
@@ -90,13 +74,7 @@ def described(times_s: Array) -> tuple[str, str]:
 
 
 def resampled(force: Array, file_hz: float, rate_hz: float, path: str) -> Array:
-    """Return samples at another rate, band-limited and without phase shift, as `read.read_recording` says.
-
-    Raises
-    ------
-    FrictionloopError
-        For rates too far apart.
-    """
+    """Return samples at another rate, band-limited and without phase shift, as `read.read_recording` says."""
     slower, faster = sorted((file_hz, rate_hz))
     if not 0 < faster <= _LARGEST_RATIO * slower:
         raise FrictionloopError(

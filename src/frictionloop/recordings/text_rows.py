@@ -105,15 +105,6 @@ def head_of(rows: Sequence[Row], comments: Sequence[Row], is_number: Callable[[s
     Names are the last line above the numbers with a cell for each column, of units the line below that one. What stands
     above them, titles and settings, is passed over. A comment of as many cells right above the numbers is a line of
     names too.
-
-    Parameters
-    ----------
-    rows
-        First rows of the file that are no comments; blank ones have no cells.
-    comments
-        Those that are, as cells without their mark.
-    is_number
-        Tells whether a cell holds a number.
     """
     numbers = [
         k for k, (_, cells) in enumerate(rows) if cells and all(is_number(each) for each in cells if each.strip())

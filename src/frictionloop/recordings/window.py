@@ -53,11 +53,6 @@ def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
     """Return the first row in use and the one behind the last, both near the times that are asked for.
 
     ``start_s = 0`` of a file whose times begin later is its beginning.
-
-    Raises
-    ------
-    FrictionloopError
-        For an end before the first time or behind the last, or where rows are missing.
     """
     at_s, usual_s, begins_s = clock
     end_s = float(np.nanmax(at_s))
@@ -85,13 +80,7 @@ def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
 
 
 def rows_counted(recording: Recording, count: int, rate_hz: float) -> tuple[int, int]:
-    """Return the same of rows that are counted at a rate, from the first on.
-
-    Raises
-    ------
-    FrictionloopError
-        For an end before the first sample or behind the last.
-    """
+    """Return the same of rows that are counted at a rate, from the first on."""
     path, start_s, stop_s = recording.path, recording.start_s or 0.0, recording.stop_s
     for name, value, most in (("start_s", start_s, count - 0.5), ("stop_s", stop_s or 0.0, count + 0.5)):
         beyond = value * rate_hz >= most if name == "start_s" else value * rate_hz > most
