@@ -1,4 +1,4 @@
-"""The screens of identify on a standard lab, as they were last looked at; GOLDEN=1 writes them anew."""
+"""The screens of identify on a standard lab, as they were last looked at; FRICTIONLOOP_GOLDEN=1 writes them anew."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def bench(lab):
 
 
 def hold(name, said):
-    if os.environ.get("GOLDEN"):
+    if os.environ.get("FRICTIONLOOP_GOLDEN"):
         (FOLDER / name).write_text(said + "\n", encoding="utf-8")
     lines = said.splitlines()
     assert len(lines) <= LINES and max(map(len, lines)) <= WIDTH

@@ -125,7 +125,9 @@ def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_t
 
 def test_a_decimal_comma_below_names_and_units_is_hinted_at(tmp_path):
     path = text(tmp_path, "Zeit;Kraft\nms;gf\n0,0;55,7\n2,0;54,4\n")
-    with pytest.raises(fl.FrictionloopError, match=r"line 3: '0,0' is no number; a decimal comma\? --disturbance\.decimal ,$"):
+    with pytest.raises(
+        fl.FrictionloopError, match=r"line 3: '0,0' is no number; a decimal comma\? --disturbance\.decimal ,$"
+    ):
         found(Recording(path=str(path), column="Kraft"))
     said = told(Recording(path=str(path), column="Kraft", decimal=","))
     assert "in gf by the file, 2 samples at 500 Hz by 'Zeit [ms]'" in said

@@ -99,11 +99,13 @@ class Bench(Result):
         return [loop for each in benches for loop in operating_band(each, occluded=(0.0, 1.0))]
 
     def rows(self) -> list[Row]:
-        """Return how much was measured, what a design should hold, and the dynamic range."""
+        """Return how much was measured, what a design should hold, whose fingers, and the dynamic range."""
         counts = {"measured": self.measured, "stated": self.stated, "assumed": self.assumed}
         found = [("bench", ", ".join(f"{len(each)} values {name}" for name, each in counts.items()))]
         if self.resonance_error is not None:
             found.append(("design", f"design controller BENCH.toml {self.design_flags}"))
+        if self.people is not None:
+            found.append(("fingers", f"{len(self.people.names)}: {', '.join(self.people.names)}"))
         return found + ([("range", f"{self.range_db:.1f} dB")] if self.range_db is not None else [])
 
     def tables(self) -> dict[str, pd.DataFrame]:

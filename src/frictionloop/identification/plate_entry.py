@@ -11,10 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.findings import Finding
 from frictionloop.identification.loop_delay import loop_delay
 from frictionloop.identification.measured import measured
-from frictionloop.identification.part import Rows, Sensor, Told
+from frictionloop.identification.part import Rows, Sensor, Told, not_told
 from frictionloop.identification.plate_decay import plate_decay, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep, stepped
 from frictionloop.identification.project import Take
@@ -88,7 +87,7 @@ def scale_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
         values.append(measured(path, ends, [full * each for each in methods], f"{how}, at {full:g}", take.files, date))
         largest = max(float(line.x.max()) for line in lines)
         if full > BEYOND * largest:
-            found = [Finding("EXTRAPOLATED", value=full, limit=largest, more={"path": path})]
+            found = [not_told(f"{path} at {full:g}", f"measured to {largest:g}")]
     unit = pairs[0][2]
     rows: Rows = [("drive", "amplitude (um)", "residual (um)")]
     for line in lines:

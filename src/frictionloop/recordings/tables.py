@@ -52,7 +52,7 @@ def read_table(path: Path) -> Contents:
     )
     date = told_date([(each.name, each.value) for each in said]) or next(map(shown, begun.values()), "")
     found = [left_out(names[k], "cells hold no times") for k in empty if is_time(names[k])]
-    found += [Finding("DECIMAL-COMMA", remedy="--disturbance.decimal , (or --setpoint)")] * (layout.decimal == ",")
+    found += [Finding("TAKEN-FOR", value=",", more={"path": "--disturbance.decimal"})] * (layout.decimal == ",")
     return Contents(channels, rates_in(said), tuple(found), date, tuple(header(names[k]).name for k in begun))
 
 

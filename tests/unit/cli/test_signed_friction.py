@@ -148,4 +148,4 @@ def test_decimal_commas_are_said_with_the_flag_that_reads_them(frictionloop, tmp
     for name, row in (("comma", "{};0,{}\n"), ("point", "{};0.{}\n")):
         (tmp_path / f"{name}.csv").write_text("row;Ft [N]\n" + "".join(row.format(k, k % 7 + 1) for k in range(50)))
         said = frictionloop("identify", "channels", str(tmp_path / f"{name}.csv"), "--json").json()["findings"]
-        assert ("DECIMAL-COMMA" in [each["code"] for each in said]) == (name == "comma")
+        assert ("--disturbance.decimal" in [each.get("path") for each in said]) == (name == "comma")
