@@ -41,7 +41,7 @@ def hits_told(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Tol
         more = {"reason": f"{len(free)} have not all the {take.mode} mode"}
         found.append(Finding("LEFT-OUT", value=len(free) - len(picked), where=Condition(recording="some"), more=more))
     if len(free) == 1:
-        found.append(not_told("what another mounting changes", "one measurement"))
+        found.append(not_told("the spread over mountings", "recorded once"))
     numbers: dict[str, Any] = {
         "hits": sum(each.hits for each in free),
         "bow_taken_off": max(each.bow for each in free),

@@ -141,7 +141,7 @@ def _drawn(lines: Sequence[Calibration], values: Sequence[Measured], gravity: fl
 def _gravity(take: Take) -> list[Finding]:
     if take.gravity_m_s2:
         return []
-    return [Finding("TAKEN-FOR", value=f"{STANDARD_GRAVITY:.4f}", unit="m/s^2", more={"path": "gravity_m_s2"})]
+    return [Finding("TAKEN-FOR", value=f"{STANDARD_GRAVITY:.5f}", unit="m/s^2", more={"path": "gravity_m_s2"})]
 
 
 def _refuse_clipped(line: Calibration) -> None:
