@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.analysis.operating import asked, law_at, reach_n
 from frictionloop.parameters import Constant, Sine
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.doubts import SIGNALS, Doubt, Remedy, doubts_of
+from frictionloop.recordings.doubts import SIGNALS, Doubt, doubt, doubts_of
 from frictionloop.recordings.told import found as found_in
 
 if TYPE_CHECKING:
@@ -84,10 +84,8 @@ def _kept_mean(system: System) -> Doubt | None:
         or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n)
     ):
         return None
-    said = f"The recorded disturbance has a mean of {added[2]:.3g} N, which puts the set-point out of reach, and the "
-    said += "friction it adds to has its own; did you mean {}?"
-    meant = Remedy("remove_mean", True, "values - values.mean()")
-    return Doubt("mean", "disturbance", said, meant, system.disturbance.kind == "samples")
+    meant = doubt("MEAN-DOUBT", "mean", "disturbance", {"remove_mean": True}, value=added[2], unit="N")
+    return meant._replace(of_array="values - values.mean()", is_array=system.disturbance.kind == "samples")
 
 
 def too_wide(rms_n: float, span_n: float) -> bool:

@@ -45,7 +45,7 @@ def resampled(system: System) -> list[str]:
     """Return how much of each recorded signal is faster than the control rate can hold, where that counts."""
     rate_hz, said = system.controller.rate_hz, []
     from frictionloop.recordings.read import scaled
-    from frictionloop.recordings.resampling import removed_share
+    from frictionloop.recordings.straight_lines import removed_share
 
     for name in recordings(system):
         signal = getattr(system, name)

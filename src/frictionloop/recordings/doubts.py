@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, System
-from frictionloop.recordings.signs import signs_of
+from frictionloop.recordings.signs import Signs, signs_of
 from frictionloop.recordings.told import Found, found
 
 SIGNALS = ("setpoint", "disturbance")
@@ -34,58 +36,52 @@ COEFFICIENT = re.compile(
 
 OUTPUT = re.compile(r"(?<![a-z])(volts?|voltage|spannung|tension électrique|counts?|adc|raw)(?![a-z])", re.IGNORECASE)
 """Names of what a sensor puts out, which a scale makes a force."""
-
-
-class Remedy(NamedTuple):
-    """A value of a recording's parameter that may be meant, None for any other, and what does the same to an array."""
-
-    parameter: str
-    value: str | float | bool | None
-    of_array: str = ""
+About = Literal["size", "signs", "name", "mean", "contact", "small"]
+Remedy = dict[str, str | float | bool]
+"""Parameters of a recording and what they should be; "" is whatever is right."""
 
 
 class Doubt(NamedTuple):
-    """A question about a signal; ``{}`` in what is said stands for the remedy."""
+    """A finding about a signal, with its remedy as flags, and what does the same to an array."""
 
-    about: Literal["size", "signs", "name", "mean", "contact", "small"]
-    signal: str
-    said: str
-    meant: Remedy
+    about: About
+    finding: Finding
+    of_array: str = ""
     is_array: bool = False
-    also: tuple[Remedy, ...] = ()
-    """What belongs to the remedy."""
 
     def in_flags(self) -> str:
-        """Return the question with the remedy as flags of the command line."""
-        return self._asked(" ".join(self._flag(each) for each in (self.meant, *self.also)))
-
-    def _flag(self, remedy: Remedy) -> str:
-        value = "true" if remedy.value is True else "" if remedy.value is None else remedy.value
-        value = f"{value:.9g}" if isinstance(value, float) else value
-        return f"--{self.signal}.{remedy.parameter} {value}".rstrip()
+        """Return the line with the remedy as flags of the command line."""
+        meant = self.finding.remedy
+        if self.is_array or not isinstance(meant, dict):
+            return str(replace(self.finding, remedy=self.of_array))
+        return str(replace(self.finding, remedy=" ".join(f"--{name} {_flag(each)}" for name, each in meant.items())))
 
     def in_python(self) -> str:
-        """Return the question with the remedy as Python has it."""
-        if self.meant.value is None:
-            return self._asked(f'"{self.signal}.{self.meant.parameter}"')
-        known = (f'"{self.signal}.{each.parameter}": {each.value!r}' for each in (self.meant, *self.also))
-        return self._asked(f"evolve({{{', '.join(known)}}})")
+        """Return the line with the remedy as Python has it."""
+        meant = self.finding.remedy
+        if self.is_array or not isinstance(meant, dict):
+            return self.in_flags()
+        if "" in meant.values():
+            return str(replace(self.finding, remedy=", ".join(f'"{name}"' for name in meant)))
+        known = ", ".join(f'"{name}": {value!r}' for name, value in meant.items())
+        return str(replace(self.finding, remedy=f"evolve({{{known}}})"))
 
-    def _asked(self, remedy: str) -> str:
-        return self.said.format(self.meant.of_array if self.is_array else remedy)
+
+def _flag(value: str | float | bool) -> str:
+    """Return a value as a flag has it, a time with all its digits."""
+    return str(value).lower() if isinstance(value, bool) else f"{value:.9g}" if isinstance(value, float) else value
 
 
-RECTIFY = Remedy("rectify", True, "abs(values)")
+def doubt(code: str, about: About, signal: str, remedy: Remedy, column: str = "", **numbers: object) -> Doubt:
+    """Return a doubt about a signal; ``numbers`` are those of the finding, or stand in its line by name."""
+    own = {name: numbers.pop(name) for name in ("value", "unit", "limit") if name in numbers}
+    flags = {f"{signal}.{name}": value for name, value in remedy.items()}
+    where = Condition(recording=signal, channel=column)
+    return Doubt(about, Finding(code, where=where, remedy=flags, more=numbers, **own))  # type: ignore[arg-type]
 
 
 def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doubt]:
-    """Yield the questions about the signals of a system; none about those of a formula.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Yield the questions about the signals of a system; none about those of a formula."""
     for name in signals:
         signal = getattr(system, name)
         if isinstance(signal, Recording):
@@ -95,86 +91,51 @@ def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doub
 
 
 def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
-    before = " before its mean is removed" if signal.remove_mean else ""
-    other = "the load on the finger" if LOAD.search(each.column) else ""
+    meant = "a load" if LOAD.search(each.column) else ""
     if COEFFICIENT.search(each.column) and each.unit_by == "taken for N":
-        other = "a coefficient of friction, to be multiplied by the load"
-    if other:
-        said = f"The recorded {name} is column {each.column!r}: is that {other}? {name} is a friction force; "
-        yield Doubt("name", name, said + "{} takes another column.", Remedy("column", "NAME"))
-    elif name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n:
-        said = f"The recorded disturbance, column {each.column!r}, is always the same; "
-        yield Doubt("name", name, said + "{} takes another column.", Remedy("column", "NAME"))
+        meant = "a coefficient"
+    if name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n:
+        meant = meant or "always the same"
+    if meant:
+        yield doubt("COLUMN-DOUBT", "name", name, {"column": ""}, each.column, meant=meant)
     if OUTPUT.search(each.column) and each.unit_by == "taken for N":
-        said = (
-            f"The recorded {name} is column {each.column!r}: is that what a sensor puts out, in volts or counts? It is "
-        )
-        yield Doubt(
-            "size",
-            name,
-            said + "taken for newtons; {} with the newtons of one of them scales it.",
-            Remedy("scale", None),
-        )
+        yield doubt("COLUMN-DOUBT", "size", name, {"scale": ""}, each.column, meant="volts or counts")
     if each.largest_n > FINGERS_N:
-        meant = Remedy("unit", "mN") if each.unit == "N" else Remedy("scale", None)
-        yield _too_large(name, each.largest_n, before, meant)
+        other: Remedy = {"unit": "mN"} if each.unit == "N" else {"scale": ""}
+        yield _unit(name, "size", each.largest_n, 0.0, FINGERS_N, other)
     if signal.rectify is None:
-        range_n = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
-        yield from _signed(name, each.signs, range_n + before, RIGHT + LIFTED * (not signal.remove_mean))
-    if name == "disturbance":
-        yield from _too_small(each.rms_n, each.largest_n, _larger(each))
+        yield from _signed(name, each.signs, each.raw_lowest_n, each.raw_highest_n, each.column)
+    if name == "disturbance" and ROUNDING * each.largest_n < each.rms_n < LEAST_N:
+        yield _unit(name, "small", each.rms_n, LEAST_N, FINGERS_N, _larger(each))
     if name == "disturbance" and each.on_plate_s is not None:
-        yield _off_plate(each.off_plate, each.on_plate_s)
+        ends: Remedy = {key: round(at, 9) for key, at in zip(("start_s", "stop_s"), each.on_plate_s, strict=True)}
+        lasts_s = each.on_plate_s[1] - each.on_plate_s[0]
+        yield doubt("FINGER-OFF", "contact", name, ends, each.column, value=lasts_s, unit="s", times=each.off_plate)
 
 
 def _of_array(name: str, signal: Samples) -> Iterator[Doubt]:
     values = np.array(signal.values_n)
     largest_n = float(np.abs(values).max())
-    asked = [_too_large(name, largest_n, "", Remedy("", None, "values / 1000"))] if largest_n > FINGERS_N else []
-    range_n = f"{values.min():.3g} to {values.max():.3g} N"
-    asked += _signed(name, signs_of(values, signal.longest_s), range_n, OFFSET)
+    if largest_n > FINGERS_N:
+        yield _unit(name, "size", largest_n, 0.0, FINGERS_N, {})._replace(of_array="values / 1000", is_array=True)
     # A small array is how a loop's response is measured; a recording of a finger is not small.
-    yield from (each._replace(is_array=True) for each in asked)
+    for each in _signed(name, signs_of(values, signal.longest_s), float(values.min()), float(values.max())):
+        yield each._replace(of_array="abs(values)", is_array=True)
 
 
-def _too_large(name: str, largest_n: float, before: str, meant: Remedy) -> Doubt:
-    another = "another " if meant.parameter == "scale" else ""
-    said = f"The recorded {name} is up to {largest_n:.4g} N{before}; did you mean {another}{{}}?"
-    return Doubt("size", name, said, meant)
-
-
-def _too_small(rms_n: float, largest_n: float, meant: Remedy) -> Iterator[Doubt]:
-    """Yield a question about a disturbance that hardly varies, though it does."""
-    if ROUNDING * largest_n < rms_n < LEAST_N:
-        another = "" if meant.value is not None else "another "
-        said = f"The recorded disturbance varies by {1e3 * rms_n:.3g} mN rms only; did you mean {another}{{}}?"
-        yield Doubt("small", "disturbance", said, meant)
+def _unit(name: str, about: About, size_n: float, low_n: float, high_n: float, meant: Remedy) -> Doubt:
+    path = f"{name} rms" if about == "small" else name
+    return doubt("UNIT-DOUBT", about, name, meant, value=size_n, unit="N", path=path, low=low_n, high=high_n)
 
 
 def _larger(each: Found) -> Remedy:
     """Return what makes a signal larger."""
     if each.unit in ("mN", "uN"):
-        return Remedy("unit", "N") if each.unit_by == "given" else Remedy("scale", 1.0)
-    return Remedy("unit" if each.unit_by == "taken for N" else "scale", None)
+        return {"unit": "N"} if each.unit_by == "given" else {"scale": 1.0}
+    return {"unit" if each.unit_by == "taken for N" else "scale": ""}
 
 
-RIGHT = "with rectify = false the signs are right as they are, as where the zero of the sensor is off"
-LIFTED = "; offset_n is added to all values"
-OFFSET = "If it is the sensor that is off, offset_n is added to all values"
-
-
-def _signed(name: str, signs: str, range_n: str, otherwise: str) -> Iterator[Doubt]:
-    """Yield the question about the signs of a signal; ``otherwise`` is what to do where they are right."""
-    seen = {
-        "both": f"has both signs, {range_n}, as friction of strokes both ways; did you mean its magnitude, {{}}?",
-        "below": f"is below 0, {range_n}, and friction is above; did you mean its magnitude, {{}}, or the other sign?",
-    }.get(signs)
-    if seen:
-        yield Doubt("signs", name, f"The recorded {name} {seen} {otherwise[0].upper()}{otherwise[1:]}.", RECTIFY)
-
-
-def _off_plate(where: str, on_plate_s: tuple[float, float]) -> Doubt:
-    start, stop = (Remedy(name, round(at_s, 9)) for name, at_s in zip(("start_s", "stop_s"), on_plate_s, strict=True))
-    said = f"The recorded disturbance is near 0 at {where}: is the finger off the plate there? The longest part on the "
-    lasts_s = on_plate_s[1] - on_plate_s[0]
-    return Doubt("contact", "disturbance", f"{said}plate lasts {lasts_s:.3g} s: {{}}.", start, also=(stop,))
+def _signed(name: str, signs: Signs, low_n: float, high_n: float, column: str = "") -> Iterator[Doubt]:
+    """Yield the question about the signs of a signal."""
+    if signs:
+        yield doubt("SIGN-DOUBT", "signs", name, {"rectify": True}, column, unit="N", low=low_n, high=high_n)

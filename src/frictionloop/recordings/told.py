@@ -61,13 +61,7 @@ class Found(NamedTuple):
 
 
 def found(recording: Recording) -> Found:
-    """Return what was read of a recording.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Return what was read of a recording."""
     force, file_hz, column, part = scaled(recording, "N")
     raw = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N").force
     unit, by = _unit(recording, column)
@@ -127,13 +121,7 @@ def _unit(recording: Recording, column: Column) -> tuple[str, str]:
 
 
 def told(recording: Recording) -> str:
-    """Return in words what was found in the file: header, column, unit, rate and forces.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Return in words what was found in the file: header, column, unit, rate and forces."""
     each = found(recording)
     scale_n = f"scale makes {each.newtons_per_unit:g} N of"
     unit = {

@@ -84,7 +84,7 @@ def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
         fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ)
         for each in (name, "tangential", "overload")
     )
-    assert f"column '{name}" in " ".join(asked(under(load), "name"))
+    assert f"{name} [N]: a load, no friction?" in " ".join(asked(under(load), "name"))
     assert asked(under(friction)) == asked(under(other)) == []
 
 
@@ -94,7 +94,7 @@ def test_a_column_named_as_what_a_sensor_puts_out_is_asked_about(tmp_path, name)
     voltage, other = (
         fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in (name, "evolution")
     )
-    assert "taken for newtons; --disturbance.scale" in " ".join(asked(under(voltage), "size"))
+    assert "volts or counts, no friction? --disturbance.scale" in " ".join(asked(under(voltage), "size"))
     scaled = voltage.model_copy(update={"scale": 0.5})
     assert asked(under(scaled), "size") == asked(under(other), "size") == []
 
@@ -107,7 +107,7 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
     columns = {each: fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in
                (name, "multi", "mu_cal_n", "friction")}  # fmt: skip
     said = " ".join(asked(under(columns.pop(name))))
-    assert f"is column '{name}'" in said and "coefficient of friction, to be multiplied by the load?" in said
+    assert f"{name}: a coefficient, no friction?" in said
     assert [asked(under(each)) for each in columns.values()] == [[], [], []]
     scaled = fl.Recording(path=str(tmp_path / "d.csv"), column=name, rate_hz=RATE_HZ, scale=0.5)
     assert asked(under(scaled)) == []
@@ -116,7 +116,7 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
 def test_a_column_that_never_changes_is_asked_about(tmp_path):
     (tmp_path / "d.csv").write_text("Fx [N],Fy [N]\n0,0.5\n0,0.6\n0,0.4\n")
     still, moving = (fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in ("Fx", "Fy"))
-    assert "column 'Fx [N]', is always the same; --disturbance.column NAME" in " ".join(asked(under(still)))
+    assert "Fx [N]: always the same, no friction? --disturbance.column" in " ".join(asked(under(still)))
     assert asked(under(moving)) == []
 
 

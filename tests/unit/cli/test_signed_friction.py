@@ -7,6 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.recorded_units import asked, negative
+from frictionloop.recordings.doubts import doubts_of
 from frictionloop.recordings.read import read_recording
 from frictionloop.recordings.signs import signs_of
 from frictionloop.recordings.told import found, told
@@ -72,14 +73,9 @@ def test_what_varies_about_0_by_intent_is_not_asked_about(force):
 @pytest.mark.parametrize("removed", [False, True])
 def test_signed_friction_is_asked_about_with_its_range_in_the_file(tmp_path, removed):
     signal = recorded(tmp_path, FRICTION_N * TO_AND_FRO, remove_mean=removed)
-    (line,) = [" ".join(asked(as_disturbance(signal)))]
-    before = " before its mean is removed" if removed else ""
-    lifted = "" if removed else "; offset_n is added to all values"
-    assert line == (
-        f"The recorded disturbance has both signs, -0.9 to 0.9 N{before}, as friction of strokes both ways; did you "
-        "mean its magnitude, --disturbance.rectify true? With rectify = false the signs are right as they are, as "
-        f"where the zero of the sensor is off{lifted}."
-    )
+    (doubt,) = doubts_of(as_disturbance(signal))
+    assert (doubt.finding.code, doubt.finding.remedy) == ("SIGN-DOUBT", {"disturbance.rectify": True})
+    assert (doubt.finding.more["low"], doubt.finding.more["high"]) == pytest.approx((-0.9, 0.9), rel=1e-2)
     assert ("(-0.9 to 0.9 N before its mean, " in told(signal)) is removed
     for said in (True, False):
         assert asked(as_disturbance(signal.model_copy(update={"rectify": said}))) == []
@@ -87,10 +83,10 @@ def test_signed_friction_is_asked_about_with_its_range_in_the_file(tmp_path, rem
 
 def test_an_offset_that_lifts_all_values_answers_the_question_about_their_sign(tmp_path):
     signal = recorded(tmp_path, -FRICTION_N)
-    assert "is below 0" in " ".join(asked(as_disturbance(signal)))
+    assert "is the sign right?" in " ".join(asked(as_disturbance(signal)))
     assert asked(as_disturbance(signal.model_copy(update={"offset_n": 1.0}))) == []
     removed = signal.model_copy(update={"offset_n": 1.0, "remove_mean": True})  # a level, not the zero of the sensor
-    assert "is below 0" in " ".join(asked(as_disturbance(removed)))
+    assert "is the sign right?" in " ".join(asked(as_disturbance(removed)))
 
 
 def test_a_question_about_signs_does_not_hide_that_the_set_point_is_out_of_reach(tmp_path, frictionloop):
@@ -99,15 +95,14 @@ def test_a_question_about_signs_does_not_hide_that_the_set_point_is_out_of_reach
     words = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
     answer = frictionloop("simulate", "--preset", "feasible", "--duration-s", "1", *words)
     said = " ".join(answer.out.split())
-    assert "did you mean its magnitude" in said
+    assert "is the sign right?" in said
     assert "The set-point is out of reach" in said
 
 
 def test_a_stroke_against_the_axis_is_asked_about_although_its_mean_is_removed(tmp_path):
     signal = recorded(tmp_path, -FRICTION_N, remove_mean=True)
     said = " ".join(asked(as_disturbance(signal)))
-    assert "is below 0, -0.9 to -0.3 N before its mean is removed, and friction is above" in said
-    assert "--disturbance.rectify true, or the other sign?" in said
+    assert "-0.9 to -0.3 N, is the sign right? --disturbance.rectify true" in said
     right = signal.model_copy(update={"rectify": True})
     assert found(right).rms_n == pytest.approx(FRICTION_N.std())
     assert asked(as_disturbance(right)) == []
@@ -123,7 +118,7 @@ def test_a_signed_set_point_is_not_to_be_lifted(tmp_path):
 
 def test_arrays_are_asked_about_in_the_words_of_arrays():
     signed = fl.Samples(values_n=FRICTION_N * TO_AND_FRO, rate_hz=RATE_HZ)
-    assert "did you mean its magnitude, abs(values)?" in " ".join(asked(as_disturbance(signed)))
+    assert "is the sign right? abs(values)" in " ".join(asked(as_disturbance(signed)))
     assert asked(as_disturbance(fl.Samples(values_n=FRICTION_N, rate_hz=RATE_HZ))) == []
 
 
@@ -134,7 +129,7 @@ def test_every_verb_asks(tmp_path, frictionloop, verb):
     words = [f"--disturbance.{each}" if k % 2 == 0 else each for k, each in enumerate(flags)]
     answer = frictionloop(*verb, "--preset", "feasible", "--duration-s", "0.5", *words)
     said = " ".join((answer.out + answer.err).split())
-    assert said.count("did you mean its magnitude, --disturbance.rectify true?") == 1
+    assert said.count("is the sign right? --disturbance.rectify true") == 1
 
 
 def test_a_first_look_at_the_file_says_it_of_the_friction_alone(tmp_path, frictionloop):
@@ -145,11 +140,12 @@ def test_a_first_look_at_the_file_says_it_of_the_friction_alone(tmp_path, fricti
     assert {each["name"]: each["both_signs"] for each in lines} == {
         "time": False, "Ft": True, "Fn": False, "speed": False,
     }  # fmt: skip
-    assert "rectify takes" in frictionloop("identify", "channels", str(tmp_path / "all.csv")).out
+    found = frictionloop("identify", "channels", str(tmp_path / "all.csv"), "--json").json()["findings"]
+    assert [(each["code"], each["where"]["channel"]) for each in found] == [("SIGN-DOUBT", "Ft")]
 
 
 def test_decimal_commas_are_said_with_the_flag_that_reads_them(frictionloop, tmp_path):
     for name, row in (("comma", "{};0,{}\n"), ("point", "{};0.{}\n")):
         (tmp_path / f"{name}.csv").write_text("row;Ft [N]\n" + "".join(row.format(k, k % 7 + 1) for k in range(50)))
-        said = " ".join(frictionloop("identify", "channels", str(tmp_path / f"{name}.csv")).out.split())
-        assert ("simulate reads them with --disturbance.decimal ," in said) == (name == "comma")
+        said = frictionloop("identify", "channels", str(tmp_path / f"{name}.csv"), "--json").json()["findings"]
+        assert ("--disturbance.decimal" in [each.get("path") for each in said]) == (name == "comma")
