@@ -31,8 +31,8 @@ class Picture(NamedTuple):
     map: Map
     reduced: int
     """Pixels along each side that one value is the mean of; 1: the picture as it is."""
-    told: str
-    """What was done, in words."""
+    pixels: tuple[int, int]
+    """Width and height of the picture."""
 
 
 def read_image(
@@ -89,11 +89,7 @@ def read_image(
         raise FrictionloopError(f"{path}: is {values.shape[1]} pixel wide; must be at least 2")
     rules = {name: scale[name] for name in ("between", "beyond") if name in scale}
     made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y, **rules)
-    bits = f"{white.bit_length()} bit{'s' if white > 1 else ''}"
-    told = f"{grey.shape[1]} x {grey.shape[0]} pixels, {bits}, gamma ignored"
-    if factor > 1:
-        told += f", reduced by {factor} to {values.shape[1]} x {values.shape[0]} values {pitch:g} mm apart"
-    return Picture(made, factor, told)
+    return Picture(made, factor, (grey.shape[1], grey.shape[0]))
 
 
 def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:

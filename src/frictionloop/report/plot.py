@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
@@ -58,10 +58,10 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 
 def _figure_of(result: Any) -> Figure:
+    from frictionloop.findings import Result
     from frictionloop.identification.first_look import FirstLook
     from frictionloop.identification.refused import Refused
-    from frictionloop.preview import Preview
-    from frictionloop.report import effect_figure, recording_figure, run_figure, sweep_figure
+    from frictionloop.report import recording_figure, run_figure, sweep_figure
     from frictionloop.report.refusal import refused_figure
 
     dims = getattr(result, "dims", ())
@@ -73,8 +73,6 @@ def _figure_of(result: Any) -> Figure:
         return recording_figure.recording_figure(result)
     if isinstance(result, Refused) and (figure := refused_figure(result)) is not None:
         return figure
-    if isinstance(result, Preview):
-        return effect_figure.figure_of(result)
-    raise FrictionloopError(
-        f"result is a {type(result).__name__}: must be a run of fl.simulate, a grid of fl.sweep or a preview"
-    )
+    if isinstance(result, Result):
+        return result.plot()
+    raise must_be("result", type(result).__name__, "a run, a grid or an answer with a figure")

@@ -84,7 +84,7 @@ def reasons_of(seen: Preview) -> dict[str, Any]:
     }
     told |= {"bottom_mm": float(rows_mm[0]), "row_mm": ROW_MM}
     shares = {name: float(np.mean(where)) for name, where in (("beyond", beyond), ("steep", steep), ("weak", weak))}
-    return told | {"shares": shares, "sentence": seen.sentence}
+    return told | {"shares": shares, "arrives": f"{seen.rows()[0][1]}: {' '.join(seen.arriving)}"}
 
 
 def _rows(source: EffectSource) -> np.ndarray:
