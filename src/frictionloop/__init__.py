@@ -16,6 +16,8 @@ Render effects  rendering (its own names: help(fl.rendering))
 Run a device    connect  Device
 Run experiments experiments (its own names: help(fl.experiments))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
+Rebuild the paper reproduce
+Open the page   studio (serve  export)
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
 ``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same
@@ -66,6 +68,7 @@ _HOME = {
     "device.errors": "DeviceError",
     "device.running": "Interrupted",
     "report.plot": "plot",
+    "report.reproduction": "reproduce",
     "loop.all_metrics": "metrics",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
@@ -75,6 +78,7 @@ _ROOMS = {
     "experiments": "frictionloop.experiments",
     "identify": "frictionloop.identification",
     "rendering": "frictionloop.rendering",
+    "studio": "frictionloop.studio",
 }
 """Rooms that are used by their own names, as in ``fl.identify.load``."""
 
