@@ -52,7 +52,7 @@ def test_some_claims_and_figures_are_made_alone(tmp_path):
 
 
 def test_a_name_that_is_neither_figure_nor_claim_is_one_line_with_near_ones(tmp_path):
-    with pytest.raises(FrictionloopError, match=r"only: 'fig-5' is unknown; did you mean fig-5[abc] or"):
+    with pytest.raises(FrictionloopError, match=r"only = 'fig-5': is neither .* fig-5[abc]"):
         fl.reproduce(tmp_path, ["fig-5"])
 
 

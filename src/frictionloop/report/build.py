@@ -41,7 +41,7 @@ def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
 
 def claims_json(claims: Sequence[Claim], results: Results) -> str:
     """Return the claims and their provenance as JSON text."""
-    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.as_dict() for claim in claims]}
+    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.to_dict() for claim in claims]}
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

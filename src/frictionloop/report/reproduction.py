@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from frictionloop.figures.style import write_both
 from frictionloop.findings import Result, shown
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.parameters import write_toml
-from frictionloop.quantities import check_known
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
 from frictionloop.report.build import build_report, prepare
 from frictionloop.report.changed_figure import (
@@ -121,11 +122,6 @@ class Reproduction(Result):
         for figure in self.figures:
             found |= dict(_figure_tables(figure))
         return found
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything by name, claims as in claims.json."""
-        found = super().to_dict()
-        return found | {"claims": [claim.as_dict() for claim in self.claims]}
 
 
 def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
@@ -253,7 +249,7 @@ def reproduce(
         prepare(target)
         claims = build_report(target, progress)
         return Reproduction(folder=target, page=target / "index.html", claims=tuple(claims))
-    check_known("only", only, [*DRAWINGS, *claim_ids()])
+    _check_names(only)
     if differing:
         check_changes(only, differing)
     wanted = [name for name in DRAWINGS if name in only]
@@ -269,6 +265,17 @@ def reproduce(
     found = [each for figure in figures if figure.changed is not None for each in figure.changed.findings]
     unique = tuple(each for k, each in enumerate(found) if each not in found[:k])
     return Reproduction(folder=target, page=None, claims=tuple(claims), figures=tuple(figures), findings=unique)
+
+
+def _check_names(names: Iterable[str]) -> None:
+    known = [*DRAWINGS, *claim_ids()]
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
+            said = (
+                f"only = {name!r}: is neither figure nor claim; accepted are {', '.join(near)} and others of the page"
+            )
+            raise FrictionloopError(said, "UNKNOWN-NAME")
 
 
 def _made(name: str, changes: dict[str, Any], folder: Path, results: Results, bar: Bar) -> FigureMade:
