@@ -56,7 +56,7 @@ def test_without_a_standard_the_end_that_can_be_given_stays():
 def test_the_reach_is_measured_before_and_after_and_what_followed_is_in_the_log(tmp_path):
     short = Protocol(stimulus={"standard": 0.35}, method={"kind": "staircase", "start": [0.15], "most": 0.2},
                      timeline={"stroke": {"length_mm": 10.0}}, stop={"trials": 4})  # fmt: skip
-    path = run(short, tmp_path / "P01", "P01", trials=2)
+    path = run(short, tmp_path / "P01", "P01", trials=2).folder
 
     def logged(event):
         lines = [json.loads(line) for line in (path / "log.jsonl").read_text().splitlines()]

@@ -29,7 +29,7 @@ PSI = STAIRCASE.evolve({"method": {"kind": "psi", "levels": 12, "thresholds": 20
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    return run(PSI, tmp_path_factory.mktemp("whole") / "P01", "P01")
+    return run(PSI, tmp_path_factory.mktemp("whole") / "P01", "P01").folder
 
 
 @pytest.mark.slow

@@ -17,11 +17,11 @@ from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_session import Session
 from frictionloop.parameters.written import to_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.export import needed_by, page_of, stroked
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.replay import STEPS, played, read_run
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
+from frictionloop.studio.static_page import needed_by, page_of, stroked
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx

@@ -16,7 +16,7 @@ from live_engines import GRATING, Echo
 import frictionloop as fl
 from frictionloop import studio
 from frictionloop.cli.effect import LAW
-from frictionloop.cli.studio import _system as opened_with
+from frictionloop.cli.studio import _given as opened_with
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_session import Session
 from frictionloop.studio.frames import unpack
@@ -219,7 +219,7 @@ def test_the_command_that_is_shared_opens_the_same_system(changes):
     given = dict(zip(words[2::2], words[3::2], strict=True))
     effect = given.pop("--effect", None)
     overrides = [f"{name.removeprefix('--')}={value}" for name, value in given.items()]
-    assert opened_with(None, None, overrides, effect) == system
+    assert opened_with(None, None, overrides, effect).system == system
 
 
 @pytest.mark.slow

@@ -65,14 +65,14 @@ def bids(path: Path, out: Path) -> None:
     sessions = sessions_in(path)
     once_each(sessions)
     _new(out)
-    protocol = folder.read(sessions[0])[0]
+    protocol = folder.read_session(sessions[0])[0]
     made = {"Name": "frictionloop", "Version": package_version()}
     about = {"Name": protocol.title or protocol.name, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
     _json(out / "dataset_description.json", {**about, "GeneratedBy": [made]})
     (out / "README").write_text(README.format(name=protocol.name), encoding="utf-8")
     codes = []
     for each in sessions:
-        own, _, told = folder.read(each)
+        own, _, told = folder.read_session(each)
         codes.append(str(told["participant"]))
         _session(each, out / f"sub-{codes[-1]}", f"sub-{codes[-1]}_task-{own.name.replace('-', '')}", own.question)
     people = pandas.DataFrame({"participant_id": [f"sub-{code}" for code in codes]})

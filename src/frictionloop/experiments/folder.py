@@ -153,10 +153,10 @@ def opened(path: Path) -> Folder:
     FrictionloopError
         For a folder that is none, is in use, or was changed.
     """
-    return Folder(path, *read(path))
+    return Folder(path, *read_session(path))
 
 
-def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
+def read_session(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
     """Return protocol, system and what else is told of a session, without opening it.
 
     Raises

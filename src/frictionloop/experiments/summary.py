@@ -11,7 +11,7 @@ import pandas  # type: ignore[import-untyped]
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from frictionloop.experiments.fit import fit, jnd
+from frictionloop.experiments.function_fit import fit, jnd
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.quantities import FrictionloopError
 
