@@ -48,7 +48,7 @@ def test_a_short_study_is_the_beginning_of_a_long_one():
         one, two = (each[(each["participant"] == code) & (each["condition"] == condition)] for each in (short, cut))
         pandas.testing.assert_frame_equal(one.reset_index(drop=True), two.reset_index(drop=True))
     for wrong in (4, 8):
-        with pytest.raises(FrictionloopError, match=f"trials = {wrong}: must be 5 to 7, which this protocol gives"):
+        with pytest.raises(FrictionloopError, match=f"trials = {wrong}: must be 5 to 7"):
             first_trials(long, wrong)
 
 

@@ -69,7 +69,7 @@ def test_a_look_ahead_that_dies_is_told_and_takes_nothing_with_it(monkeypatch):
 
     monkeypatch.setattr(foreseen, "preview", dies)
     assert previewed(GRATING, 80.0, 0.5)["why"] == "Looking ahead has failed: ValueError: no more room"
-    assert "no effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
+    assert "must be effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
 
 
 def test_the_gallery_shows_the_forces_of_every_effect():

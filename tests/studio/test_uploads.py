@@ -48,8 +48,8 @@ def test_colours_are_turned_to_grey_and_it_is_said():
     [
         ("svg", b"", {}, "must be png, wav, paint"),
         ("png", b"x" * (MOST_BYTES + 1), ASKED, "at most"),
-        ("png", b"no picture", ASKED, "cannot be read as a PNG"),
-        ("png", png(np.zeros((5, 5)))[:-20], ASKED, "cannot be read"),
+        ("png", b"no picture", ASKED, "is no PNG"),
+        ("png", png(np.zeros((5, 5)))[:-20], ASKED, "is no picture"),
         ("png", png(np.zeros((2, MOST_PIXELS // 2 + 1))), ASKED, "at most"),
         ("png", png(np.zeros((5, 5))), {}, "mm_per_pixel is missing"),
         ("png", png(np.zeros((5, 5))), ASKED | {"polarity": ""}, "polarity"),

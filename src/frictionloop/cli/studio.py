@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -11,6 +12,9 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.effect import LAW
 from frictionloop.findings import Finding
+
+if TYPE_CHECKING:
+    from frictionloop.studio.opened_studio import Opened
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 MoreRuns = Annotated[Path, Parameter(name="RUN", help="Recorded runs (.h5) for --export.", group=flags.SYSTEM)]
@@ -75,10 +79,14 @@ def command(
     checks.check_count("seed", seed, 0)
     checks.check_count("port", port, 0, 65535)
     given = _given(file, preset, overrides, effect)
-    fl.studio.serve(
-        given.system, device=device, seed=seed, host=host, port=port, replay=replay,
-        opened=lambda found: shown.show(found.with_findings(given.findings)),
-    )  # fmt: skip
+    with ExitStack() as opening:
+        opening.enter_context(screen.waiting(f"looking for {device}" if device else "compiling the loop"))
+
+        def opened(found: Opened) -> None:
+            opening.close()
+            shown.show(found.with_findings(given.findings))
+
+        fl.studio.serve(given.system, device=device, seed=seed, host=host, port=port, replay=replay, opened=opened)
 
 
 def _given(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> flags.Given:

@@ -47,9 +47,10 @@ class ProtocolCheck(Result):
 
     def rows(self) -> list[tuple[str, str]]:
         """Return trials, time, forces and the share of fingers."""
+        fewest, most = sorted(self.trials)
         return [
             ("protocol", f"{self.name}: {self.title}"),
-            ("trials", between(*map(float, sorted(self.trials)))),
+            ("trials", between(float(fewest), float(most))),
             ("takes", f"{self.duration_s / 60.0:.0f} min at most, without breaks"),
             ("forces", between(self.needed.low_n, self.needed.high_n, "N")),
             ("in reach", f"of {100 * self.share_in_reach:.0f} % of fingers"),
@@ -101,7 +102,7 @@ def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
 def _fits(protocol: Protocol, system: System) -> None:
     guide = protocol.timeline.stroke
     if not isinstance(system.motion, Strokes):
-        raise FrictionloopError('system: motion.kind must be "strokes", such as in fl.bench()')
+        raise FrictionloopError('motion.kind: must be "strokes"')
     if guide.length_mm > system.touch.load.length_mm:
         raise FrictionloopError(
             f"timeline.stroke.length_mm = {guide.length_mm:g}: the plate has {system.touch.load.length_mm:g} mm"
@@ -118,7 +119,7 @@ def _dry(protocol: Protocol, right: bool) -> tuple[int, float]:
     while (trial := order.next()) is not None:
         number += 1
         if number > MOST_TRIALS:
-            raise FrictionloopError(f"stop: trial {MOST_TRIALS} comes and there is no end; give stop.trials")
+            raise FrictionloopError(f"stop.trials is missing: no end after {MOST_TRIALS}")
         protocol.stimulus.at(trial.level, trial.condition.effect)
         answer = _answer(protocol, trial.level, trial.comparison, right)
         _, result = scored(protocol, trial.level, trial.comparison, answer)

@@ -158,7 +158,7 @@ def first_trials(trials: pandas.DataFrame, count: int) -> pandas.DataFrame:
     per = counted.groupby(["participant", "condition"])
     most = int(per.size().min()) if len(counted) else 0
     if count and not 5 <= count <= most:
-        raise must_be("trials", count, f"5 to {most}, which this protocol gives")
+        raise must_be("trials", count, f"5 to {most}")
     return per.head(count) if count else counted
 
 

@@ -63,7 +63,7 @@ class Stimulus(Block):
         """Return the value of the field at a level; None is the standard."""
         if level is None:
             if self.standard is None:
-                raise FrictionloopError("stimulus.standard = None: this task needs a standard; give its value")
+                raise FrictionloopError("stimulus.standard = None: must be a number")
             return self.standard
         return level + (self.standard or 0.0) if self.adds else level
 
@@ -157,13 +157,13 @@ class Protocol(Description):
     def _fits(self) -> Self:
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
-            raise ValueError(f"conditions = {names}: must be at least one, each with a name of its own")
+            raise ValueError(f"conditions = {names}: must have names that differ")
         if self.intervals == 2 and self.stimulus.standard is None:
-            raise ValueError(f'stimulus.standard: task "{self.task}" compares with a standard; must be a number')
+            raise ValueError("stimulus.standard: must be a number")
         if (self.task == "adjustment") != (self.method.kind == "adjustment"):
-            raise ValueError(f'method.kind = "{self.method.kind}": task "adjustment" goes with method "adjustment"')
+            raise ValueError(f'method.kind = "{self.method.kind}": task is "{self.task}"')
         if self.task in ("magnitude", "tracking") and self.method.kind not in ("constant", "walk"):
-            raise ValueError(f'method.kind = "{self.method.kind}": task "{self.task}" needs "constant" or "walk"')
+            raise ValueError(f'method.kind = "{self.method.kind}": must be "constant" or "walk"')
         for condition in self.conditions:
             for level in self.method.extremes():
                 try:

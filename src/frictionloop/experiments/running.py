@@ -181,7 +181,7 @@ def _through(
     own, finger, seed = kept.system, {}, 0
     if respondent is None:
         if (told := kept.about.get("simulated")) is None:
-            raise FrictionloopError(f"{kept.path}: respondent is missing: a person answers in this session")
+            raise FrictionloopError(f"{kept.path}: respondent is missing")
         finger, seed = told["finger"], told["seed"]
         own = own.evolve(finger)
     time_s = kept.rows[-1]["offset_s"] + max(kept.rows[-1]["rt_s"], 0.0) if kept.rows else 0.0

@@ -100,5 +100,5 @@ def _for_each(law: str, given: Any, fingers: Sequence[Mapping[str, Any]]) -> lis
     """Return what a law and a finger change together, for each finger."""
     own = [given] * len(fingers) if isinstance(given, Mapping) else list(given)
     if len(own) != len(fingers):
-        raise FrictionloopError(f"laws: {law!r} has {len(own)} lots of values; must be one for each finger")
+        raise FrictionloopError(f"laws: {law!r} must have values for each finger")
     return [{**finger, **each} for finger, each in zip(fingers, own, strict=True)]

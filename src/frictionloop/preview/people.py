@@ -107,7 +107,7 @@ def people(
 def check_fingers(fingers: Sequence[Mapping[str, Any]]) -> None:
     """Refuse an empty population."""
     if not fingers:
-        raise FrictionloopError("fingers: must be at least one, such as fl.fingers(8, seed=1)")
+        raise FrictionloopError("fingers: must be at least one")
 
 
 def delivered_to(systems: Sequence[System], seed: int) -> list[Delivered]:

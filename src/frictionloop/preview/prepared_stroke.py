@@ -22,7 +22,7 @@ def prepared(effect: Effect | str, system: System, stroke: Strokes | float | Non
     """Return the system with an effect as its set-point and a stroke as its motion."""
     check_system(system)
     if not isinstance(system.motion, Strokes):
-        raise FrictionloopError('system: motion.kind must be "strokes", such as in fl.bench()')
+        raise FrictionloopError('motion.kind: must be "strokes"')
     if not isinstance(effect, (Effect, str, os.PathLike)):
         raise must_be("effect", effect, "an effect, a name or a TOML file")
     effect = effect if isinstance(effect, Effect) else find(effect)

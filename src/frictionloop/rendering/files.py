@@ -92,7 +92,7 @@ def changed(effect: Effect, values: Mapping[str, Any]) -> Effect:
 def to_toml(effect: Effect) -> str:
     """Return an effect as TOML text, each key with its unit and meaning as a comment."""
     if not isinstance(effect, Effect):
-        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect, such as fl.rendering.Grating()")
+        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect")
     return block_toml(effect)
 
 

@@ -140,7 +140,7 @@ def _check_belongs(path: Path, ending: str, given: list[str]) -> None:
     for name in given:
         if name not in accepted[ending]:
             owner = next(" ".join(each) for each, own in BELONG.items() if name in own)
-            raise FrictionloopError(f"{name}: says nothing about a {ending} file; it goes with {owner}")
+            raise FrictionloopError(f"{name}: goes with {owner}, not {ending}")
 
 
 def _reduced(picture: Picture) -> Iterator[Finding]:
@@ -150,5 +150,5 @@ def _reduced(picture: Picture) -> Iterator[Finding]:
 
 def _fitted(effect: Effect, order: Any) -> Effect:
     if not isinstance(effect, Map):
-        raise FrictionloopError(f"order = {order}: goes with speed_mm_s, a recording that is played by place")
+        raise FrictionloopError(f"order = {order}: goes with speed_mm_s")
     return fit_texture(effect.values_n[0], effect.pitch_mm, order)

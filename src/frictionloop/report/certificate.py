@@ -103,7 +103,7 @@ def _crowd(found: Bench) -> Markup | None:
 
 def _held(found: Bench) -> str:
     """Return values and corners as JSON that no tag can end, for ``identify compare`` and ``design controller``."""
-    values: dict[str, Any] = {"measured": [each.to_dict() for each in found.measured.values()]}
+    values: dict[str, Any] = {"measured": [each.as_dict() for each in found.measured.values()]}
     values["corners"] = [each._asdict() for each in found.corners]
     return json.dumps(values).replace("<", "\\u003c")
 

@@ -71,12 +71,12 @@ def check_changes(names: Sequence[str], changes: Mapping[str, Any]) -> None:
         raise must_be("only", other, f"{' or '.join(SHOWN)} where {next(iter(changes))} is changed")
     for path in changes:
         if path in SET:
-            raise FrictionloopError(f"{path}: is set by the protocol of Fig. 5a; of the set-point: {', '.join(SINES)}")
+            raise FrictionloopError(f"{path}: is set by the protocol of Fig. 5a")
     own = [path for path in GAINS if path in changes]
     if len(own) == 1:
         raise FrictionloopError(f"{next(path for path in GAINS if path not in own)}: is missing beside {own[0]}")
     if own and "fig-5a-printed" in names:
-        raise FrictionloopError(f"{own[0]}: fig-5a-printed has the printed gains; give fig-5a")
+        raise FrictionloopError(f"{own[0]}: goes with fig-5a")
     setpoint: Any = protocol.the_bench().evolve(changes).setpoint
     if setpoint.amplitude_n <= 0.0:
         raise must_be(SINES[1], setpoint.amplitude_n, "above 0", "N")

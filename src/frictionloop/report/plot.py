@@ -75,4 +75,4 @@ def _figure_of(result: Any) -> Figure:
         return figure
     if isinstance(result, Result):
         return result.plot()
-    raise must_be("result", type(result).__name__, "a run, a grid or an answer with a figure")
+    raise must_be("result", type(result).__name__, "a run, grid or answer")

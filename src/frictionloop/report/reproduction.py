@@ -51,7 +51,7 @@ HEADS = {
 }
 ASIDE = ("scored", "slope")
 """Numbers that are left to JSON and Python where a table has many."""
-SAID = ["The bench and the finger of the figure beside this file, asked for all of its forces by one sine."]
+SAID = ["Bench and finger of the figure beside this file."]
 """Begins the file of a changed bench."""
 
 
@@ -272,9 +272,7 @@ def _check_names(names: Iterable[str]) -> None:
     for name in names:
         if name not in known:
             near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
-            said = (
-                f"only = {name!r}: is neither figure nor claim; accepted are {', '.join(near)} and others of the page"
-            )
+            said = f"only = {name!r}: is neither figure nor claim; near are {', '.join(near)}"
             raise FrictionloopError(said, "UNKNOWN-NAME")
 
 

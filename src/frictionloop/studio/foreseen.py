@@ -49,7 +49,7 @@ def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any
 def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
     """Return the System with the stroke that is tried."""
     if not isinstance(system.setpoint, EffectSource) or not isinstance(system.motion, Strokes):
-        raise FrictionloopError("the set-point is no effect: there is nothing to look ahead to")
+        raise FrictionloopError("setpoint.kind: must be effect")
     room = system.touch.load.length_mm - MARGIN_MM
     stroke = max(min(room, SECONDS * speed_mm_s), LEAST_MM)
     reversal = min(system.motion.reversal_s, 0.5 * stroke / speed_mm_s)

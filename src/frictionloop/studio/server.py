@@ -116,7 +116,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
 def refused() -> Response:
     """Return the answer to who may not come in."""
     return PlainTextResponse(
-        "This studio is not open here: use the address that `frictionloop studio` printed, with its token.",
+        "Use the address that was printed.",
         403,
         headers=HEADERS,
     )

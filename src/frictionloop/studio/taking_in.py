@@ -43,9 +43,9 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
 def _check(room: Room, request: Request) -> None:
     key = request.headers.get(PAGE, "")
     if room.driver is None or key != room.driver.key:
-        raise FrictionloopError("effect: another page drives; take over first")
+        raise FrictionloopError("effect: another page drives")
     if room.session.engine.system.setpoint.kind != "effect":
-        raise FrictionloopError("effect: the set-point of this loop is no effect")
+        raise FrictionloopError("setpoint.kind: must be effect")
 
 
 async def content_of(request: Request, most: int) -> bytes:

@@ -69,7 +69,7 @@ def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> flo
     try:
         value = float(asked[name])
     except (KeyError, ValueError):
-        raise FrictionloopError(f"{name} is missing: must be a number from {low:g} to {high:g}") from None
+        raise FrictionloopError(f"{name} is missing: {low:g} to {high:g}") from None
     if not low <= value <= high:
         raise FrictionloopError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
     return value
@@ -88,7 +88,7 @@ def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
             with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
                 width, height = image.size
                 if width * height > MOST_PIXELS:
-                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS} in all")
+                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS}")
                 coloured = image.mode in ("RGB", "RGBA", "P", "LA", "PA")
                 if coloured:
                     _grey(image).save(path)
@@ -96,7 +96,7 @@ def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
         except FrictionloopError:
             raise
         except Exception:  # on a damaged picture the library raises anything
-            raise FrictionloopError("picture: cannot be read as a PNG") from None
+            raise FrictionloopError("picture: is no PNG") from None
         if not coloured:
             path.write_bytes(content)
         try:
@@ -146,7 +146,7 @@ def _check_length(content: bytes, per_s: float) -> None:
             rate_hz, samples = wavfile.read(io.BytesIO(content))
         length_s = len(samples) / rate_hz
     except Exception:  # on a damaged file the library raises anything
-        raise FrictionloopError("recording: cannot be read as a WAV") from None
+        raise FrictionloopError("recording: is no WAV") from None
     if length_s > (most_s := MOST_CELLS / per_s):
         raise FrictionloopError(f"recording: {length_s:.4g} s; at most {most_s:.3g} s")
 

@@ -23,7 +23,7 @@ def drawings(comparison: Comparison, scored: xr.Dataset) -> Iterator[tuple[str, 
     laws = list(comparison.laws)
     yield (
         "residuals",
-        "Residual of each control law: median, halves and deciles of the fingers",
+        "Residual of each control law",
         partial(figure_residuals, scored),
     )
     frequency_hz = np.geomspace(1.0, comparison.system.controller.rate_hz / 2.0, 600)
