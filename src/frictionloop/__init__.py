@@ -12,12 +12,10 @@ Run it          simulate  sweep  Stepper  fingers  save  load
 Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
-Render effects  rendering (its own names: help(fl.rendering))
+Effects, trials rendering  experiments (their own names: help(fl.rendering))
 Run a device    connect  Device
-Run experiments experiments (its own names: help(fl.experiments))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
-Rebuild the paper reproduce
-Open the page   studio (serve  export)
+The page, paper studio (serve  export)  reproduce
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
 ``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same

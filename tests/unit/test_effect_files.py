@@ -284,7 +284,5 @@ def test_a_picture_of_50_000_pixels_a_side_is_told_how_to_be_reduced(tmp_path, m
 
     path = picture(tmp_path / "large.png", np.zeros((50, 50), np.uint8))
     monkeypatch.setattr(images, "MOST_PIXELS", 100)
-    with pytest.raises(
-        FrictionloopError, match=r"has 50 x 50 pixels: must be at most 100; reduce it by 5"
-    ):
+    with pytest.raises(FrictionloopError, match=r"has 50 x 50 pixels: must be at most 100; reduce it by 5"):
         R.read_image(path, mm_per_pixel=1.0, polarity="dark")

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import flags, screen
+from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = """Examples
@@ -48,5 +48,6 @@ def command(
         Make these figures and claims alone, with their numbers, and no page: fig-5a,closed-loop-r2. The page names
         each.
     """
+    checks.check_drawing()
     names = [name.strip() for name in only.split(",")] if only else []
     shown.show(fl.reproduce(out, names, flags.overrides_of(overrides)))

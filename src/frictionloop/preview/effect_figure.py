@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionloop.preview.effect import Preview
+    from frictionloop.preview.effect_preview import Preview
 
 ROOM_MM = 5.0
 """Shown of a map on both sides of the path."""

@@ -13,7 +13,7 @@ from frictionloop.findings import Result, shown
 from frictionloop.findings.shown import between
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Strokes, System
-from frictionloop.preview.effect import findings_of
+from frictionloop.preview.effect_preview import findings_of
 from frictionloop.preview.prepared_stroke import prepared, skin_n_mm
 from frictionloop.preview.stroke_forces import playable_forces
 from frictionloop.rendering.compiling import program_of

@@ -82,7 +82,7 @@ def serve(
     """
     needed("uvicorn", "uvicorn", "studio")
     needed("starlette", "starlette", "studio")
-    from frictionloop.studio.beside import starting
+    from frictionloop.studio.background import starting
 
     with starting():
         _serve(on_plate(system or bench(), effect), device, seed, host, port, replay, opened)

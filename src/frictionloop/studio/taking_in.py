@@ -8,7 +8,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio import beside
+from frictionloop.studio import background
 from frictionloop.studio.changes import change
 from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS
@@ -24,7 +24,7 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
         if reading.locked():
             raise FrictionloopError("effect: another one is being read")
         async with reading:
-            await asyncio.to_thread(beside.load)
+            await asyncio.to_thread(background.load)
             from frictionloop.studio.uploads import MOST_BYTES, brought
 
             content = await content_of(request, MOST_BYTES)

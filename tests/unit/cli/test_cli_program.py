@@ -127,7 +127,7 @@ def test_reproduce_of_a_figure_gives_its_numbers_and_what_was_changed(frictionlo
 def test_reproduce_of_an_unknown_name_is_one_line(frictionloop):
     answer = frictionloop("reproduce", "--only", "resonances")
     assert (answer.code, answer.out) == (2, "")
-    assert answer.err.startswith("error: only = 'resonances': is neither figure nor claim; accepted are resonance")
+    assert answer.err.startswith("error: only = 'resonances': is neither figure nor claim; near are resonance")
     assert answer.err.count("\n") == 1
 
 

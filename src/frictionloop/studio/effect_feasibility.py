@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from frictionloop.loop.felt import weighted
 from frictionloop.parameters import Strokes, System
-from frictionloop.preview.effect import Preview, preview
+from frictionloop.preview.effect_preview import Preview, preview
 from frictionloop.preview.measures import FELT_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
