@@ -222,6 +222,14 @@ def test_the_command_that_is_shared_opens_the_same_system(changes):
     assert opened_with(None, None, overrides, effect).system == system
 
 
+def test_a_set_point_of_time_gives_way_to_a_grating_with_a_finding(tmp_path):
+    (tmp_path / "b.toml").write_text('preset = "bench"\n')
+    given = opened_with(tmp_path / "b.toml", None, None, None)
+    assert given.system.setpoint.kind == "effect"
+    assert [(each.code, each.value) for each in given.findings] == [("STUDIO-EFFECT", "sine")]
+    assert opened_with(None, None, None, None).findings == ()
+
+
 @pytest.mark.slow
 def test_what_is_saved_loads_as_a_run(tmp_path):
     session = Session(TwinEngine(GRATING))
