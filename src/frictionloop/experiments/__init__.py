@@ -35,7 +35,8 @@ HOMES = {
     "study_result": "Study report simulate",
     "summary": "fits funnel groups pooled",
 }
-__all__ = [*(name for names in HOMES.values() for name in names.split()), "write_page"]
+__all__ = [name for names in HOMES.values() for name in names.split()]
+__all__ += ["write_page"]
 _find = lazily(__name__, HOMES)
 
 

@@ -56,12 +56,13 @@ def effects() -> Effects:
 
 
 def range_n(effect: Effect) -> tuple[float, float]:
-    """Return the least and the largest force on the middle 100 mm, N."""
-    place = np.linspace(-50.0, 50.0, 1001)
+    """Return the least and the largest force on the middle 100 mm, N; of an effect of place alone 40 mm high."""
+    place, across = np.linspace(-50.0, 50.0, 1001), np.linspace(-20.0, 20.0, 81)[:, np.newaxis]
+    y = across if effect.is_static else 0.0
     times = [STARTED_S, *np.linspace(0.0, longest_s(effect), 33)]
     speeds, loads = ((20.0,), (0.5,)) if effect.is_static else (SPEEDS_MM_S, LOADS_N)
     touches = itertools.product(speeds, loads, times[:1] if effect.is_static else times)
-    forces = [effect.asked(Touch(place, 0.0, speed, load, time)) for speed, load, time in touches]
+    forces = [effect.asked(Touch(place, y, speed, load, time)) for speed, load, time in touches]
     return min(float(np.min(each)) for each in forces), max(float(np.max(each)) for each in forces)
 
 
