@@ -12,7 +12,7 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
-    from frictionloop.rendering.effect import Effect
+    from frictionloop.rendering import Effect
 
 ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
 LIST_EXAMPLES = r"""Examples

@@ -14,8 +14,7 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 
 if TYPE_CHECKING:
-    from frictionloop.experiments.protocol import Protocol
-    from frictionloop.experiments.respondent import Respondent
+    from frictionloop.experiments import Protocol, Respondent
 
 RUN_EXAMPLES = r"""Examples
 

@@ -14,7 +14,7 @@ from frictionloop.cli.effect import LAW
 from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
-    from frictionloop.studio.opened_studio import Opened
+    from frictionloop.studio import Opened
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 MoreRuns = Annotated[Path, Parameter(name="RUN", help="Recorded runs (.h5) for --export.", group=flags.SYSTEM)]

@@ -12,7 +12,7 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 
 if TYPE_CHECKING:
-    from frictionloop.experiments.study_result import Study
+    from frictionloop.experiments import Study
 
 SIMULATE_EXAMPLES = r"""Examples
 

@@ -28,6 +28,7 @@ HOMES = {
     "participant": "Observer",
     "planning": "Power power",
     "protocol": "NewProtocol Protocol new read_protocol",
+    "respondent": "Respondent",
     "running": "Ran resume run",
     "session_export": "Exported export",
     "several": "Adjustment Interleaved",
