@@ -213,7 +213,7 @@ def test_a_weaker_plate_leaves_forces_out_and_makes_no_loop_calmer():
         (["fig-5a", "closed-loop-r2"], {"plate.q": 100.0}, "only = 'closed-loop-r2'"),
         ([], {"plate.q": 100.0}, r"only = '': must be fig-5a or fig-5a-printed where plate.q is changed"),
         (["fig-5a"], {"controller.kp": 1.0}, "controller.ki: is missing beside controller.kp"),
-        (["fig-5a-printed"], {"controller.kp": 1.0, "controller.ki": 1.0}, "fig-5a-printed has the printed gains"),
+        (["fig-5a-printed"], {"controller.kp": 1.0, "controller.ki": 1.0}, "controller.kp: goes with fig-5a"),
         (["fig-5a"], {"controller.kind": "notch_pi"}, "controller.kind: is set by the protocol"),
         (["fig-5a"], {"setpoint.kind": "constant"}, "setpoint.kind: is set by the protocol"),
         (["fig-5a"], {"setpoint.amplitude_n": "small"}, "setpoint.amplitude_n"),
