@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frictionloop.experiments import Psi, read_protocol, simulate
+from frictionloop.experiments import Psi, read_protocol
+from frictionloop.experiments.study import simulate_trials
 
 UPDATE_S, STUDY_S = 20e-3, 120.0
 """Goals: psi on a grid of 60 x 30 x 10, and the study on two cores."""
@@ -34,10 +35,10 @@ def update_s(repeats=50):
 def study_s(participants=24):
     """Wall and processor time of the study, s; both halves have closed and open loop."""
     plans = [read_protocol(name) for name in ("study-friction", "study-grating")]
-    simulate(plans[0].evolve({"stop.trials": 1}), participants=1, progress=False)  # compiles
+    simulate_trials(plans[0].evolve({"stop.trials": 1}), participants=1, progress=False)  # compiles
     start, cpu = time.perf_counter(), time.process_time()
     for plan in plans:
-        simulate(plan, participants=participants)
+        simulate_trials(plan, participants=participants)
     return time.perf_counter() - start, time.process_time() - cpu
 
 

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pandas  # type: ignore[import-untyped]
 
-from frictionloop.experiments import fits, read_protocol, simulate
+from frictionloop.experiments import fits, read_protocol
 from frictionloop.experiments.planning import another_day, first_trials, shares
+from frictionloop.experiments.study import simulate_trials
 from studies.kept import RESULTS, keep
 
 PEOPLE, AGAIN, EFFECT, TRIALS, STUDIES = 96, 48, 0.2, (20, 40, 60), 400
@@ -98,7 +99,7 @@ def main() -> None:
     """Simulate, and keep."""
     plan = read_protocol("study-friction")
     again, changed = another_day(plan, EFFECT)
-    tables = simulate(plan, participants=PEOPLE), simulate(again, participants=AGAIN, observer=changed)
+    tables = simulate_trials(plan, participants=PEOPLE), simulate_trials(again, participants=AGAIN, observer=changed)
     keep("closing-people", "closing_saves", [*OF, *CODES], people((plan, again), tables))
     write()
 

@@ -12,10 +12,10 @@ Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  
 Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
-Render effects  rendering (its own names: help(fl.rendering))
+Effects, trials rendering  experiments (their own names: help(fl.rendering))
 Run a device    connect  Device
-Run experiments experiments (its own names: help(fl.experiments))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
+The page, paper studio (serve  export)  reproduce
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
 ``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same
@@ -73,6 +73,7 @@ _HOME = {
     "report.plot": "plot",
     "report.certificate": "write_certificate",
     "report.refusal": "draw_refused",
+    "report.reproduction": "reproduce",
     "loop.all_metrics": "metrics",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
 }
@@ -82,6 +83,7 @@ _ROOMS = {
     "experiments": "frictionloop.experiments",
     "identify": "frictionloop.identification",
     "rendering": "frictionloop.rendering",
+    "studio": "frictionloop.studio",
 }
 """Rooms that are used by their own names, as in ``fl.identify.load``."""
 

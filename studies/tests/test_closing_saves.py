@@ -45,12 +45,13 @@ def test_the_tables_are_those_of_the_rows_that_are_kept():
 @pytest.mark.slow
 def test_the_first_participants_are_found_again():
     """Two of them, after 20 trials: a shorter study is the beginning of the long one."""
-    from frictionloop.experiments import fits, read_protocol, simulate
+    from frictionloop.experiments import fits, read_protocol
+    from frictionloop.experiments.study import simulate_trials
 
     plan = read_protocol("study-friction").evolve({"stop.trials": TRIALS[0]})
     rows = closing_saves.read()
     one = rows[(rows["day"] == 1) & (rows["trials"] == TRIALS[0])].set_index(["participant", "loop"])["threshold_n"]
-    trials = simulate(plan, participants=2)
+    trials = simulate_trials(plan, participants=2)
     first = trials[trials["block"] == 1]  # the trials of a later block are numbered, and so drawn, by those before
     for each in fits(plan, first, ("requested",)).itertuples():
         assert each.value == pytest.approx(one[each.participant, each.condition], abs=2e-3)

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from frictionloop.analysis import linearise
-from frictionloop.design.controller_check import check
+from frictionloop.design import check
 from frictionloop.figures.style import svg
 from frictionloop.loop.progress import Bar
 from frictionloop.parameters import RETUNED, bench
@@ -23,6 +23,7 @@ from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, maths, render
 from frictionloop.report.people import the_finger
+from frictionloop.report.reproduction import reproduce
 from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.stability import asked_for
 from frictionloop.report.tolerances import RULES
@@ -63,7 +64,8 @@ def folder(results, tmp_path_factory):
     target = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "Results", lambda bar: results)
-        build.reproduce(target, progress=False)
+        build.prepare(target)
+        build.build_report(target, progress=False)
     return target
 
 
@@ -204,7 +206,7 @@ def test_every_rule_of_agreement_is_on_the_page(results, claims):
 def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(FrictionloopError) as caught:
-        build.reproduce(tmp_path / "taken")
+        reproduce(tmp_path / "taken")
     assert "taken" in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -212,7 +214,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr(build.os, "access", lambda path, mode: False)
     monkeypatch.setattr(build, "Results", lambda advance: pytest.fail("computed before looking"))
     with pytest.raises(FrictionloopError, match="not writable"):
-        build.reproduce(tmp_path)
+        reproduce(tmp_path)
 
 
 def test_a_figure_that_cannot_be_written_is_one_line(results, tmp_path, monkeypatch):
@@ -220,7 +222,7 @@ def test_a_figure_that_cannot_be_written_is_one_line(results, tmp_path, monkeypa
     monkeypatch.setattr(build, "DRAWINGS", {"fig-1b": DRAWINGS["fig-1b"]})
     (tmp_path / "figures" / "fig-1b.svg" / "taken").mkdir(parents=True)
     with pytest.raises(FrictionloopError, match=r"fig-1b\.svg: cannot be written"):
-        build.reproduce(tmp_path)
+        reproduce(tmp_path)
 
 
 def test_results_are_complete(results):

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from frictionloop.cli.experiment import _range
-from frictionloop.cli.findings import without
 from frictionloop.experiments.planning import power
 from frictionloop.experiments.protocol import read_protocol
+from frictionloop.experiments.study_result import unfitted
 from frictionloop.experiments.summary import fits
 from frictionloop.experiments.table import COLUMNS
 from frictionloop.quantities import FrictionloopError
@@ -39,8 +39,8 @@ def test_a_participant_without_a_threshold_is_told_with_the_reason():
     plan = read_protocol("jnd-friction-staircase")
     row = dict.fromkeys(COLUMNS, 0) | {"participant": "P01", "condition": "closed", "counted": 1, "result": 1.0}
     trials = pandas.DataFrame([row | {"requested": 0.01 * k, "delivered": 0.01 * k} for k in range(3)])
-    (line,) = without(fits(plan, trials), "threshold")
-    assert line == "1 without a threshold: fit: 3 trials over 0.02: 5 at two levels are needed"
+    (found,) = unfitted(fits(plan, trials), "threshold")
+    assert (found.code, found.value, found.more["measure"]) == ("STUDY-UNFITTED", 1, "threshold")
 
 
 def test_the_protocol_of_the_page_passes_its_check(tmp_path):

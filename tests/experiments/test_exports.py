@@ -14,7 +14,7 @@ import pytest
 from scipy.signal import welch
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, export, read_trials, run
+from frictionloop.experiments import Protocol, read_trials, run, session_export
 from frictionloop.experiments.lsl import Streams
 
 PLAN = Protocol(
@@ -33,13 +33,13 @@ LAYOUT = {
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    return run(PLAN, tmp_path_factory.mktemp("s") / "P01", "P01")
+    return run(PLAN, tmp_path_factory.mktemp("s") / "P01", "P01").folder
 
 
 @pytest.fixture(scope="module")
 def dataset(session, tmp_path_factory):
     out = tmp_path_factory.mktemp("bids")
-    export.bids(session, out)
+    session_export.bids(session, out)
     return out
 
 
@@ -103,7 +103,7 @@ def test_streams_carry_strokes_and_markers_on_the_clock_of_the_device(tmp_path):
                 inlets[name] = pylsl.StreamInlet(info)
                 inlets[name].open_stream(timeout=5)
 
-    path = run(PLAN, tmp_path / "P77", "P77", streams=streams, progress=first)
+    path = run(PLAN, tmp_path / "P77", "P77", streams=streams, progress=first).folder
     trials = read_trials(path)
     samples, times = [], []
     while chunk := inlets["frictionloop"].pull_chunk(timeout=2.0, max_samples=5000):

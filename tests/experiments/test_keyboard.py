@@ -21,7 +21,7 @@ PLAN = Protocol(
 
 def test_answers_are_choices_and_breaks_wait_for_enter(tmp_path):
     keys, shown = io.StringIO("1\nx\n2\n1\n\n1\n" + "1\n" * 9), io.StringIO()
-    path = run(PLAN, tmp_path / "P01", "P01", respondent=Keyboard(PLAN, keys, shown))
+    path = run(PLAN, tmp_path / "P01", "P01", respondent=Keyboard(PLAN, keys, shown)).folder
     trials = read_trials(path)
     assert trials["response"].tolist()[:4] == ["1", "2", "1", "1"]
     assert set(trials["phase"][1:]) == {"main"}

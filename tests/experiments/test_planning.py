@@ -5,8 +5,9 @@ import pandas
 import pytest
 from scipy.stats import nct, norm, t
 
-from frictionloop.experiments import read_protocol, simulate
-from frictionloop.experiments.planning import POOLS, first_trials, power, shares, summary
+from frictionloop.experiments import read_protocol
+from frictionloop.experiments.planning import POOLS, first_trials, power, shares
+from frictionloop.experiments.study import simulate_trials
 from frictionloop.quantities import FrictionloopError
 
 SHORT = read_protocol("study-friction").evolve(
@@ -40,14 +41,14 @@ def test_participants_who_are_all_alike_show_nothing():
 
 
 def test_a_short_study_is_the_beginning_of_a_long_one():
-    short, long = (simulate(SHORT.evolve({"stop.trials": n}), participants=2, progress=False) for n in (5, 7))
+    short, long = (simulate_trials(SHORT.evolve({"stop.trials": n}), participants=2, progress=False) for n in (5, 7))
     first = {code: some["condition"].iloc[0] for code, some in short.groupby("participant")}
     cut = first_trials(long, 5)
     for code, condition in first.items():
         one, two = (each[(each["participant"] == code) & (each["condition"] == condition)] for each in (short, cut))
         pandas.testing.assert_frame_equal(one.reset_index(drop=True), two.reset_index(drop=True))
     for wrong in (4, 8):
-        with pytest.raises(FrictionloopError, match=f"trials = {wrong}: must be 5 to 7, which this protocol gives"):
+        with pytest.raises(FrictionloopError, match=f"trials = {wrong}: must be 5 to 7"):
             first_trials(long, wrong)
 
 
@@ -55,13 +56,13 @@ def test_a_short_study_is_the_beginning_of_a_long_one():
 def test_power_grows_with_the_effect_and_has_a_row_for_each_number():
     plan = SHORT.evolve({"stop.trials": 15})
     small, large = (power(plan, effect, [4, 16], trials=[8, 15], pool=6, studies=100) for effect in (0.1, 2.0))
-    assert len(small) == 2 * 2 * 2
+    assert len(small.shares) == 2 * 2 * 2
     of = [
-        found.set_index(["condition", "trials", "participants"])["power"]["closed", 15, 16] for found in (small, large)
+        found.shares.set_index(["condition", "trials", "participants"])["power"]["closed", 15, 16]
+        for found in (small, large)
     ]
     assert of[0] < of[1]
-    assert (small["low"] <= small["high"]).all()
-    assert [row[:2] for row in summary(small)] == [
-        ("trials", "participants"), ("8", "4"), ("8", "16"), ("15", "4"), ("15", "16"),
-    ]  # fmt: skip
-    assert summary(small)[0][2:] == ("closed", "open")
+    assert (small.shares["low"] <= small.shares["high"]).all()
+    table = small.table()
+    assert list(zip(table["trials"], table.index, strict=True)) == [("8", 4), ("8", 16), ("15", 4), ("15", 16)]
+    assert list(table.columns) == ["trials", "closed", "closed 95 %", "open", "open 95 %"]

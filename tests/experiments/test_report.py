@@ -7,12 +7,11 @@ import pandas
 import pytest
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, export, read_protocol, run
+from frictionloop.experiments import Protocol, read_protocol, run, session_export
 from frictionloop.experiments.convergence import convergence
 from frictionloop.experiments.psychometric import probability
 from frictionloop.experiments.summary import fits, funnel, pooled
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report.experiment import write_figure
 
 PLAN = Protocol(
     stimulus={"standard": 0.35},
@@ -45,7 +44,8 @@ def rows(n_people, threshold, spread, plan, seed=0, wander=0.0):
 
 @pytest.mark.slow
 def test_a_report_is_one_call_and_one_page_with_its_tables(data, tmp_path):
-    found = fl.experiments.report(data, tmp_path / "study.html")
+    found = fl.experiments.report(data)
+    fl.experiments.write_page(found, tmp_path / "study.html")
     assert found.about == "1 session, simulated"
     assert found.groups["participants"].tolist() == [1, 1]
     assert found.reaches["when"].tolist() == ["before", "after"]
@@ -54,7 +54,7 @@ def test_a_report_is_one_call_and_one_page_with_its_tables(data, tmp_path):
         assert f"<h2>{heading}</h2>" in page
     assert pandas.read_csv(tmp_path / "study-reaches.tsv", sep="\t").shape == (2, 6)
     assert len(pandas.read_csv(tmp_path / "study-pooled.tsv", sep="\t")) == 2
-    write_figure(found, tmp_path / "study.svg")
+    fl.plot(found, tmp_path / "study.svg")
     assert "</svg>" in (tmp_path / "study.svg").read_text()
 
 
@@ -68,8 +68,8 @@ def test_two_sessions_of_one_participant_are_not_taken_for_one(data, tmp_path):
     both = tmp_path / "both"
     for name in ("P01", "again"):
         shutil.copytree(data / "P01", both / name)
-    for write in (fl.experiments.report, lambda path: export.bids(path, tmp_path / "bids")):
-        with pytest.raises(FrictionloopError, match=r"again: is of participant P01, as is .*P01; take the two apart"):
+    for write in (fl.experiments.report, lambda path: session_export.bids(path, tmp_path / "bids")):
+        with pytest.raises(FrictionloopError, match=r"again: is of participant P01, as is .*P01"):
             write(both)
     assert not (tmp_path / "bids").exists()
 

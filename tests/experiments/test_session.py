@@ -29,7 +29,7 @@ PSI = STAIRCASE.evolve({"method": {"kind": "psi", "levels": 12, "thresholds": 20
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    return run(PSI, tmp_path_factory.mktemp("whole") / "P01", "P01")
+    return run(PSI, tmp_path_factory.mktemp("whole") / "P01", "P01").folder
 
 
 @pytest.mark.slow
@@ -106,7 +106,7 @@ def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
 
 
 def test_two_runs_of_one_session_at_once_are_refused(whole):
-    with folder.opened(whole), pytest.raises(FrictionloopError, match="another run of this session goes on"):
+    with folder.opened(whole), pytest.raises(FrictionloopError, match="another run goes on"):
         resume(whole)
 
 
@@ -140,11 +140,11 @@ def test_rows_that_were_edited_are_refused_with_their_trial(whole, tmp_path):
     cells[lines[0].split("\t").index("requested")] = "0.01"
     lines[2] = "\t".join(cells)
     (path / "trials.tsv").write_text("\n".join(lines) + "\n")
-    with pytest.raises(FrictionloopError, match="trial 2: is not what the protocol asks for"):
+    with pytest.raises(FrictionloopError, match="trial 2: differs from the protocol"):
         resume(path)
 
 
 @pytest.mark.parametrize("code", ["", "Jane Doe", "a/b"])
 def test_participants_are_codes(tmp_path, code):
-    with pytest.raises(FrictionloopError, match="must be a code of letters and digits"):
+    with pytest.raises(FrictionloopError, match="must be letters and digits"):
         run(PSI, tmp_path / "x", code)

@@ -11,20 +11,22 @@ import psignifit
 import pytest
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, export, read_protocol, simulate
+from frictionloop.experiments import Protocol, read_protocol, session_export
 from frictionloop.experiments.dry_run import check
-from frictionloop.experiments.fit import fit
+from frictionloop.experiments.function_fit import fit
 from frictionloop.experiments.needed import needed
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import bundled, to_toml
 from frictionloop.experiments.psychometric import probability
 from frictionloop.experiments.running import run
 from frictionloop.experiments.sequence import Sequence, latin_square
-from frictionloop.experiments.study import STUDY, study_system
+from frictionloop.experiments.study import STUDY, simulate_trials, study_system
+from frictionloop.experiments.study_result import study_of
 from frictionloop.experiments.summary import fits, funnel, groups
 from frictionloop.experiments.table import number_of
 from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
+from frictionloop.report.study_page import page
 
 
 def short(name, trials=4):
@@ -72,7 +74,7 @@ def test_a_bundled_protocol_survives_its_file_and_passes_its_check(name, tmp_pat
 @pytest.mark.parametrize("name", bundled())
 def test_every_bundled_protocol_runs_and_is_reported(name):
     plan = short(name, 6)
-    trials = simulate(plan, participants=2)
+    trials = simulate_trials(plan, participants=2)
     assert trials["counted"].sum() > 0
     found = fits(plan, trials)
     assert len(found) == 2 * 2 * len(plan.conditions)
@@ -80,15 +82,13 @@ def test_every_bundled_protocol_runs_and_is_reported(name):
     for condition in plan.conditions:
         own = told[told["condition"] == condition.name].set_index("what")["trials"]
         assert own["presented"] == own.drop("presented").sum()
-    from frictionloop.report.experiment import page, study
-
-    assert "</html>" in page(study(plan, trials, "two"))
+    assert "</html>" in page(study_of(plan, trials, "two"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
 def test_every_bundled_protocol_runs_on_a_device_on_its_own_clock(name, tmp_path):
-    path = run(short(name, 2), tmp_path / "P01", "P01", address="sim:", trials=2)
+    path = run(short(name, 2), tmp_path / "P01", "P01", address="sim:", trials=2).folder
     trials = pandas.read_csv(path / "trials.tsv", sep="\t")
     assert (np.diff(trials["onset_s"]) > 0).all()
     raw = fl.load(path / trials["raw"][0])
@@ -97,7 +97,7 @@ def test_every_bundled_protocol_runs_on_a_device_on_its_own_clock(name, tmp_path
 
 def test_a_study_is_the_same_whoever_takes_part_beside():
     plan = short("jnd-friction-staircase", 3)
-    one, two = simulate(plan, participants=1, seed=4), simulate(plan, participants=2, seed=4)
+    one, two = simulate_trials(plan, participants=1, seed=4), simulate_trials(plan, participants=2, seed=4)
     pandas.testing.assert_frame_equal(one, two[two["participant"] == "P01"].reset_index(drop=True))
 
 
@@ -139,7 +139,7 @@ def test_overdispersed_answers_are_told():
 def test_simulated_participants_have_the_threshold_that_they_were_given():
     observer = Observer(weber=0.11, lapse=0.0)
     plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0, "method.repeats": 20})
-    found = groups(fits(plan, simulate(plan, participants=8, observer=observer)))
+    found = groups(fits(plan, simulate_trials(plan, participants=8, observer=observer)))
     mean = found[found["level"] == "delivered"]["mean"].iloc[0]
     # Two intervals of spread w F / (sqrt 2 z) and the skin's threshold of 25 mN or so in each.
     expected = 0.6745 * np.hypot(0.11 * 0.4 / 0.6745, np.sqrt(2) * 0.025)
@@ -169,15 +169,15 @@ def test_needed_forces_are_those_of_the_levels():
     ("changes", "said"),
     [
         ({"stimulus.field": "levle_n"}, "effect.levle_n is unknown; accepted: kind, level_n"),
-        ({"stimulus": {"standard": None, "field": "level_n"}}, "compares with a standard"),
-        ({"method": {"kind": "adjustment"}}, 'goes with method "adjustment"'),
-        ({"method.start": [5.0]}, "must be from least to most"),
-        ({"validity.load_n": [1.0, 0.5]}, "the least and the largest value"),
+        ({"stimulus": {"standard": None, "field": "level_n"}}, "stimulus.standard: must be a number"),
+        ({"method": {"kind": "adjustment"}}, 'task is "'),
+        ({"method.start": [5.0]}, "must be within"),
+        ({"validity.load_n": [1.0, 0.5]}, "must be two rising values"),
         ({"timeline.cue_s": -1}, "timeline.cue_s"),
         ({"question2": 1}, "question2"),
-        ({"stop.width": 0.02}, r'stop.width = 0.02: goes with method.kind = "psi", not with "staircase"'),
+        ({"stop.width": 0.02}, r'stop.width = 0.02: goes with method.kind = "psi"'),
         ({"method": {"kind": "psi"}, "stop": {"reversals": 8}}, r"stop.reversals = 8: goes with .*staircase"),
-        ({"timeline.stroke.load_n": 5.0}, r"timeline.stroke.load_n = 5: validity.load_n counts 0.2 to 1.5 alone"),
+        ({"timeline.stroke.load_n": 5.0}, r"timeline.stroke.load_n = 5: must be 0.2 to 1.5"),
     ],
 )
 def test_a_wrong_protocol_is_refused_in_one_line(changes, said):
@@ -190,7 +190,7 @@ def test_a_number_of_trials_ends_any_method_and_constant_stimuli_end_without():
     plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0})
     assert check(plan, study_system()).trials == (84, 84)
     assert check(plan.evolve({"stop.trials": 10}), study_system()).trials == (10, 10)
-    with pytest.raises(FrictionloopError, match="stop: never ends"):
+    with pytest.raises(FrictionloopError, match="stop: must have trials"):
         Protocol(method={"kind": "psi"}, stop={})
 
 
@@ -212,7 +212,7 @@ def test_an_answer_that_is_no_number_of_the_task_is_refused(task, answer, said):
 
 def test_answers_that_are_all_alike_have_no_threshold_and_one_beside_all_levels_is_told():
     level = np.linspace(0.0, 0.2, 20)
-    with pytest.raises(FrictionloopError, match="20 answers that are all alike"):
+    with pytest.raises(FrictionloopError, match="20 answers, all alike"):
         fit(level, np.ones(20), None)
     assert fit(level, (level > 0.001).astype(float), None).at_edge
     assert not fit(level, (level > 0.1).astype(float), None).at_edge
@@ -226,11 +226,11 @@ def test_a_wrong_condition_is_found_by_the_check():
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    return run(short("jnd-friction-staircase", 2), tmp_path_factory.mktemp("e") / "P01", "P01")
+    return run(short("jnd-friction-staircase", 2), tmp_path_factory.mktemp("e") / "P01", "P01").folder
 
 
 def test_an_export_is_read_back_by_other_programs(session, tmp_path):
-    export.bids(session, tmp_path / "bids")
+    session_export.bids(session, tmp_path / "bids")
     stem = tmp_path / "bids" / "sub-P01" / "beh" / "sub-P01_task-jndfrictionstaircase"
     beh = pandas.read_csv(f"{stem}_beh.tsv", sep="\t")
     events = pandas.read_csv(f"{stem}_events.tsv", sep="\t")
@@ -239,10 +239,10 @@ def test_an_export_is_read_back_by_other_programs(session, tmp_path):
     assert len(events) == len(beh)
     assert physio.shape == (len(beh) * 2 * 2500, len(about["Columns"]))
     assert about["SamplingFrequency"] == 5000.0
-    export.csv(session, tmp_path / "p.csv")
+    session_export.csv(session, tmp_path / "p.csv")
     table = pandas.read_csv(tmp_path / "p.csv")
     assert (table["intensity"] == beh["requested"]).all()
-    export.hdf5(session, tmp_path / "p.h5")
+    session_export.hdf5(session, tmp_path / "p.h5")
     with h5py.File(tmp_path / "p.h5") as file:
         assert file["sub-P01/trials/requested"][:].tolist() == beh["requested"].tolist()
         assert file["sub-P01/raw/00001/f_a"].shape == (2, 2500)

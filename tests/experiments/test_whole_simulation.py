@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom, norm
 
-from frictionloop.experiments import read_protocol, simulate
+from frictionloop.experiments import read_protocol
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
+from frictionloop.experiments.study import simulate_trials
 from frictionloop.experiments.summary import fits
 from frictionloop.perception import force_threshold_n
 from frictionloop.physics.fingers import fingers
@@ -17,11 +18,12 @@ from frictionloop.physics.fingers import fingers
 PEOPLE = 32
 GROWTH = """
 import resource
-from frictionloop.experiments import read_protocol, simulate
+from frictionloop.experiments import read_protocol
+from frictionloop.experiments.study import simulate_trials
 
 plan = read_protocol("study-friction").evolve({"blocks.practice": 0})
 for trials in (5, 60):
-    simulate(plan.evolve({"stop.trials": trials}), participants=4, progress=False)
+    simulate_trials(plan.evolve({"stop.trials": trials}), participants=4, progress=False)
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 
@@ -41,7 +43,7 @@ def test_95_percent_intervals_hold_the_jnd_that_each_simulated_participant_has()
     plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0})
     observer = Observer()
     people = [{**each, "friction.nominal_n": max(each["friction.nominal_n"], 0.9)} for each in fingers(PEOPLE, 5)]
-    trials = simulate(plan, participants=PEOPLE, observer=observer, population=people, progress=False)
+    trials = simulate_trials(plan, participants=PEOPLE, observer=observer, population=people, progress=False)
     found = fits(plan, trials)
     found = found[found["level"] == "delivered"].set_index("participant")
     true = np.array([true_jnd_n(plan, observer, finger) for finger in people])

@@ -13,8 +13,8 @@ from studio_pages import opened, seen, until
 import frictionloop as fl
 from frictionloop.device.live_session import Session
 from frictionloop.rendering.tables import Map
-from frictionloop.studio import foreseen
-from frictionloop.studio.foreseen import BEYOND, STEEP, WEAK, previewed
+from frictionloop.studio import effect_feasibility
+from frictionloop.studio.effect_feasibility import BEYOND, STEEP, WEAK, previewed
 from frictionloop.studio.gallery import BLACK_N, WHITE_N, gallery
 from frictionloop.studio.plate import asked
 from frictionloop.studio.room import Room
@@ -67,9 +67,9 @@ def test_a_look_ahead_that_dies_is_told_and_takes_nothing_with_it(monkeypatch):
     def dies(*asked):
         raise ValueError("no more room")
 
-    monkeypatch.setattr(foreseen, "preview", dies)
+    monkeypatch.setattr(effect_feasibility, "preview", dies)
     assert previewed(GRATING, 80.0, 0.5)["why"] == "Looking ahead has failed: ValueError: no more room"
-    assert "no effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
+    assert "must be effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
 
 
 def test_the_gallery_shows_the_forces_of_every_effect():

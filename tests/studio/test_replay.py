@@ -17,11 +17,11 @@ from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_session import Session
 from frictionloop.parameters.written import to_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.export import needed_by, page_of, stroked
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.replay import STEPS, played, read_run
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
+from frictionloop.studio.static_page import needed_by, page_of, stroked
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx
@@ -108,14 +108,14 @@ def test_a_page_opens_a_run_and_a_bench(path):
 @pytest.mark.parametrize(
     ("name", "content", "why"),
     [
-        ("run.exe", b"", "must be a bench"),
+        ("run.exe", b"", "must be .toml or .h5"),
         ("run.h5", b"nonsense", "run.h5"),
         ("run.h5", b"x" * (64 * 1024 * 1024 + 1), "must be smaller"),
         ("b.toml", b"x" * (256 * 1024 + 1), "must be smaller"),
         ("b.toml", b"schema = 1\n[", "is not TOML"),
         ("b.toml", b'preset = "bench"\n[controller]\nkpp = 1', "kpp"),
-        ("b.toml", b'preset = "bench"\n[disturbance]\nkind = "recording"\npath = "passwd"', "names a file"),
-        ("b.toml", b'preset = "bench"\n[setpoint]\nkind = "effect"\neffect = "/etc/passwd"', "names a file"),
+        ("b.toml", b'preset = "bench"\n[disturbance]\nkind = "recording"\npath = "passwd"', "must not be a file"),
+        ("b.toml", b'preset = "bench"\n[setpoint]\nkind = "effect"\neffect = "/etc/passwd"', "must not be a file"),
     ],
 )
 def test_what_cannot_be_opened_is_refused_in_words(name, content, why):

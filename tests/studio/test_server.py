@@ -16,7 +16,7 @@ from live_engines import GRATING, Echo
 import frictionloop as fl
 from frictionloop import studio
 from frictionloop.cli.effect import LAW
-from frictionloop.cli.studio import _system as opened_with
+from frictionloop.cli.studio import _given as opened_with
 from frictionloop.device.live_engine import CHANNELS, TwinEngine
 from frictionloop.device.live_session import Session
 from frictionloop.studio.frames import unpack
@@ -131,8 +131,8 @@ def test_frames_come_with_every_channel_and_the_pointer_is_told_back():
         ("[1]", "do = None"),
         ('{"do": "format_disk"}', "must be one of"),
         ('{"do": "effect", "name": "../../etc/passwd"}', "must be one of"),
-        ('{"do": "load", "load_n": NaN}', "must be a number"),
-        ('{"do": "load", "load_n": 1e9}', "must be a number"),
+        ('{"do": "load", "load_n": NaN}', "must be 0.05 to 5"),
+        ('{"do": "load", "load_n": 1e9}', "must be 0.05 to 5"),
         ('{"do": "set", "values": {"controller.kpp": 1}}', "kpp"),
         ('{"do": "set", "values": {"motion.kind": "sliding"}}', "motion"),
         ('{"do": "set", "values": {"disturbance.kind": "recording", "disturbance.path": "/etc/passwd"}}', "file"),
@@ -219,7 +219,15 @@ def test_the_command_that_is_shared_opens_the_same_system(changes):
     given = dict(zip(words[2::2], words[3::2], strict=True))
     effect = given.pop("--effect", None)
     overrides = [f"{name.removeprefix('--')}={value}" for name, value in given.items()]
-    assert opened_with(None, None, overrides, effect) == system
+    assert opened_with(None, None, overrides, effect).system == system
+
+
+def test_a_set_point_of_time_gives_way_to_a_grating_with_a_finding(tmp_path):
+    (tmp_path / "b.toml").write_text('preset = "bench"\n')
+    given = opened_with(tmp_path / "b.toml", None, None, None)
+    assert given.system.setpoint.kind == "effect"
+    assert [(each.code, each.value) for each in given.findings] == [("STUDIO-EFFECT", "sine")]
+    assert opened_with(None, None, None, None).findings == ()
 
 
 @pytest.mark.slow

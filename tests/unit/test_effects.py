@@ -126,7 +126,7 @@ def test_a_trigger_of_place_moves_with_what_it_is_part_of():
     effect = R.Trigger(on_x_mm=1.0, off_x_mm=0.0, then=R.Constant(level_n=0.6), otherwise=R.Constant(level_n=0.3))
     x = np.linspace(-10, 10, 2001)
     assert x[np.flatnonzero(np.diff(played(effect.at(5.0), x)))[0] + 1] == pytest.approx(6.0)
-    with pytest.raises(FrictionloopError, match=r"trigger\.on_x_mm: the path must cross it once"):
+    with pytest.raises(FrictionloopError, match=r"trigger\.on_x_mm: must be crossed once"):
         R.Player(effect.repeat(4.0))
 
 
@@ -202,7 +202,7 @@ def test_the_table_of_a_still_effect_is_the_effect(effect, x):
     ("make", "line"),
     [
         (lambda: R.Map(values_n=(0.1, 0.2)), "Map: pitch_mm is missing"),
-        (lambda: R.Map(values_n=((0.1, 0.2), (0.1,)), pitch_mm=1), "rows must have one length"),
+        (lambda: R.Map(values_n=((0.1, 0.2), (0.1,)), pitch_mm=1), "rows must be equally long"),
         (lambda: R.Map(values_n=(0.1, math.nan), pitch_mm=1), "must be a finite number"),
         (lambda: R.Map(values_n=(0.1,) * 40000, pitch_mm=1), "40000 values; at most 32768"),
         (lambda: R.Trigger(on_load_n=0.5, off_load_n=0.5), "must differ"),

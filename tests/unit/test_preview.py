@@ -59,11 +59,11 @@ def test_the_open_loop_has_a_table_of_its_own_where_a_law_is_told_other_beliefs(
     tuned = BENCH.evolve({"controller.model.nominal_n": 2.2})
     shown = R.preview("grating", tuned, 80.0, table=BENCH.controller.model)
     plain = R.preview("grating", BENCH, 80.0)
-    assert shown.table == BENCH.controller.model == plain.table
+    assert shown.table_model == BENCH.controller.model == plain.table_model
     np.testing.assert_array_equal(shown.open_loop.forth_n, plain.open_loop.forth_n)
     assert shown.closed_loop.rms_error_n != plain.closed_loop.rms_error_n
     wrong = R.preview("grating", tuned, 80.0)
-    assert wrong.table.nominal_n == 2.2
+    assert wrong.table_model.nominal_n == 2.2
     assert wrong.open_loop.mean_error_n < shown.open_loop.mean_error_n - 0.1
 
 
@@ -73,7 +73,6 @@ def test_closed_loop_brings_more_of_a_grating_and_less_of_an_error():
     assert shown.closed_loop.rms_error_n < 0.5 * shown.open_loop.rms_error_n
     assert shown.steepest_n_mm == pytest.approx(0.15 * 2 * np.pi / 2.0, rel=1e-3)
     assert shown.skin_n_mm == 1.0
-    assert shown.sentence.startswith("2 mm grating of ±0.15 N at 80 mm/s: ")
     assert shown.closed_loop.pattern_felt > 1.0
 
 
@@ -107,7 +106,6 @@ def test_what_is_clamped_is_told():
 def test_a_level_has_no_contrast():
     shown = R.preview("constant", BENCH)
     assert np.isnan(shown.closed_loop.contrast)
-    assert "the level errs by" in shown.sentence
 
 
 def test_fingers_are_given_more_alike_closed_loop():
@@ -115,7 +113,6 @@ def test_fingers_are_given_more_alike_closed_loop():
     open_n, closed_n = crowd.spread_n
     assert closed_n < 0.5 * open_n
     assert len(crowd.contrasts[0]) == 4
-    assert "differs between 4 fingers" in crowd.sentence
 
 
 @pytest.mark.slow
@@ -168,14 +165,11 @@ def run(capsys, *tokens):
 def test_the_commands_list_show_check_play_and_import(capsys, tmp_path):
     code, out, _ = run(capsys, "list", "--json")
     assert code == 0
-    assert json.loads(out).keys() == R.LIBRARY.keys()
+    assert [each["name"] for each in json.loads(out)["effects"]] == list(R.LIBRARY)
     code, out, _ = run(capsys, "show", "grating", "--speed-mm-s", "80", "--save", str(tmp_path / "g.toml"), "--json")
     shown = json.loads(out)
-    assert shown["sentence"].startswith("2 mm grating")
     assert shown["open_loop"]["contrast"] < shown["closed_loop"]["contrast"] < 1.0
     assert R.read_effect(tmp_path / "g.toml") == R.LIBRARY["grating"]
-    code, out, _ = run(capsys, "show", str(tmp_path / "g.toml"))
-    assert "contrast that arrives" in out
     code, out, _ = run(capsys, "check", "button", "--json")
     assert json.loads(out)["triggers"] == 1
     code, out, _ = run(capsys, "check", "wall")
@@ -186,7 +180,6 @@ def test_the_commands_list_show_check_play_and_import(capsys, tmp_path):
     R.write_image(R.rasterise(R.LIBRARY["braille"], 12.0, 8.0), tmp_path / "b.png")
     code, out, _ = run(capsys, "import", str(tmp_path / "b.png"), "--out", str(tmp_path / "b.toml"))
     assert code == 0
-    assert "gamma ignored" in out
     assert R.read_effect(tmp_path / "b.toml").kind == "map"
 
 
@@ -195,9 +188,9 @@ def test_the_commands_list_show_check_play_and_import(capsys, tmp_path):
     [
         (("show", "gratin"), "error: effect: 'gratin' is unknown"),
         (("show", "no.toml"), "error: no.toml: cannot be read"),
-        (("check", "constant", "--controller.model.nominal_n", "0.2"), "error: effect: asks for 0.45 to 0.45 N"),
-        (("play", "grating", "--preset", "paper"), 'motion.kind must be "strokes"'),
-        (("play", "grating", "--setpoint.kind", "sine"), "error: setpoint: the effect is named by EFFECT"),
+        (("check", "constant", "--controller.model.nominal_n", "0.2"), "error: effect = 0.45 to 0.45 N: must have"),
+        (("play", "grating", "--preset", "paper"), 'motion.kind: must be "strokes"'),
+        (("play", "grating", "--setpoint.kind", "sine"), "error: setpoint.kind: is set by EFFECT"),
         (("import", "x.gif", "--out", "x.toml"), "error: x.gif: format '.gif' is unknown"),
         (("import", "x.ahap", "--out", "x.toml"), "error: x.ahap: full_n is missing"),
     ],

@@ -27,7 +27,7 @@ def test_its_first_number_is_the_spread_between_fingers():
     found = stored()
     opened, closed = (np.median(found.values(law, "spread_n")) for law in ("lookup", "notch_pi"))
     assert closed < 0.2 * opened
-    assert f"differ by {1e3 * opened:.0f} mN open loop, and by {1e3 * closed:.0f} mN with" in found.sentence
+    assert f"differ by {1e3 * opened:.0f} mN open loop, by {1e3 * closed:.0f} mN with" in found.sentence
 
 
 def test_its_table_has_a_column_for_each_law_and_the_spread_first():

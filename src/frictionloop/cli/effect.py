@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
-    from frictionloop.parameters import System
+    from frictionloop.rendering import Effect
 
 ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
 LIST_EXAMPLES = r"""Examples
@@ -47,16 +48,9 @@ LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 """What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 
 
-def list_effects(*, json: flags.Json = False) -> None:
+def list_effects(*, shown: screen.Shown = screen.BRIEFLY) -> None:
     """List the effects of the library: name, kind, and the forces that each asks for."""
-    from frictionloop.cli import effect_text
-    from frictionloop.rendering.library import LIBRARY
-
-    rows = effect_text.library_rows(LIBRARY)
-    if json:
-        screen.show_json({row[0]: {"kind": row[1], "force": row[2]} for row in rows})
-        return
-    screen.show(screen.columns([("name", "kind", "asks for"), *rows]))
+    shown.show(fl.rendering.effects())
 
 
 def show(
@@ -71,7 +65,7 @@ def show(
     fingers: flags.Run[flags.Whole] = 0,
     plot: flags.Result[Path | None] = None,
     save: flags.Result[Path | None] = None,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Preview an effect: what a finger gets of it, open and closed loop, side by side.
 
@@ -91,42 +85,15 @@ def show(
     checks.check_new("save", save)
     checks.check_count("seed", seed, 0)
     checks.check_count("fingers", fingers, 0, 1000)
-    wanted, system, origin = _given(effect, file, preset, overrides)
+    wanted, given = _given(effect, file, preset, overrides)
+    people = fl.fingers(fingers, seed) if fingers else ()
     with screen.waiting("simulating"):
-        from frictionloop.cli import effect_text
-        from frictionloop.preview import people, preview
-
-        shown = preview(wanted, system, speed_mm_s, seed)
-        crowd = None
-        if fingers:
-            from frictionloop.physics.fingers import fingers as drawn
-
-            crowd = people(wanted, system, drawn(fingers, seed), speed_mm_s, seed)
+        found = fl.rendering.preview(wanted, given.system, speed_mm_s, seed, fingers=people)
     if plot is not None:
-        from frictionloop.report.plot import plot as draw
-
-        draw(shown, plot)
-    left: tuple[str, ...] = ()
-    if save is not None:
-        from frictionloop.rendering.export import write
-
-        left = write(shown.effect, save)
-    saved = {"figure": plot, "effect": save}
-    if json:
-        screen.show_json(effect_text.as_json(shown, crowd) | {"saved": saved, "not_carried_over": left})
-        return
-    screen.show(
-        screen.columns([("effect", effect_text.described(shown.effect)), ("system", origin)]),
-        "",
-        screen.wrapped(f"{shown.sentence}."),
-        *([screen.wrapped(f"{crowd.sentence[:1].upper()}{crowd.sentence[1:]}.")] if crowd else []),
-        "",
-        screen.table(effect_text.delivered_rows(shown)),
-        "",
-        screen.columns(effect_text.limit_rows(shown)),
-        *screen.saved(saved),
-        *(f"not carried over: {each}" for each in left),
-    )
+        fl.plot(found, plot)
+    left = fl.rendering.write(found.effect, save) if save is not None else ()
+    more = [Finding("EFFECT-LEFT", value=", ".join(left))] if left else []
+    shown.show(found.with_findings([*given.findings, *more]), saved={"figure": plot, "effect": save})
 
 
 def check(
@@ -137,21 +104,11 @@ def check(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     speed_mm_s: flags.Run[Speed] = None,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Check an effect without running it: whether it can be given and felt, and what is clamped of it."""
-    wanted, system, _ = _given(effect, file, preset, overrides)
-
-    from frictionloop.cli import effect_text
-    from frictionloop.preview.asked import check as checked
-    from frictionloop.preview.effect import prepared
-
-    shown = prepared(wanted, system, speed_mm_s)
-    asked = checked(shown)
-    if json:
-        screen.show_json(effect_text.checked_json(shown, asked))
-        return
-    screen.show(screen.columns(effect_text.checked_rows(shown, asked)))
+    wanted, given = _given(effect, file, preset, overrides)
+    shown.show(fl.rendering.check(wanted, given.system, speed_mm_s).with_findings(given.findings))
 
 
 def play(
@@ -165,7 +122,7 @@ def play(
     seed: flags.Run[flags.Whole] = 0,
     out: flags.Result[Path | None] = None,
     plot: flags.Result[Path | None] = None,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Play an effect under a simulated finger and keep the run.
 
@@ -181,65 +138,36 @@ def play(
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("seed", seed, 0)
-    wanted, system, origin = _given(effect, file, preset, overrides)
-
-    from frictionloop.cli import effect_text
-    from frictionloop.preview.asked import check as checked
-    from frictionloop.preview.effect import prepared
-
-    shown = prepared(wanted, system, None)
-    checked(shown)
+    wanted, given = _given(effect, file, preset, overrides)
     with screen.waiting("simulating"):
-        from frictionloop.loop.record import save
-        from frictionloop.loop.simulate import simulate
-
-        run = simulate(shown, duration_s, seed)
+        found = fl.rendering.play(wanted, given.system, duration_s, seed)
     if out is not None:
-        save(run, out)
+        fl.save(found.run, out)
     if plot is not None:
-        from frictionloop.report.plot import plot as draw
-
-        draw(run, plot)
-    errors = effect_text.run_errors(run)
-    saved = {"run": out, "figure": plot}
-    if json:
-        screen.show_json({"effect": effect, "duration_s": duration_s, "seed": seed} | errors | {"saved": saved})
-        return
-    rows = [("effect", effect), ("system", origin), *effect_text.error_rows(errors)]
-    screen.show(screen.columns(rows), *screen.saved(saved))
+        fl.plot(found.run, plot)
+    shown.show(found.with_findings(given.findings), saved={"run": out, "figure": plot})
 
 
-def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | None) -> tuple[Any, System, str]:
-    """Return the effect, changed by what begins with ``effect.``, and the bench that it is felt on.
-
-    The preset has a law that closes its loop well.
-    """
-    own_values = [each for each in overrides or () if each.startswith(EFFECT)]
-    of_path = [each for each in overrides or () if each.startswith(PATH)]
-    overrides = [each for each in overrides or () if not each.startswith((EFFECT, *PATH))]
-    effect: Any = name
-    if own_values:
-        from frictionloop.rendering.files import changed, find
-
-        values = flags.overrides_of(own_values)
-        effect = changed(find(name), {path.removeprefix(EFFECT): value for path, value in values.items()})
-    system, origin = _system(file, preset, overrides)
+def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | None) -> tuple[Effect | str, flags.Given]:
+    """Return the effect, changed by what begins with ``effect.``, and the bench that it is felt on."""
+    flagged = overrides or []
+    own = flags.overrides_of(each for each in flagged if each.startswith(EFFECT))
+    effect = fl.rendering.find(name, {path.removeprefix(EFFECT): value for path, value in own.items()})
+    of_path = flags.overrides_of(each for each in flagged if each.startswith(PATH))
+    given = on_bench(file, preset, [each for each in flagged if not each.startswith((EFFECT, *PATH))])
     if of_path:
-        values = flags.overrides_of(of_path)
-        kind = {} if system.setpoint.kind == "effect" else {"setpoint.kind": "effect"}
-        system, origin = system.evolve(kind | values), flags.changed(origin, values)
-    return effect, system, origin
+        kind = {} if given.system.setpoint.kind == "effect" else {"setpoint.kind": "effect"}
+        given = given._replace(system=given.system.evolve(kind | of_path))
+    return effect if own else name, given
 
 
-def _system(file: Path | None, preset: Any, overrides: list[str]) -> tuple[System, str]:
-    """Return the bench that an effect is felt on."""
-    wanted = flags.overrides_of(overrides)
-    if any(name.startswith(("setpoint.effect", "setpoint.kind")) for name in wanted):
-        raise FrictionloopError("setpoint: the effect is named by EFFECT; --effect.NAME VALUE changes it")
-    from frictionloop.cli import recorded_units
-
-    system, origin = flags.noted(file, preset, overrides, "bench")
-    recorded_units.ask(system, ("disturbance",))
-    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted):
-        system, origin = system.evolve(LAW), flags.changed(origin, LAW)  # no flag of a person's, so nothing to note
-    return system, origin
+def on_bench(file: Path | None, preset: Any, overrides: list[str] | None) -> flags.Given:
+    """Return a bench to feel effects on; the preset has a law that closes its loop well."""
+    named = flags.overrides_of(overrides)
+    for path in ("setpoint.effect", "setpoint.kind"):
+        if any(name.startswith(path) for name in named):
+            raise fl.FrictionloopError(f"{path}: is set by EFFECT and --effect.NAME VALUE")
+    given = flags.given(file, preset, overrides, "bench")
+    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in named):
+        return given._replace(system=given.system.evolve(LAW))
+    return given

@@ -1,17 +1,18 @@
-"""``frictionloop experiment``: a protocol, what it will do, sessions of it, and simulated participants."""
+"""``frictionloop experiment``: a protocol, what it will do, how many participants it takes, sessions as files."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
-    from frictionloop.parameters import System
+    from frictionloop import System
 
 NEW_EXAMPLES = r"""Examples
 
@@ -50,6 +51,7 @@ def new(
     /,
     *,
     start: Annotated[flags.Run[str], Parameter(name="from")] = "jnd-friction-staircase",
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Write a protocol to begin with, each key with its unit, meaning and what it accepts.
 
@@ -58,39 +60,16 @@ def new(
     start
         The protocol to copy: a file, or a name of one that comes with the package.
     """
-    from frictionloop.experiments.protocol import read_protocol, to_toml
-    from frictionloop.quantities import replacing
-
     checks.check_output("file", file, checks.SYSTEMS)
     checks.check_new("file", file)
-    text = to_toml(read_protocol(start))
-    with replacing(file) as beside:
-        beside.write_text(text, encoding="utf-8")
-    screen.show(*screen.saved({"the protocol": file}), f"Check it with: frictionloop experiment check {file}")
+    shown.show(fl.experiments.new(file, start), saved={"protocol": file})
 
 
-def check(protocol: ProtocolName, /, *, bench: Bench = None, json: flags.Json = False) -> None:
+def check(protocol: ProtocolName, /, *, bench: Bench = None, shown: screen.Shown = screen.BRIEFLY) -> None:
     """Run every branch of a protocol dry: trials, duration, forces, and the share of fingers that can be given them."""
-    from frictionloop.experiments.dry_run import check as checked
-    from frictionloop.experiments.protocol import read_protocol
-
-    plan = read_protocol(protocol)
-    found = checked(plan, bench_of(bench))
-    low, high = sorted(found.trials)
-    if json:
-        screen.show_json({"protocol": plan.name, **found._asdict(), "needed": found.needed._asdict()})
-        return
-    screen.show(
-        screen.columns(
-            [
-                ("protocol", f"{plan.name}: {plan.title}"),
-                ("trials", f"{low}" if low == high else f"{low} to {high}"),
-                ("takes", f"{screen.about(found.duration_s)} at most, breaks and repetitions aside"),
-                ("forces", f"{found.needed.low_n:.3g} to {found.needed.high_n:.3g} N"),
-                ("in reach", f"of {100 * found.share_in_reach:.0f} % of fingers"),
-            ]
-        )
-    )
+    given = bench_of(bench)
+    found = fl.experiments.check(fl.experiments.read_protocol(protocol), given.system)
+    shown.show(found.with_findings(given.findings))
 
 
 def export(
@@ -99,6 +78,7 @@ def export(
     /,
     *,
     form: Annotated[flags.Run[Literal["bids", "csv", "hdf5"]], Parameter(name="as")] = "bids",
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Write sessions for other programs.
 
@@ -107,12 +87,9 @@ def export(
     form
         bids: a folder in the shape of BIDS; csv: one table, as PsychoPy writes; hdf5: one file with all traces.
     """
-    from frictionloop.experiments.export import WRITERS
-
     if form != "bids":
         checks.check_output("out", out, {"csv": checks.TABLES, "hdf5": checks.RUN_FILES}[form])
-    WRITERS[form](folder, out)
-    screen.show(*screen.saved({"the sessions": out}))
+    shown.show(fl.experiments.export(folder, out, form))
 
 
 def power(
@@ -126,7 +103,7 @@ def power(
     pool: flags.Run[flags.Whole] = 24,
     seed: flags.Run[flags.Whole] = 0,
     bench: Bench = None,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Tell by simulation how many participants and trials a study needs to find a difference, condition by condition.
 
@@ -148,24 +125,15 @@ def power(
     seed
         Seed of everything.
     """
-    from frictionloop.experiments.planning import power as needed
-    from frictionloop.experiments.planning import summary
-    from frictionloop.experiments.protocol import read_protocol
-
     checks.check_count("pool", pool, 2, 10_000)
     checks.check_count("studies", studies, 1, 1_000_000)
     numbers = _range("participants", participants, 2)
     lengths = None if trials is None else _range("trials", trials, 5)
-    found = needed(
-        read_protocol(protocol), effect, numbers, bench_of(bench), trials=lengths, pool=pool, studies=studies, seed=seed
+    given, plan = bench_of(bench), fl.experiments.read_protocol(protocol)
+    found = fl.experiments.power(
+        plan, effect, numbers, given.system, trials=lengths, pool=pool, studies=studies, seed=seed
     )
-    if json:
-        screen.show_json({"power": found.to_dict("records"), "effect": effect})
-        return
-    title = f"share of studies that find a change of {100 * effect:g} % at p < 0.05, and its 95 % interval"
-    without = int(found["without"].max())
-    left_out = f"Of {pool} participants {without} at most were left out: no function could be fitted to their answers."
-    screen.show(title, "", screen.table(summary(found)), *([left_out] if without else []))
+    shown.show(found.with_findings(given.findings))
 
 
 def _range(name: str, text: str, least: int) -> list[int]:
@@ -174,17 +142,20 @@ def _range(name: str, text: str, least: int) -> list[int]:
     except ValueError:
         first, last, step = 0, 0, []
     if not least <= first <= last <= 1000 or len(step) > 1 or (step and step[0] < 1):
-        raise FrictionloopError(f"{name} = {text!r}: must be from:to, such as 6:40, each from {least} to 1000")
+        raise fl.FrictionloopError(f"{name} = {text!r}: must be from:to, each from {least} to 1000")
     return list(range(first, last + 1, step[0] if step else max((last - first) // 8, 1)))
 
 
-def bench_of(file: Path | None) -> System:
-    """Return the bench of a file, the simulated one of the studies without it."""
-    from frictionloop.experiments.study import study_system
-    from frictionloop.parameters import read_toml
-    from frictionloop.parameters.unit_sanity import unusual
+class OnBench(NamedTuple):
+    """The bench of a study; None is that of `fl.experiments`."""
 
-    bench = study_system() if file is None else read_toml(file)
-    screen.note_findings(unusual(bench))
-    screen.tell_notes()  # before the work, which may take long
-    return bench
+    system: System | None
+    findings: tuple[Finding, ...]
+
+
+def bench_of(file: Path | None) -> OnBench:
+    """Return the bench of a file, and what of it is in doubt."""
+    if file is None:
+        return OnBench(None, ())
+    found = fl.described(file)
+    return OnBench(found.system, found.findings)

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
-from frictionloop.quantities.units import FrictionloopError
 
 if TYPE_CHECKING:
-    from frictionloop.experiments.lsl import Streams
-    from frictionloop.experiments.protocol import Protocol
-    from frictionloop.experiments.respondent import Respondent
+    from frictionloop.experiments import Protocol, Respondent
 
 RUN_EXAMPLES = r"""Examples
 
@@ -46,6 +44,7 @@ def run(
     host: flags.Run[str] = "127.0.0.1",
     port: flags.Run[flags.Whole] = 0,
     lsl: flags.Run[flags.Flag] = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Run a session with one participant, at the keyboard of this terminal, on a page, or a simulated one.
 
@@ -74,21 +73,17 @@ def run(
     lsl
         Forces, positions and markers also go out as streams of the Lab Streaming Layer.
     """
-    from frictionloop.experiments.protocol import read_protocol
-    from frictionloop.experiments.running import run as through
-    from frictionloop.experiments.running import source_of
-
-    plan = read_protocol(protocol)
-    where = folder or Path(f"{plan.name}-{participant}")
     if simulated and studio:
-        raise FrictionloopError("--simulated, --studio: a simulated participant sees no page; give one of the two")
-    with _respondent(plan, participant, source_of(address), simulated, studio, host, port) as respondent:
-        through(
-            plan, where, participant, bench_of(bench), respondent=respondent,
-            address=address, seed=seed, calibration=calibration, progress=_told(plan, simulated or studio),
-            streams=_streams(participant, lsl),
+        raise fl.FrictionloopError("studio = True: goes with a person, not with simulated")
+    plan, given = fl.experiments.read_protocol(protocol), bench_of(bench)
+    where = folder or Path(f"{plan.name}-{participant}")
+    with _respondent(plan, participant, address, simulated, studio, host, port) as respondent:
+        found = fl.experiments.run(
+            plan, where, participant, given.system, respondent=respondent, address=address, seed=seed,
+            calibration=calibration, progress=_progress(plan, simulated or studio),
+            streams=fl.experiments.Streams(participant) if lsl else None,
         )  # fmt: skip
-    _ended(where)
+    shown.show(found.with_findings(given.findings))
 
 
 def resume(
@@ -99,6 +94,7 @@ def resume(
     host: flags.Run[str] = "127.0.0.1",
     port: flags.Run[flags.Whole] = 0,
     lsl: flags.Run[flags.Flag] = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
 
@@ -107,75 +103,37 @@ def resume(
     studio, host, port, lsl
         As of ``experiment run``.
     """
-    from frictionloop.experiments import folder as folders
-    from frictionloop.experiments.running import resume as through
-
-    plan, _, about = folders.read(folder)
+    plan, _, about = fl.experiments.read_session(folder)
     simulated = "simulated" in about
-    with _respondent(plan, about["participant"], about["source"], simulated, studio, host, port) as respondent:
-        through(
-            folder, respondent=respondent, progress=_told(plan, simulated or studio),
-            streams=_streams(about["participant"], lsl),
+    with _respondent(plan, about["participant"], about.get("address", "bench:"), simulated, studio, host, port) as who:
+        found = fl.experiments.resume(
+            folder, respondent=who, progress=_progress(plan, simulated or studio),
+            streams=fl.experiments.Streams(about["participant"]) if lsl else None,
         )  # fmt: skip
-    _ended(folder)
+    shown.show(found)
 
 
 @contextmanager
 def _respondent(
-    plan: Protocol, participant: str, source: str, simulated: bool, studio: bool, host: str, port: int
+    plan: Protocol, participant: str, address: str, simulated: bool, studio: bool, host: str, port: int
 ) -> Iterator[Respondent | None]:
     """Yield who answers: None is a simulated participant."""
     if simulated:
         yield None
     elif not studio:
-        from frictionloop.experiments.keyboard import Keyboard
-
-        yield Keyboard(plan)
+        yield fl.experiments.Keyboard(plan)
     else:
-        from frictionloop.studio.experiment.desk import Desk
-        from frictionloop.studio.experiment.serving import served
-
         checks.check_count("port", port, 0, 65535)
-        desk = Desk(plan, participant, source)
-        with served(desk, host, port) as addresses:
-            for name, told in addresses._asdict().items():
-                screen.show(f"{name}'s page:", f"  {told}")
-            screen.show("Ctrl-C ends it.")
+        with fl.studio.desk(plan, participant, address, host, port) as (desk, pages):
+            screen.show(screen.columns([*pages._asdict().items(), ("end", "Ctrl-C")]))
             yield desk
 
 
-def _streams(participant: str, wanted: bool) -> Streams | None:
-    if not wanted:
-        return None
-    from frictionloop.experiments.lsl import Streams
-
-    return Streams(participant)
-
-
-def _told(plan: Protocol, rows: bool) -> Any:
+def _progress(plan: Protocol, rows: bool) -> Any:
     """Return what tells each row; a person at the keyboard sees its own lines."""
 
     def tell(row: Mapping[str, Any]) -> None:
-        what = row["reason"] if row["reason"] else f"{row['response']}"
-        screen.say(f"trial {row['trial']}: {row['condition']}, {row['requested']:.4g} {plan.level_unit}: {what}")
+        level = f"{row['requested']:.4g} {plan.level_unit}"
+        screen.say(f"trial {row['trial']}: {row['condition']}, {level}: {row['reason'] or row['response']}")
 
     return tell if rows else None
-
-
-def _ended(where: Path) -> None:
-    from frictionloop.experiments.folder import TABLE, logged
-    from frictionloop.experiments.keyboard import levels_drawn
-    from frictionloop.experiments.running import GIVEN_UP
-    from frictionloop.experiments.table import read_rows
-
-    rows = read_rows(where / TABLE)
-    counted = sum(row["counted"] for row in rows)
-    for told in logged(where):
-        if told["event"] == "adjusted" and "factor" in told:
-            screen.say(levels_drawn(told["factor"]))
-        if told["event"] == GIVEN_UP:
-            screen.say(f"condition {told['condition']} was given up: {told['marked']} trials did not count")
-    screen.show(
-        f"{len(rows)} trials, of which {counted} count, are in {where / TABLE}",
-        f"Report: frictionloop experiment report {where} --out {where.name}.html",
-    )

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.device import connected
 from frictionloop.cli.effect import LAW
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
-    from frictionloop.device.live_session import Session
-    from frictionloop.parameters import System
+    from frictionloop.studio import Opened
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 MoreRuns = Annotated[Path, Parameter(name="RUN", help="Recorded runs (.h5) for --export.", group=flags.SYSTEM)]
@@ -48,6 +45,7 @@ def command(
     port: flags.Run[flags.Whole] = PORT,
     replay: flags.Result[Path | None] = None,
     export: flags.Result[Path | None] = None,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Open the studio: slide on a virtual plate in the browser, open and closed loop side by side.
 
@@ -69,107 +67,38 @@ def command(
         Write a page (.html) that plays the RUNs without a server, or ten seconds of the ghost finger without one.
     """
     if export is not None:
-        _export(export, [each for each in (file, *runs) if each is not None], preset, overrides, effect, seed)
+        checks.check_output("export", export, (".html",))
+        runs = tuple(each for each in (file, *runs) if each is not None)
+        with screen.waiting("" if runs else "stroking"):
+            given = None if runs else _given(None, preset, overrides, effect)
+            found = fl.studio.export(export, runs, given and given.system, seed)
+        shown.show(found)
         return
     if runs:
-        raise FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export alone; --replay RUN plays one")
+        raise fl.FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export; --replay RUN plays one")
     checks.check_count("seed", seed, 0)
     checks.check_count("port", port, 0, 65535)
-    needed("uvicorn", "uvicorn", "studio")
-    needed("starlette", "starlette", "studio")
-    from frictionloop.studio.beside import starting
+    given = _given(file, preset, overrides, effect)
+    with ExitStack() as opening:
+        opening.enter_context(screen.waiting(f"looking for {device}" if device else "compiling the loop"))
 
-    with starting():
-        _serve(_system(file, preset, overrides, effect), device, seed, host, port, replay)
+        def opened(found: Opened) -> None:
+            opening.close()
+            shown.show(found.with_findings(given.findings))
 
-
-def _serve(system: System, device: str | None, seed: int, host: str, port: int, replay: Path | None) -> None:
-    """Serve the page until Ctrl-C."""
-    import uvicorn
-
-    from frictionloop.studio.listening import listening
-    from frictionloop.studio.room import Room
-    from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network
-    from frictionloop.studio.server import studio_app
-    from frictionloop.studio.share import effect_name
-
-    doors = Doors() if host in LOOPBACK else open_to_network()
-    recorded = [] if replay is None else [_read(replay)]
-    with _session(system, seed, device) as session, listening(host, port) as bound:
-        room = Room(session)
-        room.runs.extend(recorded)
-        address = f"http://{host}:{bound.getsockname()[1]}/" + ("replay" if recorded else "")
-        told = [("law", system.controller.kind), ("set-point", effect_name(system) or system.setpoint.kind)]
-        lines = [("open", f"{address}?token={doors.token}" if doors.token else address)]
-        if device is not None:
-            told.append(("device", device))
-        if doors.token:
-            lines.append(("watch only", f"{address}?token={doors.watch_token}"))
-        screen.show(screen.columns([*lines, *told]), "", "Ctrl-C ends it.")
-        # Not deflated: numbers in binary hardly shrink, and each frame would wait for it.
-        config = uvicorn.Config(
-            studio_app(room, doors), log_level="warning", ws="websockets-sansio", ws_max_size=64 * 1024,
-            ws_per_message_deflate=False, loop="frictionloop.studio.listening:prompt_loop",
-        )  # fmt: skip
-        uvicorn.Server(config).run(sockets=[bound])
+        fl.studio.serve(given.system, device=device, seed=seed, host=host, port=port, replay=replay, opened=opened)
 
 
-def _read(path: Path) -> dict[str, Any]:
-    from frictionloop.studio.replay import read_run
-
-    if path.suffix != ".h5":
-        raise FrictionloopError(f"{path}: must be a recorded run (.h5)")
-    return read_run(path)
-
-
-def _export(
-    page: Path, runs: list[Path], preset: Any, overrides: list[str] | None, effect: str | None, seed: int
-) -> None:
-    """Write the page of recorded runs; without one, of a bench under the ghost finger."""
-    checks.check_output("export", page, (".html",))
-    from frictionloop.studio.export import page_of, stroked
-    from frictionloop.studio.replay import played
-
-    if runs:
-        told = [_read(run) for run in runs]
-    else:
-        with screen.waiting("stroking"):
-            told = [played(stroked(_system(None, preset, overrides, effect), seed), "ghost finger")]
-    text = page_of(told)
-    page.write_text(text, encoding="utf-8")
-    screen.show(f"saved as {page} ({len(text) / 1e6:.2f} MB)")
-
-
-@contextmanager
-def _session(system: System, seed: int, device: str | None) -> Iterator[Session]:
-    """Yield the session, whose device is switched off at its end."""
-    if device is None:
-        from frictionloop.device.live_engine import TwinEngine
-        from frictionloop.device.live_session import Session
-
-        with screen.waiting("compiling the loop, which is done once"):
-            session = Session(TwinEngine(system, seed))
-        yield session
-        return
-    from frictionloop.device.device_session import DeviceSession
-    from frictionloop.device.live_device import DeviceEngine
-
-    with connected(device, system, seed) as found:
-        yield DeviceSession(DeviceEngine(found, system))
-
-
-def _system(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> System:
-    """Return the bench of the page; the preset has a law that closes its loop well, and every one an effect."""
-    chosen = flags.overrides_of(overrides)
-    system, _ = flags.noted(file, preset, overrides, "bench")
-    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in chosen):
-        system = system.evolve(LAW)  # no flag of a person's, so nothing to note
+def _given(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> flags.Given:
+    """Return the bench of the page, which has an effect, by itself a grating, and what is to be known of it."""
+    named = flags.overrides_of(overrides)
+    given = flags.given(file, preset, overrides, "bench")
+    system, found = given.system, given.findings
+    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in named):
+        system = system.evolve(LAW)
     if effect is not None:
-        from frictionloop.rendering.files import find
-
-        return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
-    if system.setpoint.kind != "effect" and "setpoint.kind" not in chosen:
-        if file is not None:
-            screen.say(f"{file}: its set-point is a function of time; a grating lies on the plate instead")
-        return system.evolve(setpoint={"kind": "effect"})
-    return system
+        system = system.evolve(setpoint={"kind": "effect", "effect": fl.rendering.find(effect)})
+    elif system.setpoint.kind != "effect" and "setpoint.kind" not in named:
+        found += (Finding("STUDIO-EFFECT", value=system.setpoint.kind),) if file else ()
+        system = system.evolve(setpoint={"kind": "effect"})
+    return given._replace(system=system, findings=found)

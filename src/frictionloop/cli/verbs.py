@@ -24,7 +24,6 @@ from frictionloop.cli import (
     effect_import,
     experiment,
     explain,
-    findings,
     firmware,
     identify,
     identify_bench,
@@ -34,6 +33,7 @@ from frictionloop.cli import (
     sessions,
     simulate,
     studio,
+    study_results,
     sweep,
 )
 from frictionloop.cli.verb import HERE, Verb, add, group_app, new_app
@@ -139,8 +139,8 @@ app.command(
             "check": Verb(experiment.check, "PROTOCOL [OPTIONS]", experiment.CHECK_EXAMPLES),
             "run": Verb(sessions.run, "PROTOCOL --participant CODE [OPTIONS]", sessions.RUN_EXAMPLES),
             "resume": Verb(sessions.resume, "FOLDER", sessions.RESUME_EXAMPLES),
-            "simulate": Verb(findings.simulate, "PROTOCOL [OPTIONS]", findings.SIMULATE_EXAMPLES),
-            "report": Verb(findings.report, "FOLDER [OPTIONS]", findings.REPORT_EXAMPLES),
+            "simulate": Verb(study_results.simulate, "PROTOCOL [OPTIONS]", study_results.SIMULATE_EXAMPLES),
+            "report": Verb(study_results.report, "FOLDER [OPTIONS]", study_results.REPORT_EXAMPLES),
             "export": Verb(experiment.export, "FOLDER OUT [OPTIONS]", experiment.EXPORT_EXAMPLES),
             "power": Verb(experiment.power, "PROTOCOL [OPTIONS]", experiment.POWER_EXAMPLES),
         },

@@ -2,30 +2,51 @@
 
 A protocol is a file. A session of it is a folder with one row per trial, which says what was asked, what was delivered
 and whether it counts.
+
+new  check  power             write a protocol, run it dry, see how many participants it takes
+run  resume  simulate         a session, a session that was left, a whole study with simulated participants
+report  write_page  export    what sessions found, as an answer and as a page, and for other programs
 """
+
+from __future__ import annotations
 
 import importlib
 from typing import Any
 
-from frictionloop.experiments.bayes import Psi, Quest
-from frictionloop.experiments.dry_run import check
-from frictionloop.experiments.fit import fit
-from frictionloop.experiments.kept_sessions import read_trials
-from frictionloop.experiments.methods import ConstantStimuli, Walk
-from frictionloop.experiments.own_reach import reaches
-from frictionloop.experiments.participant import Observer
-from frictionloop.experiments.planning import power
-from frictionloop.experiments.protocol import Protocol, read_protocol
-from frictionloop.experiments.running import resume, run
-from frictionloop.experiments.several import Adjustment, Interleaved
-from frictionloop.experiments.staircase import Staircase
-from frictionloop.experiments.study import simulate
-from frictionloop.experiments.summary import fits, funnel, groups, pooled
+from frictionloop.quantities.lazily import lazily
+
+HOMES = {
+    "bayes": "Psi Quest",
+    "dry_run": "ProtocolCheck check",
+    "function_fit": "fit",
+    "folder": "read_session",
+    "keyboard": "Keyboard",
+    "kept_sessions": "read_trials",
+    "lsl": "Streams",
+    "methods": "ConstantStimuli Walk",
+    "own_reach": "reaches",
+    "participant": "Observer",
+    "planning": "Power power",
+    "protocol": "NewProtocol Protocol new read_protocol",
+    "respondent": "Respondent",
+    "running": "Ran resume run",
+    "session_export": "Exported export",
+    "several": "Adjustment Interleaved",
+    "staircase": "Staircase",
+    "study_result": "Study report simulate",
+    "summary": "fits funnel groups pooled",
+}
+__all__ = [name for names in HOMES.values() for name in names.split()]
+__all__ += ["write_page"]
+_find = lazily(__name__, HOMES)
 
 
 def __getattr__(name: str) -> Any:
-    """Import ``report`` when it is first used: it draws, and so lives in the room above."""
-    if name != "report":
-        raise AttributeError(f"module 'frictionloop.experiments' has no attribute {name!r}")
-    globals()[name] = importlib.import_module("frictionloop.report.experiment").report
-    return globals()[name]
+    """Import a name when it is first used; a page is drawn in the room above."""
+    if name == "write_page":
+        return importlib.import_module("frictionloop.report.study_page").write_page
+    return _find(name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -57,7 +57,7 @@ class Psi(Handler):
     ) -> None:
         super().__init__()
         if trials is None and width is None:
-            raise FrictionloopError("trials, width: one of the two must say where the method ends")
+            raise FrictionloopError("trials, width: one is needed")
         self.levels = numbers("levels", levels, "")
         self._trials, self._width, self.guess, self.shape = trials, width, guess, shape
         grids = [numbers(*each, "") for each in (("threshold", threshold), ("spread", spread), ("lapse", lapse))]

@@ -20,9 +20,9 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import package_version
 
 FORCES = {
-    "time": "time since the first onset on the device clock, s",
+    "time": "time since the first onset, s",
     "trial": "number of the trial",
-    "interval": "number of the stroke in it",
+    "interval": "number of the stroke",
     "f_r": "set-point force, N",
     "f_delivered": "delivered force, N",
     "f_m": "measured force, N",
@@ -32,18 +32,17 @@ FORCES = {
 MOTION = {"latency": ("LATENCY", "n/a", "s"), "position": ("POS", "x", "m"), "speed": ("VEL", "x", "m/s")}
 """Columns of the motion, with BIDS's type, component and unit; the time is since the first onset."""
 EVENTS = {
-    "onset": "start of the first stroke since that of the first trial, on the device clock, s",
-    "duration": "until the end of the last stroke, s",
+    "onset": "start, device clock, s",
+    "duration": "until the last stroke ends",
     "trial_type": "condition and phase",
-    "response_time": "from the end of the last stroke, s",
+    "response_time": "from the last stroke, s",
     "value": "level asked for",
 }
 GZIP = {"method": "gzip", "mtime": 0}
 """Without the time of writing: the same session gives the same bytes."""
 README = """Sessions of the experiment {name}, written by frictionloop.
 
-Traces exist while a stroke lasts. The strokes of a session stand one after the other in the files of physiology and
-motion; the column of time says when each sample was, on the device's clock.
+Strokes stand one after the other in physiology and motion; times are of the device's clock.
 """
 
 
@@ -65,14 +64,14 @@ def bids(path: Path, out: Path) -> None:
     sessions = sessions_in(path)
     once_each(sessions)
     _new(out)
-    protocol = folder.read(sessions[0])[0]
+    protocol = folder.read_session(sessions[0])[0]
     made = {"Name": "frictionloop", "Version": package_version()}
     about = {"Name": protocol.title or protocol.name, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
     _json(out / "dataset_description.json", {**about, "GeneratedBy": [made]})
     (out / "README").write_text(README.format(name=protocol.name), encoding="utf-8")
     codes = []
     for each in sessions:
-        own, _, told = folder.read(each)
+        own, _, told = folder.read_session(each)
         codes.append(str(told["participant"]))
         _session(each, out / f"sub-{codes[-1]}", f"sub-{codes[-1]}_task-{own.name.replace('-', '')}", own.question)
     people = pandas.DataFrame({"participant_id": [f"sub-{code}" for code in codes]})
@@ -151,7 +150,7 @@ def _described(columns: Mapping[str, str]) -> dict[str, dict[str, str]]:
 
 def _new(out: Path) -> None:
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise FrictionloopError(f"out = {str(out)!r}: has something in it; name a new folder")
+        raise FrictionloopError(f"out = {str(out)!r}: must be a new folder")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas  # type: ignore[import-untyped]
 
-from frictionloop.experiments.fit import POINTS
+from frictionloop.experiments.function_fit import POINTS
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import JND_Z, probability
 

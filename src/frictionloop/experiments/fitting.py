@@ -47,8 +47,8 @@ def fitted(protocol: Protocol, reach: Reach) -> tuple[Protocol, float]:
                 return drawn, factor
     wanted, share = needed(protocol), 100 * share_out(protocol, reach)
     raise FrictionloopError(
-        f"reach: this finger can be given {reach.lowest_n:.3g} to {reach.highest_n:.3g} N; the protocol needs "
-        f"{wanted.low_n:.3g} to {wanted.high_n:.3g} N, of which {share:.0f} % is out of reach"
+        f"reach: {reach.lowest_n:.3g} to {reach.highest_n:.3g} N; must be "
+        f"{wanted.low_n:.3g} to {wanted.high_n:.3g} N ({share:.0f} % is out)"
     )
 
 

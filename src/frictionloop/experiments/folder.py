@@ -117,9 +117,9 @@ def new(
         For a folder with something in it, or one that cannot be made.
     """
     if not participant or not participant.isalnum() or not participant.isascii():
-        raise FrictionloopError(f"participant = {participant!r}: must be a code of letters and digits, such as P01")
+        raise FrictionloopError(f"participant = {participant!r}: must be letters and digits")
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
-        raise FrictionloopError(f"{path}: has something in it; take a new folder, or experiment resume")
+        raise FrictionloopError(f"{path}: must be a new folder, or experiment resume")
     about = {
         "schema": 1,
         "participant": participant,
@@ -153,10 +153,10 @@ def opened(path: Path) -> Folder:
     FrictionloopError
         For a folder that is none, is in use, or was changed.
     """
-    return Folder(path, *read(path))
+    return Folder(path, *read_session(path))
 
 
-def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
+def read_session(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
     """Return protocol, system and what else is told of a session, without opening it.
 
     Raises
@@ -167,7 +167,7 @@ def read(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
     try:
         about = json.loads((path / ABOUT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        raise FrictionloopError(f"{path}: is no session; there is no {ABOUT} that can be read") from None
+        raise FrictionloopError(f"{path}: is no session: no {ABOUT}") from None
     return read_protocol(path / PROTOCOL), read_toml(path / SYSTEM), about
 
 
@@ -185,7 +185,7 @@ def now() -> str:
 def _locked(path: Path) -> int:
     """Return the handle that keeps others out."""
     if (handle := alone(path / LOCK)) is None:
-        raise FrictionloopError(f"{path}: another run of this session goes on; end it first")
+        raise FrictionloopError(f"{path}: another run goes on")
     return handle
 
 
@@ -203,9 +203,7 @@ def _append(handle: int, line: str, path: Path, what: str) -> None:
             raise OSError(28, "No space left on device")
         os.fsync(handle)
     except OSError as error:
-        raise FrictionloopError(
-            f"{path}: {what} cannot be written ({error.strerror or error}); what was before is whole"
-        ) from None
+        raise FrictionloopError(f"{path}: {what} cannot be written ({error.strerror or error})") from None
 
 
 def _whole_lines(path: Path) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas  # type: ignore[import-untyped]
 
-from frictionloop.experiments.folder import ABOUT, TABLE, read
+from frictionloop.experiments.folder import ABOUT, TABLE, read_session
 from frictionloop.experiments.table import COLUMNS, read_rows
 from frictionloop.quantities import FrictionloopError
 
@@ -22,7 +22,7 @@ def sessions_in(path: Path) -> list[Path]:
     """
     found = [path] if (path / ABOUT).is_file() else sorted(each.parent for each in path.glob(f"*/{ABOUT}"))
     if not found:
-        raise FrictionloopError(f"{path}: is no session, and has none in it")
+        raise FrictionloopError(f"{path}: has no session")
     return found
 
 
@@ -36,9 +36,9 @@ def once_each(sessions: Sequence[Path]) -> None:
     """
     first: dict[str, Path] = {}
     for each in sessions:
-        code = str(read(each)[2]["participant"])
+        code = str(read_session(each)[2]["participant"])
         if code in first:
-            raise FrictionloopError(f"{each}: is of participant {code}, as is {first[code]}; take the two apart")
+            raise FrictionloopError(f"{each}: is of participant {code}, as is {first[code]}")
         first[code] = each
 
 

@@ -132,7 +132,7 @@ class Keyboard(Respondent):
 
 def levels_drawn(factor: float) -> str:
     """Return in words that levels were drawn together."""
-    return f"levels are drawn together to {100 * factor:.0f} % of their range: this finger cannot be given more"
+    return f"levels drawn together to {100 * factor:.0f} %"
 
 
 def bar(done: float, direction: str = "forth", width: int = BAR) -> str:

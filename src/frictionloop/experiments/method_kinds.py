@@ -91,7 +91,7 @@ class StaircaseMethod(MethodModel):
     @model_validator(mode="after")
     def _starts_inside(self) -> StaircaseMethod:
         if not self.least < self.most or not all(self.least <= each <= self.most for each in self.start):
-            raise ValueError(f"start = {list(self.start)}: must be from least to most, {self.least:g} to {self.most:g}")
+            raise ValueError(f"start = {list(self.start)}: must be within {self.least:g} to {self.most:g}")
         return self
 
     def extremes(self) -> tuple[float, float]:

@@ -74,10 +74,10 @@ class Handler:
             For a result or a level that is not finite, or after the last level.
         """
         if self.finished:
-            raise FrictionloopError("add_response: the method has finished and asks for no level")
+            raise FrictionloopError("add_response: the method has finished")
         given = self.level if delivered is None else delivered
         if not (math.isfinite(result) and math.isfinite(given)):
-            raise FrictionloopError(f"add_response: result = {result}, delivered = {given}: must be finite")
+            raise FrictionloopError(f"result, delivered = {result}, {given}: must be finite")
         self.told.append(Told(self.level, float(given), float(result), self.track))
         self._next(self.told[-1])
 

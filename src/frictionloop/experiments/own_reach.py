@@ -9,7 +9,7 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
-from frictionloop.experiments.folder import Folder, logged, now, read
+from frictionloop.experiments.folder import Folder, logged, now, read_session
 from frictionloop.experiments.kept_sessions import sessions_in
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import Reach
@@ -86,7 +86,7 @@ def reaches(path: Path) -> pandas.DataFrame:
     """
     rows = []
     for each in sessions_in(path):
-        participant = read(each)[2]["participant"]
+        participant = read_session(each)[2]["participant"]
         for told in logged(each):
             if told["event"] == EVENT and "highest_n" in told:
                 rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})

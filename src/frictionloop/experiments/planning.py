@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas  # type: ignore[import-untyped]
@@ -11,16 +12,53 @@ from scipy.stats import t as student
 
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.study import simulate
-from frictionloop.experiments.summary import fits
+from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.summary import fits, measure
+from frictionloop.findings import Finding, Result
+from frictionloop.findings.result import plain
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import Array
 
 LEVEL = 0.05
 """Of the test."""
 POOLS = 200
 """Pools that are drawn anew from the one that was simulated, for the interval (assumed)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Power(Result):
+    """Shares of studies that find a change."""
+
+    SCHEMA: ClassVar[str] = "experiments.power/1"
+    effect: float
+    """Relative change of the participants' sense."""
+    pool: int
+    """Participants that were simulated."""
+    shares: pandas.DataFrame
+    """Columns condition, trials (0 is all), participants, power; low and high of its 95 % interval, by pools drawn
+    anew from the participants that were simulated; without, those of them whose function could not be fitted."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return what the shares are of."""
+        return [("power", f"share of studies that find a change of {100 * self.effect:g} %, p < {LEVEL:g}, %")]
+
+    def tables(self) -> dict[str, pandas.DataFrame]:
+        """Return power in percent by participants, trials and condition, with its 95 % interval."""
+        names = list(dict.fromkeys(self.shares["condition"]))
+        rows = []
+        for (trials, people), some in self.shares.groupby(["trials", "participants"], sort=False):
+            of = some.set_index("condition")
+            row = {"participants": people, "trials": str(trials) if trials else "all"}
+            for name in names:
+                power, low, high = (100.0 * float(of.loc[name, key]) for key in ("power", "low", "high"))
+                row |= {name: round(power), f"{name} 95 %": f"{low:.0f} to {high:.0f}"}
+            rows.append(row)
+        return {"power": pandas.DataFrame(rows).set_index("participants")}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name, the shares as rows."""
+        return super().to_dict() | {"shares": plain(self.shares.to_dict("records"))}
 
 
 def power(
@@ -34,7 +72,7 @@ def power(
     studies: int = 400,
     seed: int = 0,
     observer: Observer | None = None,
-) -> pandas.DataFrame:
+) -> Power:
     """Return the share of studies that find a change of the participants' sense, by condition, trials and participants.
 
     Each simulated participant takes part twice: as they are, and with all Weber fractions times 1 + effect. Studies of
@@ -63,24 +101,19 @@ def power(
     observer : Observer, optional
         The participants as they are.
 
-    Returns
-    -------
-    pandas.DataFrame
-        Columns condition, trials (0 is all), participants, power; low and high of its 95 % interval, by pools drawn
-        anew from the participants that were simulated; without, those of them whose function could not be fitted.
-
     Raises
     ------
     FrictionloopError
         For an effect or a number out of range.
     """
     if min(participants) < 2:
-        raise FrictionloopError(f"participants = {min(participants)}: must be at least 2")
+        raise must_be("participants", min(participants), "at least 2")
     rows = []
     again, changed = another_day(protocol, effect, observer)
     plans = [protocol, again]
     tables = [
-        simulate(plan, system, pool, seed, observer=own) for plan, own in zip(plans, (observer, changed), strict=True)
+        simulate_trials(plan, system, pool, seed, observer=own)
+        for plan, own in zip(plans, (observer, changed), strict=True)
     ]
     for count in trials or [0]:
         pairs = differences(plans, [first_trials(table, count) for table in tables])
@@ -90,7 +123,11 @@ def power(
                 found = shares(known, n, studies, seed)
                 row = {"condition": condition, "trials": count, "participants": n, "power": found[0]}
                 rows.append(row | {"low": found[1], "high": found[2], "without": change.size - known.size})
-    return pandas.DataFrame(rows)
+    found_all = pandas.DataFrame(rows)
+    without = int(found_all["without"].max())
+    more = {"measure": measure(protocol)[0], "reason": f"of {pool} participants at most"}
+    unfitted = (Finding("STUDY-UNFITTED", value=without, more=more),) if without else ()
+    return Power(effect=effect, pool=pool, shares=found_all, findings=unfitted)
 
 
 def another_day(protocol: Protocol, effect: float, observer: Observer | None = None) -> tuple[Protocol, Observer]:
@@ -102,7 +139,7 @@ def another_day(protocol: Protocol, effect: float, observer: Observer | None = N
         For an effect out of range.
     """
     if not effect > -1.0 or effect == 0.0:
-        raise FrictionloopError(f"effect = {effect:g}: must be above -1 and not 0, such as 0.2")
+        raise must_be("effect", effect, "above -1 and not 0")
     base = observer or Observer()
     webers = {name: getattr(base, name) for name in Observer.model_fields if name.endswith("weber")}
     changed = base.model_copy(update={name: value * (1.0 + effect) for name, value in webers.items()})
@@ -121,7 +158,7 @@ def first_trials(trials: pandas.DataFrame, count: int) -> pandas.DataFrame:
     per = counted.groupby(["participant", "condition"])
     most = int(per.size().min()) if len(counted) else 0
     if count and not 5 <= count <= most:
-        raise FrictionloopError(f"trials = {count}: must be 5 to {most}, which this protocol gives")
+        raise must_be("trials", count, f"5 to {most}")
     return per.head(count) if count else counted
 
 
@@ -164,14 +201,3 @@ def _found(change: Array) -> float:
     # A draw of one participant alone has no spread, and shows nothing.
     t = np.divide(change.mean(axis=1) * np.sqrt(n), spread, out=np.zeros_like(spread), where=spread > 0.0)
     return float(np.mean(np.abs(t) > student.ppf(1.0 - 0.5 * LEVEL, n - 1)))
-
-
-def summary(found: pandas.DataFrame) -> list[tuple[Any, ...]]:
-    """Return the rows of a table: trials, participants, and of each condition power and interval in percent."""
-    names = list(dict.fromkeys(found["condition"]))
-    rows: list[tuple[Any, ...]] = [("trials", "participants", *names)]
-    for (trials, people), some in found.groupby(["trials", "participants"], sort=False):
-        of = some.set_index("condition")
-        cells = (f"{100 * own.power:.0f} % ({100 * own.low:.0f} to {100 * own.high:.0f})" for own in of.itertuples())
-        rows.append((f"{trials}" if trials else "all", f"{people}", *cells))
-    return rows

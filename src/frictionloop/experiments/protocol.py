@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from importlib import resources
-from typing import Annotated, Any, Literal, Self
+from pathlib import Path as File
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,11 +21,12 @@ from frictionloop.experiments.timeline import (
     check_guide,
     check_stop,
 )
+from frictionloop.findings import Result
 from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
 from frictionloop.parameters.written import block_toml
-from frictionloop.quantities import FrictionloopError, check_known
+from frictionloop.quantities import FrictionloopError, check_known, replacing
 from frictionloop.rendering.effect import AnyEffect, Effect
 from frictionloop.rendering.files import effect_of
 from frictionloop.rendering.library import LIBRARY
@@ -60,7 +63,7 @@ class Stimulus(Block):
         """Return the value of the field at a level; None is the standard."""
         if level is None:
             if self.standard is None:
-                raise FrictionloopError("stimulus.standard = None: this task needs a standard; give its value")
+                raise FrictionloopError("stimulus.standard = None: must be a number")
             return self.standard
         return level + (self.standard or 0.0) if self.adds else level
 
@@ -154,13 +157,13 @@ class Protocol(Description):
     def _fits(self) -> Self:
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
-            raise ValueError(f"conditions = {names}: must be at least one, each with a name of its own")
+            raise ValueError(f"conditions = {names}: must have names that differ")
         if self.intervals == 2 and self.stimulus.standard is None:
-            raise ValueError(f'stimulus.standard: task "{self.task}" compares with a standard; must be a number')
+            raise ValueError("stimulus.standard: must be a number")
         if (self.task == "adjustment") != (self.method.kind == "adjustment"):
-            raise ValueError(f'method.kind = "{self.method.kind}": task "adjustment" goes with method "adjustment"')
+            raise ValueError(f'method.kind = "{self.method.kind}": task is "{self.task}"')
         if self.task in ("magnitude", "tracking") and self.method.kind not in ("constant", "walk"):
-            raise ValueError(f'method.kind = "{self.method.kind}": task "{self.task}" needs "constant" or "walk"')
+            raise ValueError(f'method.kind = "{self.method.kind}": must be "constant" or "walk"')
         for condition in self.conditions:
             for level in self.method.extremes():
                 try:
@@ -198,6 +201,40 @@ def bundled() -> list[str]:
 def to_toml(of: Protocol) -> str:
     """Return a protocol as TOML text, each key with its unit, meaning and what it accepts as a comment."""
     return block_toml(of, form=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewProtocol(Result):
+    """A protocol that was written."""
+
+    SCHEMA: ClassVar[str] = "experiments.new/1"
+    protocol: Protocol
+    path: File
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return what it is, and the command that checks it."""
+        return [("protocol", self.protocol.title), ("check", f"frictionloop experiment check {self.path}")]
+
+
+def new(path: str | os.PathLike[str], start: str = "jnd-friction-staircase") -> NewProtocol:
+    """Write a protocol to begin with, each key with its unit, meaning and what it accepts.
+
+    Parameters
+    ----------
+    path
+        File to write (.toml).
+    start
+        The protocol to copy: a file, or a name of one that comes with the package.
+
+    Raises
+    ------
+    FrictionloopError
+        For a protocol that is not there, or a file that cannot be written.
+    """
+    found = read_protocol(start)
+    with replacing(path) as beside:
+        beside.write_text(to_toml(found), encoding="utf-8")
+    return NewProtocol(protocol=found, path=File(path))
 
 
 _FOLDER = resources.files("frictionloop.experiments") / "protocols"

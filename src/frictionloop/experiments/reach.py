@@ -76,9 +76,7 @@ def reach_of(without: xr.Dataset, largest: xr.Dataset, max_amplitude_um: float) 
     """
     highest, lowest = _mean_n(without), _mean_n(largest)
     if not 0.0 < lowest < highest:
-        raise FrictionloopError(
-            f"reach: {highest:.3g} N without vibration, {lowest:.3g} N with it; the second must be less, and above 0"
-        )
+        raise FrictionloopError(f"reach: {lowest:.3g} N with vibration: must be below {highest:.3g}")
     return Reach(highest, lowest, math.log(highest / lowest) / max_amplitude_um**2, _growth_per_s(without))
 
 

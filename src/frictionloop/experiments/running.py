@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from frictionloop.device.errors import DeviceError
 from frictionloop.experiments import folder
 from frictionloop.experiments.engine import BenchEngine, Engine
-from frictionloop.experiments.folder import RAW, Folder, now
+from frictionloop.experiments.folder import RAW, TABLE, Folder, now
 from frictionloop.experiments.lsl import Streams
 from frictionloop.experiments.own_reach import own_reach, reach_after
 from frictionloop.experiments.protocol import Protocol
@@ -18,6 +19,8 @@ from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.sequence import MOST_MARKED
 from frictionloop.experiments.session import Session, guided, one
 from frictionloop.experiments.study import about, hash_of, simulated_respondent, study_system
+from frictionloop.experiments.table import read_rows
+from frictionloop.findings import Finding, Result
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
@@ -26,6 +29,46 @@ BENCH = "bench:"
 """Address of the simulated bench."""
 GIVEN_UP = "given up"
 """Name in the log of a condition that ended because too many trials did not count."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ran(Result):
+    """A session as its folder keeps it."""
+
+    SCHEMA: ClassVar[str] = "experiments.run/1"
+    folder: Path
+    participant: str
+    trials: int
+    counted: int
+    levels_factor: float
+    """Share of their range to which levels were drawn together for this finger's reach."""
+    given_up: Mapping[str, int]
+    """Conditions that ended because too many trials did not count: how many."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return how many trials there are, and the command that reports on them."""
+        return [
+            ("trials", f"{self.trials}, of which {self.counted} count: {self.folder / TABLE}"),
+            ("report", f"frictionloop experiment report {self.folder} --out {self.folder.name}.html"),
+        ]
+
+
+def ran(path: Path) -> Ran:
+    """Return what the folder of a session keeps."""
+    rows, events = read_rows(path / TABLE), list(folder.logged(path))
+    factors = [each["factor"] for each in events if each["event"] == "adjusted" and "factor" in each]
+    given_up = {each["condition"]: int(each["marked"]) for each in events if each["event"] == GIVEN_UP}
+    found = [Finding("STUDY-GIVEN-UP", value=marked, more={"condition": name}) for name, marked in given_up.items()]
+    found += [Finding("STUDY-LEVELS", value=100.0 * factors[-1], unit="%")] if factors else []
+    return Ran(
+        folder=path,
+        participant=folder.read_session(path)[2]["participant"],
+        trials=len(rows),
+        counted=sum(row["counted"] for row in rows),
+        levels_factor=factors[-1] if factors else 1.0,
+        given_up=given_up,
+        findings=tuple(found),
+    )
 
 
 def engine_at(address: str, system: System, time_s: float = 0.0, keep: Path | None = None) -> Engine:
@@ -56,7 +99,7 @@ def run(
     progress: Callable[[Mapping[str, Any]], Any] | None = None,
     trials: int | None = None,
     streams: Streams | None = None,
-) -> Path:
+) -> Ran:
     """Begin a session and run it to its end.
 
     Parameters
@@ -84,11 +127,6 @@ def run(
     streams : Streams, optional
         What passes strokes and markers on to other recorders (`frictionloop.experiments.lsl`).
 
-    Returns
-    -------
-    Path
-        The folder.
-
     Raises
     ------
     FrictionloopError
@@ -102,7 +140,7 @@ def run(
     with folder.new(path, protocol, base, participant, source_of(address), more) as kept:
         kept.log("begin", time=now(), participant=participant)
         _through(kept, respondent, progress, trials, streams)
-    return path
+    return ran(path)
 
 
 def resume(
@@ -112,7 +150,7 @@ def resume(
     progress: Callable[[Mapping[str, Any]], Any] | None = None,
     trials: int | None = None,
     streams: Streams | None = None,
-) -> Path:
+) -> Ran:
     """Go on with a session that was left, killed or unplugged: same sequence, same posterior.
 
     Parameters
@@ -130,7 +168,7 @@ def resume(
     with folder.opened(path) as kept:
         kept.log("resume", time=now(), rows=len(kept.rows), cut_bytes=kept.cut)
         _through(kept, respondent, progress, trials, streams)
-    return path
+    return ran(path)
 
 
 def _through(
@@ -143,7 +181,7 @@ def _through(
     own, finger, seed = kept.system, {}, 0
     if respondent is None:
         if (told := kept.about.get("simulated")) is None:
-            raise FrictionloopError(f"{kept.path}: a person answers in this session; give who does")
+            raise FrictionloopError(f"{kept.path}: respondent is missing")
         finger, seed = told["finger"], told["seed"]
         own = own.evolve(finger)
     time_s = kept.rows[-1]["offset_s"] + max(kept.rows[-1]["rt_s"], 0.0) if kept.rows else 0.0
@@ -185,8 +223,7 @@ def _trials(
             found = one(session, engine)
         except DeviceError as error:
             raise FrictionloopError(
-                f"trial {trial.number}: {error}; this trial is lost, those before it are kept: "
-                f"frictionloop experiment resume {kept.path}"
+                f"trial {trial.number}: {error}; kept until then: frictionloop experiment resume {kept.path}"
             ) from error
         assert found is not None
         row, runs = found

@@ -41,9 +41,7 @@ class Session:
         for row in rows:
             trial = self.order.next()
             if trial is None or (trial.condition.name, trial.level) != (row["condition"], row["requested"]):
-                raise FrictionloopError(
-                    f"trial {row['trial']}: is not what the protocol asks for there; was it edited?"
-                )
+                raise FrictionloopError(f"trial {row['trial']}: differs from the protocol")
             self.order.tell(row)
 
     def strokes(self, trial: Trial) -> list[Stroke]:
@@ -145,7 +143,7 @@ def _slow(system: System, guide: Any) -> Strokes:
     """Return the motion of a system at the speed and over the way of a guide."""
     motion = system.motion
     if not isinstance(motion, Strokes):
-        raise FrictionloopError('system: motion.kind must be "strokes", such as in fl.bench()')
+        raise FrictionloopError('motion.kind: must be "strokes"')
     return motion.model_copy(
         update={
             "speed_mm_s": guide.speed_mm_s,

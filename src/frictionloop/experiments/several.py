@@ -27,7 +27,7 @@ class Interleaved(Handler):
     def __init__(self, tracks: Mapping[str, Handler], seed: Any = 0) -> None:
         super().__init__()
         if not tracks:
-            raise FrictionloopError("tracks: must be at least one method by its name")
+            raise FrictionloopError("tracks: must be methods by name")
         self.tracks, self._rng = dict(tracks), np.random.default_rng(seed)
         self._draw()
 

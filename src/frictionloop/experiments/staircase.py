@@ -59,9 +59,9 @@ class Staircase(Handler):
         if not self._steps or min(self._steps) <= (1.0 if unit == "ratio" else 0.0):
             raise FrictionloopError(f"steps = {list(steps)}: must be above {1 if unit == 'ratio' else 0} {unit}")
         if unit != "N" and not start > 0:
-            raise FrictionloopError(f"start = {start:g}: must be above 0 with steps in {unit}")
+            raise FrictionloopError(f"start = {start:g}: must be above 0")
         if reversals is None and trials is None:
-            raise FrictionloopError("reversals, trials: one of the two must say where the staircase ends")
+            raise FrictionloopError("reversals, trials: one is needed")
         self.least, self.most = -math.inf if least is None else least, math.inf if most is None else most
         self.level = min(max(float(start), self.least), self.most)
         self._reversals, self._trials = reversals, trials

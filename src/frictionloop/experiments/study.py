@@ -34,7 +34,7 @@ STUDY = {
 """Gains of ``fl.retune_notch(fl.bench())``, rounded."""
 
 
-def simulate(
+def simulate_trials(
     protocol: Protocol,
     system: System | None = None,
     participants: int = 24,

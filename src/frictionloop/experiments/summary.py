@@ -11,7 +11,7 @@ import pandas  # type: ignore[import-untyped]
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from frictionloop.experiments.fit import fit, jnd
+from frictionloop.experiments.function_fit import fit, jnd
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.quantities import FrictionloopError
 
@@ -19,9 +19,9 @@ COVERAGE = 0.95
 LEVELS = ("requested", "delivered")
 """The two levels that everything is told over."""
 MEASURES = {
-    "magnitude": ("exponent", "Slope of the logarithm of the number told over that of the level"),
-    "tracking": ("gain", "Slope of the answer over the level, in 100 per unit"),
-    "adjustment": ("setting", "Mean level, beside the standard, that was left as alike"),
+    "magnitude": ("exponent", "Slope of log answer over log level"),
+    "tracking": ("gain", "Slope of answer over level"),
+    "adjustment": ("setting", "Mean level left as alike"),
 }
 """What is found of a task, where it is not a psychometric function."""
 LONGEST_LAG = 5
@@ -33,10 +33,10 @@ def measure(protocol: Protocol) -> tuple[str, str]:
     if protocol.task in MEASURES:
         return MEASURES[protocol.task]
     if protocol.task in ("2ifc", "2afc") and protocol.method.scores == "comparison":
-        return "JND", "Half the way from 25% to 75% of answers for the comparison"
+        return "JND", "Half of 25% to 75%"
     if protocol.task in ("2ifc", "2afc"):
-        return "threshold", "The level at which the function is half the way up: 75% right, without lapses"
-    return "threshold", "The level at which the share of this answer is half the way from its guesses to its lapses"
+        return "threshold", "Level at 75% right, without lapses"
+    return "threshold", "Level half the way from guesses to lapses"
 
 
 def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
@@ -101,7 +101,7 @@ def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
 
 def _slope(x: Any, y: Any) -> dict[str, Any]:
     if x.size < 3 or np.ptp(x) <= 0:
-        raise FrictionloopError(f"{x.size} trials; 3 at two levels are needed")
+        raise FrictionloopError(f"{x.size} trials; must be 3 at two levels")
     line = linregress(x, y)
     half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
     slope = float(line.slope)

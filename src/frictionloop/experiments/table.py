@@ -15,39 +15,39 @@ from frictionloop.quantities import FrictionloopError
 MEASURED = {
     "force_mean_n": "mean delivered force, N",
     "force_sd_n": "standard deviation of it, N",
-    "rms_error_n": "rms error of the force against its set-point, N",
-    "felt_index": "index D of that error, felt above 1",
-    "saturated_share": "share of periods with a clamped command",
+    "rms_error_n": "rms error of the force, N",
+    "felt_index": "index D of the error",
+    "saturated_share": "share of clamped periods",
     "speed_mm_s": "mean speed, mm/s",
     "load_n": "mean load, N",
-    "contact_share": "share of the stroke that is scored",
+    "contact_share": "share that is scored",
     "lost_samples": "samples that were lost",
 }
 """What is measured of each interval; columns end with _1 and _2."""
 COLUMNS = {
-    "trial": "number of the row, from 1",
+    "trial": "number from 1",
     "participant": "code",
-    "block": "number of the block, from 1",
+    "block": "number from 1",
     "condition": "name of the condition",
     "phase": "practice, main or catch",
     "track": "name of the interleaved track",
     "comparison": "interval with the comparison",
     "requested": "level asked for",
-    "delivered": "level that was delivered, in the same unit",
-    "onset_s": "start of the first stroke on the device clock, s",
-    "offset_s": "end of the last stroke on the device clock, s",
+    "delivered": "level delivered, same unit",
+    "onset_s": "first stroke begins, s",
+    "offset_s": "last stroke ends, s",
     **{f"{name}_{k}": f"{text}, interval {k}" for k in (1, 2) for name, text in MEASURED.items()},
     "response": "answer",
-    "correct": "1 or 0; empty where none is right",
-    "result": "what the method is told of the answer",
-    "rt_s": "response time from the end of the last stroke, s",
-    "rt_uncertainty_s": "standard deviation of that by the mapping of clocks, s",
-    "valid": "1 if every stroke was as asked and the answer was in time",
-    "reason": "why not, and in which interval",
-    "counted": "1 if the method was told of it",
-    "again": "1 if the trial is repeated",
-    "repeat_of": "first trial that this one repeats, 0 for none",
-    "method_state": "what the method knew before the trial",
+    "correct": "1, 0 or none",
+    "result": "result for the method",
+    "rt_s": "response time from offset_s, s",
+    "rt_uncertainty_s": "standard deviation of rt_s, s",
+    "valid": "1 if strokes and answer count",
+    "reason": "why not, and interval",
+    "counted": "1 if the method knows",
+    "again": "1 if repeated",
+    "repeat_of": "trial that it repeats, 0",
+    "method_state": "state before the trial",
     "raw": "file with the traces",
 }
 """Columns of ``trials.tsv`` and what they mean."""
@@ -133,11 +133,11 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
     except OSError as error:
         raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None
     if not rows or rows[0] != list(COLUMNS):
-        raise FrictionloopError(f"{path}: is no table of trials of this version; its header differs")
+        raise FrictionloopError(f"{path}: is no table of trials")
     found = []
     for number, cells in enumerate(rows[1:], 1):
         if len(cells) != len(COLUMNS):
-            raise FrictionloopError(f"{path}: trial {number}: has {len(cells)} columns; must be {len(COLUMNS)}")
+            raise FrictionloopError(f"{path}: trial {number}: must have {len(COLUMNS)} columns")
         found.append({name: _value(path, number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True)})
     return found
 

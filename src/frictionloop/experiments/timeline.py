@@ -113,7 +113,7 @@ class Validity(Block):
     @classmethod
     def _rises(cls, value: Range) -> Range:
         if not value[0] < value[1]:
-            raise ValueError(f"{list(value)}: must be the least and the largest value, in this order")
+            raise ValueError(f"{list(value)}: must be two rising values")
         return value
 
 
@@ -132,9 +132,9 @@ def check_stop(stop: Stop, method: str) -> None:
     for name, only in (("reversals", "staircase"), ("width", "psi")):
         value = getattr(stop, name)
         if value is not None and method != only:
-            raise ValueError(f'stop.{name} = {value:g}: goes with method.kind = "{only}", not with "{method}"')
+            raise ValueError(f'stop.{name} = {value:g}: goes with method.kind = "{only}"')
     if method not in ENDS_ITSELF and not stop.model_dump(exclude_none=True):
-        raise ValueError("stop: never ends; one of trials, reversals (staircase), width (psi), time_s is needed")
+        raise ValueError("stop: must have trials, reversals, width or time_s")
 
 
 def check_guide(stroke: StrokeGuide, rules: Validity) -> None:
@@ -148,4 +148,4 @@ def check_guide(stroke: StrokeGuide, rules: Validity) -> None:
     for name in ("speed_mm_s", "load_n"):
         asked, (low, high) = getattr(stroke, name), getattr(rules, name)
         if not low <= asked <= high:
-            raise ValueError(f"timeline.stroke.{name} = {asked:g}: validity.{name} counts {low:g} to {high:g} alone")
+            raise ValueError(f"timeline.stroke.{name} = {asked:g}: must be {low:g} to {high:g} (validity)")

@@ -35,8 +35,7 @@ def figure_of(result: xr.Dataset) -> Figure:
     names = [name for name in every if np.any(np.isfinite(result[name].values))] or every
     if len(axes) > 3:
         raise FrictionloopError(
-            f"result has {len(axes)} parameters, {', '.join(axes)}: at most 3 are drawn; pick values with "
-            f'result.sel({{"{axes[-1]}": ...}})'
+            f'result has {len(axes)} parameters, {", ".join(axes)}: at most 3; result.sel({{"{axes[-1]}": ...}})'
         )
     if axes == ["point"]:
         return _panels(names, [None], lambda panel, name, _: _distribution(panel, result[name]))
@@ -46,7 +45,7 @@ def figure_of(result: xr.Dataset) -> Figure:
     if len(axes) == 1:
         return _panels(names, [None], lambda panel, name, _: _curve(panel, result[name], axes[0]))
     if set(words) & set(axes[:2]):
-        raise FrictionloopError(f"{words[0]} holds words: a map needs numbers; give it as the third parameter")
+        raise FrictionloopError(f"{words[0]} holds words: give it as third parameter")
     third = result[axes[2]].values.tolist() if len(axes) == 3 else [None]
     if len(third) * len(names) > MOST_PANELS:
         raise FrictionloopError(
@@ -128,7 +127,7 @@ def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Fig
         _sorted(panel, result[name], able)
 
     figure = _panels([name for name in names if name != OPEN_ERROR or "rms_error" not in names], [None], drawn)
-    said = "Each point is one finger, with its own friction, skin, load and tremor"
+    said = "Each point is one finger"
     said += "; the bar is its range over seeds." if result.sizes["seed"] > 1 else "."
     if able is not None and of is not None:
         hollow = f"Hollow: {int(np.sum(~able))} of {able.size} fingers, which"

@@ -37,7 +37,7 @@ THRESHOLD_UM = {
 def impedance(finger: Skin) -> tuple[float, float, float]:
     """Return k in N/m, c in N s/m and m in kg of Z(f) = k - w^2 m + j w c, refusing what has none, or no damping."""
     if not (isinstance(finger, Skin) and finger.damping_n_s_m > 0):
-        raise FrictionloopError(f"finger = {finger!r}: must be a Skin, with damping_n_s_m above 0")
+        raise FrictionloopError(f"finger = {finger!r}: must be a damped Skin")
     return finger.stiffness_n_m, finger.damping_n_s_m, finger.mass_kg
 
 

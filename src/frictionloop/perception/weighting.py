@@ -116,7 +116,7 @@ def _sections(rate: float, k: float, c: float, m: float) -> Array:
     sos[-1, :3] = _free_zeros(sos, rate, finger)
     error = _error_db(sos, rate, finger, GRID_HZ)
     if not np.abs(error).max() <= ERROR_DB:
-        raise FrictionloopError(f"no weighting filter for {finger} at rate_hz = {rate:g} Hz: take a higher rate")
+        raise FrictionloopError(f"rate_hz = {rate:g} Hz: too low to weigh {finger}")
     return sos
 
 

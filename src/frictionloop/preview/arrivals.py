@@ -11,9 +11,9 @@ import xarray as xr
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.parameters import System
-from frictionloop.preview.asked import check
-from frictionloop.preview.effect import both, prepared
 from frictionloop.preview.people import check_fingers, delivered_to, spread_n
+from frictionloop.preview.prepared_stroke import both, prepared
+from frictionloop.preview.stroke_forces import playable_forces
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.files import find
@@ -73,7 +73,7 @@ def arrivals(
             name, speed, law = list(named)[i], speeds_mm_s[j], list(under)[k]
             bar.doing(f"{name} at {speed:g} mm/s, {law}")
             shown = [prepared(named[name], system.evolve(each), speed) for each in under[law]]
-            check(shown[0])
+            playable_forces(shown[0])
             ways = delivered_to(shown, seed)
             spread[i, j, k] = spread_n(ways)
             values[:, i, j, k] = [[getattr(each, of) for each in ways] for of in _TOLD]
@@ -100,5 +100,5 @@ def _for_each(law: str, given: Any, fingers: Sequence[Mapping[str, Any]]) -> lis
     """Return what a law and a finger change together, for each finger."""
     own = [given] * len(fingers) if isinstance(given, Mapping) else list(given)
     if len(own) != len(fingers):
-        raise FrictionloopError(f"laws: {law!r} has {len(own)} lots of values; must be one for each finger")
+        raise FrictionloopError(f"laws: {law!r} must have values for each finger")
     return [{**finger, **each} for finger, each in zip(fingers, own, strict=True)]

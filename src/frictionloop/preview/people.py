@@ -4,26 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from frictionloop.findings import Result
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Strokes, System
 from frictionloop.parameters.timing import Model
-from frictionloop.preview.asked import check
-from frictionloop.preview.effect import both, duration_s, prepared
 from frictionloop.preview.measures import Delivered, delivered
+from frictionloop.preview.prepared_stroke import both, duration_s, prepared
+from frictionloop.preview.stroke_forces import playable_forces
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
 
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
 
-@dataclass(frozen=True)
-class People:
+
+@dataclass(frozen=True, kw_only=True)
+class People(Result):
     """What of an effect several fingers are given, open and closed loop."""
 
+    SCHEMA: ClassVar[str] = "rendering.people/1"
     open_loop: tuple[Delivered, ...]
     """Of each finger, with the lookup alone."""
     closed_loop: tuple[Delivered, ...]
@@ -35,18 +41,34 @@ class People:
         return spread_n(self.open_loop), spread_n(self.closed_loop)
 
     @property
-    def contrasts(self) -> tuple[np.ndarray, np.ndarray]:
+    def contrasts(self) -> tuple[Array, Array]:
         """Contrast that each finger is given, open and closed loop."""
-        return tuple(np.array([each.contrast for each in ways]) for ways in (self.open_loop, self.closed_loop))  # type: ignore[return-value]
+        ways = (self.open_loop, self.closed_loop)
+        opened, closed = (np.array([each.contrast for each in way]) for way in ways)
+        return opened, closed
 
     @property
-    def sentence(self) -> str:
-        """The result in one sentence."""
+    def spread(self) -> str:
+        """The spread, for a row."""
         here, there = self.spread_n
-        return (
-            f"the force at a place differs between {len(self.open_loop)} fingers by {1e3 * here:.0f} mN open loop, "
-            f"{1e3 * there:.0f} mN closed (standard deviation)"
-        )
+        return f"{1e3 * here:.0f} mN open loop, {1e3 * there:.0f} mN closed ({len(self.open_loop)} fingers)"
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the spread."""
+        return [("between fingers", self.spread)]
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return contrast and error of each finger."""
+        import pandas as pd
+
+        ways = {"open": self.open_loop, "closed": self.closed_loop}
+        columns = {f"contrast {name}, %": [100.0 * each.contrast for each in way] for name, way in ways.items()}
+        columns |= {f"error {name}, mN": [1e3 * each.rms_error_n for each in way] for name, way in ways.items()}
+        return {"fingers": pd.DataFrame(columns).rename_axis("finger")}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name, the spread too."""
+        return super().to_dict() | {"spread_n": dict(zip(("open_loop", "closed_loop"), self.spread_n, strict=True))}
 
 
 def people(
@@ -74,15 +96,18 @@ def people(
     """
     check_fingers(fingers)
     shown = [prepared(effect, system.evolve(finger), stroke) for finger in fingers]
-    check(shown[0])
+    playable_forces(shown[0])
     opened, closed = zip(*(both(each, table).values() for each in shown), strict=True)
-    return People(tuple(delivered_to(opened, seed)), tuple(delivered_to(closed, seed)))
+    return People(
+        open_loop=tuple(delivered_to(opened, seed)),
+        closed_loop=tuple(delivered_to(closed, seed)),
+    )
 
 
 def check_fingers(fingers: Sequence[Mapping[str, Any]]) -> None:
     """Refuse an empty population."""
     if not fingers:
-        raise FrictionloopError("fingers: must be at least one, such as fl.fingers(8, seed=1)")
+        raise FrictionloopError("fingers: must be at least one")
 
 
 def delivered_to(systems: Sequence[System], seed: int) -> list[Delivered]:

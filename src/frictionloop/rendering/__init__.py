@@ -10,7 +10,8 @@ Mixing                  a + b  a * b  a.max(b)  mask  at  rotate  scale  repeat 
 By name, in files       LIBRARY  find  read_effect  write_effect
 From and to files       read_image  write_image  read_texture  read_wave  write_wave  fit_texture  read_hjif  write_hjif
                         read_envelope  text_map  rasterise  write
-Run them                EffectSource  Player  preview  people  arrivals
+                        import_effect
+Run them                EffectSource  Player  effects  check  preview  play  people  arrivals
 """
 
 from __future__ import annotations
@@ -19,13 +20,15 @@ import importlib
 from typing import Any
 
 _HOME = {
-    "preview": "Preview arrivals people preview",
+    "preview": "Check Played Preview arrivals check people play preview",
     "rendering.compiling": "program_of",
     "rendering.conditions": "Directed Relief Trigger",
     "rendering.effect": "EFFECTS Effect Touch",
+    "rendering.effect_summary": "Effects effects",
     "rendering.envelopes": "read_envelope",
     "rendering.export": "write",
     "rendering.files": "find read_effect to_toml write_effect",
+    "rendering.foreign_files": "ImportedEffect import_effect",
     "rendering.hjif": "read_hjif",
     "rendering.hjif_out": "write_hjif",
     "rendering.images": "Picture rasterise read_image text_map write_image",

@@ -85,9 +85,7 @@ class _Compiler:
         elif isinstance(effect, Trigger):
             self.trigger(effect, chart, depth)
         else:
-            raise FrictionloopError(
-                f"effect.kind = {effect.kind!r}: depends on more than the place and is not compiled"
-            )
+            raise FrictionloopError(f"effect.kind = {effect.kind!r}: must depend on the place alone")
 
     def mix(self, effect: Sum | Product | Largest, chart: Chart, depth: int) -> None:
         """Add the parts, those of place alone as one table."""
@@ -134,7 +132,7 @@ class _Compiler:
         x = np.asarray(chart(self.path.touch(at)).x_mm, float)
         slope = (x[2] - x[0]) / (at[2] - at[0])
         if not abs(slope) > 1e-6 or not math.isclose(x[1], 0.5 * (x[0] + x[2]), abs_tol=1e-9 * self.length_mm):
-            raise FrictionloopError("trigger.on_x_mm: the path must cross it once; not inside repeat, nor across x")
+            raise FrictionloopError("trigger.on_x_mm: must be crossed once, not inside repeat")
         return float(at[0] + (x_mm - x[0]) / slope)
 
     def table(self, effect: Effect, asked: Callable[[Touch], object], chart: Chart) -> None:

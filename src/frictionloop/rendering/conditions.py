@@ -52,7 +52,7 @@ class Relief(Effect):
     @model_validator(mode="after")
     def _is_a_height(self) -> Self:
         if not self.height.is_static:
-            raise ValueError(f'height.kind = "{self.height.kind}": must depend on the place alone')
+            raise ValueError(f'height.kind = "{self.height.kind}": must be of place alone')
         return self
 
     def asked(self, touch: Touch) -> Any:
@@ -114,7 +114,7 @@ class Trigger(Effect):
             raise ValueError(f"needs one pair of on_* and off_* of {', '.join(_PAIRS.values())}")
         name, on, off = self.condition
         if on == off:
-            raise ValueError(f"on and off are both {on:g} ({name}), so that it would trigger itself: they must differ")
+            raise ValueError(f"{name}: on and off must differ")
         for field in ("starts", "ends"):
             wave = getattr(self, field)
             if wave is not None and wave.kind != "wave":

@@ -49,7 +49,7 @@ def read_envelope(path: str | os.PathLike[str], full_n: float, rate_hz: float = 
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise FrictionloopError(f"{path}: is no {kind} file ({type(error).__name__}: {error})") from None
     if len(times) < 2 or times[-1] <= 0:
-        raise FrictionloopError(f"{path}: has no envelope of at least two points")
+        raise FrictionloopError(f"{path}: has no envelope")
     count = int(np.ceil(times[-1] * rate_hz)) + 1
     if count > MOST_CELLS:
         raise FrictionloopError(f"{path}: lasts {times[-1]:g} s; at most {MOST_CELLS / rate_hz:g} s at {rate_hz:g} Hz")

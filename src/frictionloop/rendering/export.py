@@ -41,7 +41,7 @@ def write(effect: Effect, path: Path) -> tuple[str, ...]:
         return (f"{_what(effect)}; {WIDTH_MM:g} mm of it", *write_hjif(rasterise(effect, WIDTH_MM, 0.0, 0.05), path))
     if ending == ".wav":
         if not isinstance(effect, Wave):
-            raise FrictionloopError(f"{path}: a WAV file holds a wave over time; effect.kind is {effect.kind!r}")
+            raise FrictionloopError(f"{path}: effect.kind = {effect.kind!r}: must be wave")
         write_wave(effect, path)
         return ("that it loops",) if effect.loops else ()
     raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(ENDINGS)}")
@@ -49,4 +49,4 @@ def write(effect: Effect, path: Path) -> tuple[str, ...]:
 
 def _what(effect: Effect) -> str:
     """Return what a map of an effect leaves out."""
-    return "what is beyond the map" if effect.is_static else "all but what it asks for on the way forth at 20 mm/s"
+    return "what is beyond the map" if effect.is_static else "other touches than forth at 20 mm/s"

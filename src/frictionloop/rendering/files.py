@@ -19,8 +19,8 @@ from frictionloop.rendering.library import LIBRARY
 __all__ = ["changed", "find", "read_effect", "to_toml", "write_effect"]
 
 
-def find(name: str | os.PathLike[str]) -> Effect:
-    """Return the effect that a name of the library or a TOML file is for.
+def find(name: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Effect:
+    """Return the effect that a name of the library or a TOML file is for, with values of its own by dotted name.
 
     Raises
     ------
@@ -29,8 +29,10 @@ def find(name: str | os.PathLike[str]) -> Effect:
     """
     if isinstance(name, str) and not name.endswith(".toml") and os.sep not in name:
         check_known("effect", [name], LIBRARY)
-        return LIBRARY[name]
-    return read_effect(name)
+        found = LIBRARY[name]
+    else:
+        found = read_effect(name)
+    return changed(found, values) if values else found
 
 
 def read_effect(path: str | os.PathLike[str]) -> Effect:
@@ -90,7 +92,7 @@ def changed(effect: Effect, values: Mapping[str, Any]) -> Effect:
 def to_toml(effect: Effect) -> str:
     """Return an effect as TOML text, each key with its unit and meaning as a comment."""
     if not isinstance(effect, Effect):
-        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect, such as fl.rendering.Grating()")
+        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect")
     return block_toml(effect)
 
 

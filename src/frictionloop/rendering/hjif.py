@@ -79,7 +79,7 @@ def read_hjif(path: str | os.PathLike[str]) -> Haptics:
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise FrictionloopError(f"{path}: is no hjif file ({type(error).__name__}: {error})") from None
     if not pieces:
-        raise FrictionloopError(f"{path}: has nothing that is carried over; left: {', '.join(left)}")
+        raise FrictionloopError(f"{path}: carries nothing over; left: {', '.join(left)}")
     start = min(first for first, _ in pieces)
     ends = [round((first - start) / PITCH_MM) + force.size for first, force in pieces]
     if max(ends) > MOST_CELLS:

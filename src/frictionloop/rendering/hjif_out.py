@@ -66,7 +66,7 @@ def write_hjif(effect: Effect, path: str | os.PathLike[str], length_mm: float = 
             wave = _band("VectorialWave", start, ends, [1.0, 1.0], per_m, effect)
             channels.append(_channel(1, effect.amplitude_n, wave))
     else:
-        raise FrictionloopError(f"effect.kind = {effect.kind!r}: must be a map of one row, a grating or a constant")
+        raise FrictionloopError(f"effect.kind = {effect.kind!r}: must be map of one row, grating or constant")
     perception = {
         "id": 0, "avatar_id": 0, "description": "friction over place", "perception_modality": MODALITY,
         "unit_exponent": UNIT_EXPONENT, "perception_unit_exponent": 0, "effect_library": [], "channels": channels,

@@ -31,8 +31,8 @@ class Picture(NamedTuple):
     map: Map
     reduced: int
     """Pixels along each side that one value is the mean of; 1: the picture as it is."""
-    told: str
-    """What was done, in words."""
+    pixels: tuple[int, int]
+    """Width and height of the picture."""
 
 
 def read_image(
@@ -68,14 +68,14 @@ def read_image(
     given = mm_per_pixel is not None or polarity is not None
     scale: dict[str, Any] = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if given else own
     if not scale or scale.get("mm_per_pixel") is None:
-        raise FrictionloopError(f"{path}: mm_per_pixel is missing: must be the size of a pixel in mm")
+        raise FrictionloopError(f"{path}: mm_per_pixel is missing, in mm")
     if scale.get("polarity") is None:
-        raise FrictionloopError(f'{path}: polarity is missing: must be "bright" (white is most friction) or "dark"')
+        raise FrictionloopError(f'{path}: polarity is missing: "bright" or "dark"')
     check_known("polarity", [str(scale["polarity"])], POLARITIES)
     pitch = number("mm_per_pixel", scale["mm_per_pixel"], "mm", ABOVE_0)
     low, high = (float(scale.get(name, own)) for name, own in (("low_n", low_n), ("high_n", high_n)))
     if not low <= high:
-        raise FrictionloopError(f"low_n = {low:g}: must be at most high_n = {high:g}; polarity turns a picture over")
+        raise FrictionloopError(f"low_n = {low:g}: must be at most {high:g}")
     factor = 1
     while -(-grey.shape[0] // factor) * -(-grey.shape[1] // factor) > most_cells:
         factor += 1
@@ -86,14 +86,10 @@ def read_image(
     start_x, start_y = float(scale.get("start_mm", start[1])), float(scale.get("start_y_mm", start[0]))
     values = low + share * (high - low)
     if values.shape[1] < 2:
-        raise FrictionloopError(f"{path}: is {values.shape[1]} pixel wide; must be at least 2")
+        raise FrictionloopError(f"{path}: width must be at least 2")
     rules = {name: scale[name] for name in ("between", "beyond") if name in scale}
     made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y, **rules)
-    bits = f"{white.bit_length()} bit{'s' if white > 1 else ''}"
-    told = f"{grey.shape[1]} x {grey.shape[0]} pixels, {bits}, gamma ignored"
-    if factor > 1:
-        told += f", reduced by {factor} to {values.shape[1]} x {values.shape[0]} values {pitch:g} mm apart"
-    return Picture(made, factor, told)
+    return Picture(made, factor, (grey.shape[1], grey.shape[0]))
 
 
 def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
@@ -103,7 +99,7 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
 
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     if not path.is_file():
-        raise FrictionloopError(f"{path}: there is no such file")
+        raise FrictionloopError(f"{path}: no such file")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", image_module.DecompressionBombWarning)
@@ -112,13 +108,11 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
                 if width * height > MOST_PIXELS:
                     raise _too_many(path, width * height, f"{width} x {height}")
                 if image.mode not in MODES:
-                    raise FrictionloopError(f"{path}: mode = {image.mode!r}: must be greyscale of 8 or 16 bits")
+                    raise FrictionloopError(f"{path}: mode = {image.mode!r}: must be grey")
                 own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
                 grey, white = np.asarray(image, dtype=float), MODES[image.mode]
                 if grey.min() < 0 or grey.max() > white:
-                    raise FrictionloopError(
-                        f"{path}: has greys from {grey.min():g} to {grey.max():g}: must be from 0 to {white}"
-                    )
+                    raise FrictionloopError(f"{path}: greys must be 0 to {white}")
                 return grey, white, own
     except FrictionloopError:
         raise
@@ -126,16 +120,13 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
         raise _too_many(path, int("".join(c for c in str(error).split(")")[0] if c.isdigit()))) from None
     except Exception as error:  # on a damaged picture the library raises anything
         reason = (str(error) or type(error).__name__).splitlines()[0]
-        raise FrictionloopError(f"{path}: cannot be read as a picture ({reason:.120})") from None
+        raise FrictionloopError(f"{path}: is no picture ({reason:.120})") from None
 
 
 def _too_many(path: Path, pixels: int, said: str = "") -> FrictionloopError:
     factor = int(np.ceil(np.sqrt(pixels / MOST_PIXELS)))
     said = said or f"{pixels:,}"
-    return FrictionloopError(
-        f"{path}: has {said} pixels: must be at most {MOST_PIXELS:,} in all; reduce it by {factor} first, and give "
-        f"{factor} times the mm_per_pixel"
-    )
+    return FrictionloopError(f"{path}: has {said} pixels: must be at most {MOST_PIXELS:,}; reduce it by {factor}")
 
 
 def _reduced(grey: np.ndarray, factor: int) -> np.ndarray:
@@ -159,7 +150,7 @@ def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "b
     import json
 
     if not isinstance(made, Map):
-        raise FrictionloopError(f"map = {made!r:.60}: must be a Map; rasterise(effect, ...) makes one")
+        raise FrictionloopError(f"map = {made!r:.60}: must be a Map")
     check_known("polarity", [polarity], POLARITIES)
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     info: Any = needed("PIL.PngImagePlugin", "Pillow", "rendering").PngInfo()
@@ -180,11 +171,9 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
     number("pitch_mm", pitch_mm, "mm", ABOVE_0)
     columns, rows = round(width_mm / pitch_mm) + 1, round(height_mm / pitch_mm) + 1
     if not (columns >= 2 and columns * rows <= MOST_CELLS):
-        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm gives {columns} x {rows} values; 2 to {MOST_CELLS} in all")
+        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: {columns} x {rows} values; at most {MOST_CELLS}")
     if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
-        raise FrictionloopError(
-            f"pitch_mm = {pitch_mm:g} mm: must be at most half the period of the effect, {effect.period_mm:g} mm"
-        )
+        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: must be at most {0.5 * effect.period_mm:g}")
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
     y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))
     grid = np.meshgrid(x, y)
@@ -211,7 +200,7 @@ def text_map(text: str, height_mm: float = 8.0, low_n: float = 0.3, high_n: floa
     draw_module.Draw(image).text((2 - left, 2 - top), text, fill=255, font=font)
     share = np.asarray(image, dtype=float)[::-1] / 255.0
     if share.size > MOST_CELLS:
-        raise FrictionloopError(f"text: {share.size} values at pitch_mm = {pitch_mm:g}; at most {MOST_CELLS}")
+        raise FrictionloopError(f"text: {share.size} values; at most {MOST_CELLS}")
     start = [-0.5 * pitch_mm * (count - 1) for count in share.shape]
     values = (low_n + share * (high_n - low_n)).tolist()
     return Map(values_n=values, pitch_mm=pitch_mm, start_mm=start[1], start_y_mm=start[0])

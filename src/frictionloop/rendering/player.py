@@ -45,9 +45,9 @@ class Player:
         length_mm: float = PLATE_MM,
     ) -> None:
         if not isinstance(effect, Block) or not isinstance(effect, Effect):
-            raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect, such as fl.rendering.Grating()")
+            raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect")
         if not band_n[0] <= band_n[1]:
-            raise FrictionloopError(f"band_n = {band_n!r}: must be a least and a largest force")
+            raise FrictionloopError(f"band_n = {band_n!r}: must be two rising forces")
         self._begin(program_of(effect, track or Track(), length_mm), band_n)
 
     @classmethod

@@ -42,7 +42,7 @@ class Resynthesis(Effect):
     def _is_stable(self) -> Self:
         largest = float(np.max(np.abs(np.roots([1.0, *(-each for each in self.coefficients)])), initial=0.0))
         if not largest < 1.0:
-            raise ValueError(f"coefficients: the model grows by {largest:.4g} from value to value; must be below 1")
+            raise ValueError(f"coefficients: grow by {largest:.4g} a value; must be below 1")
         return self
 
     @property
@@ -91,12 +91,12 @@ def fit_texture(values_n: Any, pitch_mm: float, order: int = 12, seed: int = 0) 
     force = numbers("values_n", values_n, "N").ravel()
     order = whole("order", order, 1, 64)
     if force.size < 4 * order:
-        raise FrictionloopError(f"values_n: has {force.size} values; must be at least {4 * order} for order = {order}")
+        raise FrictionloopError(f"values_n: {force.size} values; must be at least {4 * order}")
     mean = float(force.mean())
     centred = force - mean
     products = np.array([centred[: force.size - lag] @ centred[lag:] for lag in range(order + 1)]) / force.size
     if not products[0] > 1e-18:
-        raise FrictionloopError("values_n: do not vary; a texture has more than one force")
+        raise FrictionloopError("values_n: must vary")
     coefficients = solve_toeplitz(products[:-1], products[1:])
     noise = float(np.sqrt(max(products[0] - coefficients @ products[1:], 0.0)))
     return Resynthesis(offset_n=mean, coefficients=coefficients.tolist(), noise_n=noise, pitch_mm=pitch_mm, seed=seed)

@@ -123,7 +123,7 @@ class Chirp(Effect):
     @model_validator(mode="after")
     def _changes(self) -> Self:
         if self.from_mm == self.to_mm:
-            raise ValueError("from_mm and to_mm must differ (a grating has one spacing)")
+            raise ValueError("from_mm and to_mm must differ")
         return self
 
     def asked(self, touch: Touch) -> Any:
@@ -218,9 +218,9 @@ class Texture(Effect):
     def _has_waves(self) -> Self:
         first, last = _orders(self)
         if not (self.shortest_mm <= self.longest_mm <= self.length_mm and first <= last):
-            raise ValueError("needs shortest_mm <= longest_mm <= length_mm with a wavelength length/k between them")
+            raise ValueError("must have shortest_mm <= length_mm/k <= longest_mm")
         if last - first >= WAVES:
-            raise ValueError(f"has {last - first + 1} waves: at most {WAVES}; shorten length_mm or raise shortest_mm")
+            raise ValueError(f"has {last - first + 1} waves: at most {WAVES}")
         return self
 
     @property

@@ -60,10 +60,7 @@ def _read(recording: Recording, rate_hz: float) -> np.ndarray:
         recording = recording.model_copy(update={"scale": scale, "offset_n": recording.offset_n + offset})
     force = read_recording(recording, rate_hz)
     if force.size > MOST_CELLS:
-        raise FrictionloopError(
-            f"{recording.path}: gives {force.size} values; at most {MOST_CELLS}: shorten it (start_s, stop_s), or take "
-            "a coarser pitch_mm or a lower rate_hz"
-        )
+        raise FrictionloopError(f"{recording.path}: {force.size} values; at most {MOST_CELLS}")
     return force
 
 
@@ -72,7 +69,7 @@ def _scale_in(path: Path) -> tuple[float, float]:
     content = path.read_bytes() if path.is_file() else b""
     at = content.rfind(COMMENT)
     if at < 0:
-        raise FrictionloopError(f"{path}: scale is missing: must be the newtons of full scale (Recording(scale=...))")
+        raise FrictionloopError(f"{path}: scale is missing, in N")
     words = content[at + len(COMMENT) :].split(b"\0")[0].split()
     return float(words[0]), float(words[1])
 
@@ -88,7 +85,7 @@ def write_wave(wave: Wave, path: str | os.PathLike[str]) -> None:
     if not isinstance(wave, Wave):
         raise FrictionloopError(f"wave = {wave!r:.60}: must be a Wave")
     if wave.rate_hz != round(wave.rate_hz):
-        raise FrictionloopError(f"wave.rate_hz = {wave.rate_hz:g} Hz: must be whole for a WAV file")
+        raise FrictionloopError(f"wave.rate_hz = {wave.rate_hz:g} Hz: must be whole")
     values = np.array(wave.values_n)
     offset = 0.5 * float(values.max() + values.min())
     scale = 0.5 * float(values.max() - values.min()) * 32768 / 32767 or 1.0

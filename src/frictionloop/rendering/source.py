@@ -49,7 +49,7 @@ class EffectSource(Signal):
 
     def force_n(self, time_s: Any) -> Any:
         """Refuse: a place is needed, and the loop knows it."""
-        raise NotImplementedError("an effect has a force at a place; fl.rendering.Player gives it")
+        raise NotImplementedError("an effect is of place: fl.rendering.Player")
 
 
 @lru_cache(maxsize=256)

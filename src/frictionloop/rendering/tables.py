@@ -53,9 +53,9 @@ class Map(Effect):
     def _is_a_table(self) -> Self:
         widths = {len(row) for row in self.values_n}
         if len(widths) != 1 or min(widths) < 2:
-            raise ValueError("values_n: rows must have one length, of at least 2 values")
+            raise ValueError("values_n: rows must be equally long")
         if (cells := len(self.values_n) * widths.pop()) > MOST_CELLS:
-            raise ValueError(f"values_n: {cells} values; at most {MOST_CELLS} (reduce the map first)")
+            raise ValueError(f"values_n: {cells} values; at most {MOST_CELLS}")
         return self
 
     @property
@@ -161,10 +161,7 @@ def sampled(force_n: Callable[[np.ndarray], Any], start_mm: float, stop_mm: floa
         For a function that raises, gives another shape or what is no finite number, or for a range without values.
     """
     if not (pitch_mm > 0 and stop_mm - start_mm >= pitch_mm and (stop_mm - start_mm) / pitch_mm < MOST_CELLS):
-        raise FrictionloopError(
-            f"pitch_mm = {pitch_mm!r} mm: must be above 0 and give 2 to {MOST_CELLS} values from {start_mm:g} to "
-            f"{stop_mm:g} mm"
-        )
+        raise FrictionloopError(f"pitch_mm = {pitch_mm!r} mm: must give 2 to {MOST_CELLS} values")
     x = start_mm + pitch_mm * np.arange(round((stop_mm - start_mm) / pitch_mm) + 1)
     values = _computed(force_n, x)
     errors = [

@@ -80,8 +80,7 @@ class Arrivals:
         """The first number of the study in one sentence."""
         here, there = (1e3 * self.middle(law, "spread_n") for law in ("lookup", "notch_pi"))
         return (
-            f"Of one effect different fingers are given forces that differ by {here:.0f} mN open loop, and by "
-            f"{there:.0f} mN with a notch and feed-forward"
+            f"Between fingers forces differ by {here:.0f} mN open loop, by {there:.0f} mN with a notch and feed-forward"
         )
 
 

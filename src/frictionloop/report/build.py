@@ -1,4 +1,4 @@
-"""``reproduce``: compute, draw, judge the claims, and write the report."""
+"""The whole report: compute, draw, judge the claims, and write."""
 
 from __future__ import annotations
 
@@ -24,28 +24,8 @@ SCHEMA = 1
 """Version of claims.json."""
 
 
-def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | None = None) -> list[Claim]:
-    """Rebuild the paper's figures and claims: write index.html, claims.json and figures/*.svg, *.png into a folder.
-
-    Parameters
-    ----------
-    folder : path
-        Where to write; made if it does not exist. Files of the same names are replaced, each once it is complete.
-    progress : bool, optional
-        Show a progress bar; by default on a terminal.
-
-    Returns
-    -------
-    list of Claim
-        Every claim with its verdict.
-
-    Raises
-    ------
-    FrictionloopError
-        The folder cannot be written; nothing has been computed then.
-    """
-    target = Path(folder)
-    prepare(target)
+def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
+    """Write index.html, claims.json and figures/*.svg, *.png into a folder that is there; return every claim."""
     with progress_bar("report", len(list(parts())) + len(DRAWINGS) + 1, progress) as bar:
         results = Results(bar)
         with _beside() as beside:
@@ -61,7 +41,7 @@ def reproduce(folder: str | os.PathLike[str] = "report", *, progress: bool | Non
 
 def claims_json(claims: Sequence[Claim], results: Results) -> str:
     """Return the claims and their provenance as JSON text."""
-    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.as_dict() for claim in claims]}
+    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.to_dict() for claim in claims]}
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -73,7 +53,7 @@ def prepare(folder: Path) -> None:
         raise FrictionloopError(f"{folder}: cannot be made ({error.strerror or error})") from None
     for place in (folder, folder / "figures"):
         if not os.access(place, os.W_OK):
-            raise FrictionloopError(f"{place}: is not writable; choose another folder")
+            raise FrictionloopError(f"{place}: is not writable")
 
 
 Started = Callable[[Callable[..., str], Figure, str, Path, str], "Future[str]"]

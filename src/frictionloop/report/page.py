@@ -22,8 +22,7 @@ from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import THESIS, Claim
-from frictionloop.report.claims.people import LOAD_MOVES
-from frictionloop.report.claims.told import (
+from frictionloop.report.claims.counting import (
     FIRST,
     HOLDS,
     SYMBOLS,
@@ -33,6 +32,7 @@ from frictionloop.report.claims.told import (
     named,
     not_counted,
 )
+from frictionloop.report.claims.people import LOAD_MOVES
 from frictionloop.report.claims.worded import accepted, condition, shown, with_unit
 from frictionloop.report.numbers import milli
 from frictionloop.report.people import bench_systems, the_finger

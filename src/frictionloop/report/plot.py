@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
@@ -58,11 +58,11 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 
 def _figure_of(result: Any) -> Figure:
+    from frictionloop.findings import Result
     from frictionloop.identification.file_traces import FirstLook
     from frictionloop.identification.refused import Refused
     from frictionloop.loop import sweep_figure
-    from frictionloop.preview import Preview
-    from frictionloop.report import effect_figure, run_figure
+    from frictionloop.report import run_figure
     from frictionloop.report.refusal import refused_figure
 
     dims = getattr(result, "dims", ())
@@ -74,8 +74,6 @@ def _figure_of(result: Any) -> Figure:
         return result.plot()
     if isinstance(result, Refused) and (figure := refused_figure(result)) is not None:
         return figure
-    if isinstance(result, Preview):
-        return effect_figure.figure_of(result)
-    raise FrictionloopError(
-        f"result is a {type(result).__name__}: must be a run of fl.simulate, a grid of fl.sweep or a preview"
-    )
+    if isinstance(result, Result):
+        return result.plot()
+    raise must_be("result", type(result).__name__, "a run, grid or answer")

@@ -134,7 +134,7 @@ def _left(run: xr.Dataset) -> str:
         left = disturbance_left(run, run["scored"].values if "scored" in run else None)
     except FrictionloopError:
         return ""
-    said = f";\nof what $d$ varies by, {100 * left:.0f} % is left in it, rms (open loop: 100 %)"
+    said = f";\n{100 * left:.0f} % of $d$ left, rms"
     return "" if np.isnan(left) else said
 
 

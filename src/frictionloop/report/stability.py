@@ -11,8 +11,7 @@ import xarray as xr
 from frictionloop.analysis import linearise
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
-from frictionloop.design.controller_check import check
-from frictionloop.design.law_gains import rounded
+from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
 from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
@@ -79,31 +78,21 @@ def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_S
 
 
 class Places(NamedTuple):
-    """What ``design check`` says of gains: at how many slip lengths and speeds they hold."""
+    """At how many slip lengths and speeds gains hold."""
 
     held: int
     unstable: int
     places: int
-    unstable_on: list[str]
-    """Slip lengths and speeds at which they are unstable, in words."""
+
+    def __str__(self) -> str:
+        """Return it as 3 of 6."""
+        return f"{self.held} of {self.places}"
 
 
-def checked(system: System) -> Places:
-    """Return what ``design check`` says of a system's gains."""
-    found = check(system)
+def places_of(found: Check) -> Places:
+    """Return what a check says of gains."""
     how = [place.how for place in found.places]
-    rings = [str(place.condition) for place in found.places if place.how == "unstable"]
-    return Places(how.count("within"), how.count("unstable"), len(how), rings)
-
-
-def integral_alone(system: System) -> Mapping[str, float]:
-    """Return the largest gain of an integral, without a proportional part, that holds at all places, as overrides.
-
-    Empty if there is none. One family of gains, so that what it leaves on two benches compares.
-    """
-    found = check(system.evolve({"controller.kp": 0.0, "controller.ki": 1.0}))
-    ki = rounded(min(found.gain_factors))  # in 1/s, as the factor is on 1
-    return {"controller.kp": 0.0, "controller.ki": ki} if ki > 0.0 else {}
+    return Places(how.count("within"), how.count("unstable"), len(how))
 
 
 class Held(NamedTuple):
@@ -132,8 +121,8 @@ def held() -> Held:
     system, finger = protocol.the_bench().evolve(RETUNED), protocol.finger_system(the_finger())
     peak = linearise(system, force_n=0.5).margins().sensitivity_peak
     shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
-    there = asked_for(RETUNED)
-    places, instead = checked(there), integral_alone(there)
+    found = check(asked_for(RETUNED))
+    places, instead = places_of(found), {"controller.kp": 0.0, **found.would_hold}
     instead_n = fit(tracking(finger, instead)).rms_n
     return Held(
         peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead, instead_n,

@@ -87,44 +87,37 @@ def _between(low: float, high: float) -> Callable[[float], Interval]:
     return lambda _: (low, high)
 
 
-_DECADE = "a printed power of ten: half a decade either way, where the next power of ten begins"
-_R2 = f"R² that differs by less than {R2_STEP:g} is the same (assumed)"
-_NUMBERS = f"two computations of one number agree within {SAME:.0%} (assumed); scatter is below 1%"
-_FORCE = (
-    f"a measured force agrees within a factor of {RMS_FACTOR:g}, as one person's fingertip is not another's (assumed)"
-)
-_LEVEL = (
-    f"a noise level printed with one digit agrees within a factor of {RMS_FACTOR:g}, 6 dB: less than what the base "
-    f"and the window of a spectrum make of it (assumed)"
-)
+_DECADE = "a power of ten: half a decade either way"
+_R2 = f"same R²: within {R2_STEP:g} (assumed)"
+_NUMBERS = f"two computations agree within {SAME:.0%} (assumed)"
+_FORCE = f"a measured force: within a factor of {RMS_FACTOR:g} (assumed)"
+_LEVEL = f"a noise level with one digit: within a factor of {RMS_FACTOR:g} (assumed)"
 YARDSTICKS = {
     "rounding": Yardstick(
-        "a printed number: half a unit of its last digit that is not zero, which is how printed round numbers are "
-        "taken (assumed)",
+        "a printed number: half a unit of its last digit but zero (assumed)",
         as_printed,
     ),
     "gain": Yardstick(
-        "a gain of the text: rounds to the printed one in the series 1, 2, 5, 10 that the text's gains come from",
+        "a gain: rounds to the printed one in 1, 2, 5, 10",
         nearest_125,
     ),
     "power of ten": Yardstick(_DECADE, half_decade),
     "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
     "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),
     "much other R²": Yardstick(
-        f"what is unsatisfactory has an R² lower by more than {R2_MUCH:g}, where a moderate difference ends (assumed)",
+        f"unsatisfactory: R² lower by {R2_MUCH:g} (assumed)",
         _between(R2_MUCH, math.inf),
     ),
     "moderately other R²": Yardstick(
-        f"a moderate influence changes R² by at least {R2_STEP:g}, the smallest difference that counts, and by at most "
-        f"{R2_MUCH:g}, ten times that (assumed)",
+        f"moderate: R² changes by {R2_STEP:g} to {R2_MUCH:g} (assumed)",
         _between(R2_STEP, R2_MUCH),
     ),
     "more saturated": Yardstick(
-        f"a saturation index that differs by less than {SATURATION_STEP:g} is the same (assumed)",
+        f"same saturation index: within {SATURATION_STEP:g} (assumed)",
         _between(SATURATION_STEP, math.inf),
     ),
     "louder": Yardstick(
-        f"a force is larger than another if its rms is at least {RMS_FACTOR:g} times as large (assumed)",
+        f"a larger force: rms at least {RMS_FACTOR:g} times (assumed)",
         _between(RMS_FACTOR, math.inf),
     ),
     "same number": Yardstick(_NUMBERS, _between(1.0 - SAME, 1.0 + SAME)),
@@ -133,25 +126,22 @@ YARDSTICKS = {
     "measured force": Yardstick(_FORCE, as_measured),
     "at most a measured force": Yardstick(_FORCE, lambda value: (0.0, RMS_FACTOR * value)),
     "measured R²": Yardstick(
-        f"a measured R² agrees if what is not explained over what is, sqrt((1 − R²)/R²), is within a factor of "
-        f"{RMS_FACTOR:g} (assumed)",
+        f"a measured R²: sqrt((1 − R²)/R²) within a factor of {RMS_FACTOR:g} (assumed)",
         as_measured_r2,
     ),
     "noise level": Yardstick(_LEVEL, as_measured),
     "noise level in dB": Yardstick(_LEVEL, as_measured_db),
     "as fine as": Yardstick(
-        f"as fine as the floor: residuals at most {RMS_FACTOR:g} times the printed noise (assumed)",
+        f"residuals: at most {RMS_FACTOR:g} times the noise (assumed)",
         lambda value: (0.0, RMS_FACTOR * value),
     ),
-    "overshoot": Yardstick(
-        f"less than {OVERSHOOT:.0%} of a step is no overshoot (assumed)", _between(OVERSHOOT, math.inf)
-    ),
-    "all of them": Yardstick(f"{MOST:.0%} of a population count as all of it (assumed)", _between(MOST, 1.0)),
+    "overshoot": Yardstick(f"overshoot: from {OVERSHOOT:.0%} of a step (assumed)", _between(OVERSHOOT, math.inf)),
+    "all of them": Yardstick(f"{MOST:.0%} of people are all (assumed)", _between(MOST, 1.0)),
 }
 """By the names that the texts of claims use."""
 MORE_RULES = (
-    "a measured time agrees within the printed standard deviation",
-    "where the words set an end (below, most, clean), that end is taken",
+    "a measured time: within its standard deviation",
+    "ends that words set are taken",
 )
 """Those of claims whose texts say what is accepted."""
 RULES = tuple(dict.fromkeys([*(yardstick.rule for yardstick in YARDSTICKS.values()), *MORE_RULES]))

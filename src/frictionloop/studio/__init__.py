@@ -1,1 +1,16 @@
-"""The live page: slide on the plate, see and compare, in a browser."""
+"""The live page: slide on the plate, see and compare, in a browser.
+
+serve  export  desk   the page until Ctrl-C, a page that plays runs without a server, the pages of an experiment
+"""
+
+from __future__ import annotations
+
+from frictionloop.quantities.lazily import lazily
+
+HOMES = {"opened_studio": "ExportedPage Opened desk export serve"}
+__getattr__ = lazily(__name__, HOMES)
+__all__ = [name for names in HOMES.values() for name in names.split()]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -11,7 +11,7 @@ def number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
     """Return a number within its limits."""
     value = asked.get(name)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        raise FrictionloopError(f"{name} = {value!r:.40}: must be a number from {low:g} to {high:g}")
+        raise FrictionloopError(f"{name} = {value!r:.40}: must be {low:g} to {high:g}")
     return float(value)
 
 

@@ -27,7 +27,7 @@ def obey(room: Room, guest: Guest, asked: Any) -> None:
     if not isinstance(name, str) or name not in COMMANDS:
         raise FrictionloopError(f"do = {name!r:.40}: must be one of {', '.join(COMMANDS)}")
     if name not in FREE and guest is not room.driver:
-        raise FrictionloopError(f"{name}: another page drives; take over first")
+        raise FrictionloopError(f"{name}: another page drives")
     COMMANDS[name](room, guest, asked)
     if name != "here":
         room.tell_status()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.device.live_session import Session
-from frictionloop.studio import beside
+from frictionloop.studio import background
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 
 SETTLES_S = 0.5
@@ -55,5 +55,5 @@ class Counting:
 
 
 def _numbers(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, float | None]:
-    beside.load()
+    background.load()
     return numbers_of(rows, rate_hz, touches_n)

@@ -84,8 +84,8 @@ def events_in(data: bytes) -> np.ndarray:
         For another length, too many events, or a number that is not finite.
     """
     if not data or len(data) % (8 * EVENT) or len(data) > 8 * EVENT * MOST_EVENTS:
-        raise FrictionloopError(f"pointer: {len(data)} bytes; must be 1 to {MOST_EVENTS} events of {8 * EVENT} bytes")
+        raise FrictionloopError(f"pointer: {len(data)} bytes; must be 1 to {MOST_EVENTS} events")
     events = np.frombuffer(data, "<f8").reshape(-1, EVENT)
     if not np.isfinite(events[:, :3]).all() or (events[:, 3] < 0).any() or (events[:, 3] > 20.0).any():
-        raise FrictionloopError("pointer: times and places must be finite, loads from 0 to 20 N")
+        raise FrictionloopError("pointer: must be finite, load_n 0 to 20")
     return events

@@ -89,7 +89,7 @@ def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> tuple[flo
 
     Both are None at a rate that the filter is not made for.
     """
-    # Only here: all of it takes as long to load as what opens the page (`studio.beside`).
+    # Only here: all of it takes as long to load as what opens the page (`studio.background`).
     from scipy.signal import butter, sosfilt
 
     from frictionloop.loop.felt import weighted

@@ -52,7 +52,7 @@ def opener(room: Room, may_drive: Callable[[Request], bool], refused: Callable[[
 def runs_answer(room: Room) -> Response:
     """Return the runs that a page can play."""
     if not room.runs:
-        why = "no run has been opened; open one from the studio, or start it with --replay run.h5"
+        why = "no run is open"
         return Response(why, 404, headers=HEADERS, media_type="text/plain")
     content = json.dumps(list(room.runs), allow_nan=False)
     return Response(content, headers=HEADERS, media_type="application/json")
@@ -87,7 +87,7 @@ def run_in(content: bytes, name: str) -> dict[str, Any]:
 
 def _driver(room: Room, request: Request) -> Guest:
     if room.driver is None or request.headers.get(PAGE, "") != room.driver.key:
-        raise FrictionloopError("file: another page drives; take over first")
+        raise FrictionloopError("file: another page drives")
     return room.driver
 
 
@@ -95,14 +95,14 @@ async def _opened(room: Room, guest: Guest, request: Request) -> dict[str, Any]:
     name = request.query_params.get("name", "")[:LONGEST_NAME]
     kind = name.rpartition(".")[2].lower()
     if kind not in MOST_BYTES:
-        raise FrictionloopError(f"{name}: must be a bench (.toml) or a recorded run (.h5)")
+        raise FrictionloopError(f"{name}: must be .toml or .h5")
     content = await content_of(request, MOST_BYTES[kind])
     if kind == "h5":
         room.runs.appendleft(await asyncio.to_thread(run_in, content, name))
         return {"told": f"{name} can be played", "go": "/replay"}
     system = await asyncio.to_thread(system_in, content, name)
     if guest is not room.driver:
-        raise FrictionloopError("file: another page drives; take over first")
+        raise FrictionloopError("file: another page drives")
     change(room, lambda _: system)
     room.tell_status()
     return {"told": f"{name} is in force"}

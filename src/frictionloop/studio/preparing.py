@@ -12,7 +12,7 @@ from frictionloop.studio.room import Room
 
 SOON_S = 0.4
 """A loop that is ready so soon is not spoken of."""
-WAITS = "This takes seconds the first time: it is compiled. Until it is ready, what was goes on."
+WAITS = "Compiling, once."
 
 
 def is_ready(room: Room, system: System) -> bool:

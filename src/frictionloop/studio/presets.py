@@ -17,20 +17,20 @@ class Preset(NamedTuple):
 
 LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
 PRESETS = (
-    Preset("Recommended law", "A PI controller with a notch at the suspension and the wish fed forward.", LAW),
-    Preset("Paper's gains", "The PI controller of the paper, kp 10 and ki 2: on this bench it rings.", {
+    Preset("Recommended law", "PI with notch and feed-forward.", LAW),
+    Preset("Paper's gains", "The printed gains: it rings.", {
         "controller.kind": "pi", "controller.kp": 10.0, "controller.ki": 2.0}),
-    Preset("Gains that hold", "The same PI controller with gains retuned for this bench.", {
+    Preset("Gains that hold", "PI retuned for this bench.", {
         "controller.kind": "pi", **RETUNED}),
-    Preset("Usual finger", "A finger whose friction is what the controller believes: 0.95 N.", {
+    Preset("Usual finger", "0.95 N, as the controller believes.", {
         "friction.nominal_n": 0.95}),
-    Preset("Sticky finger", "A finger with more friction than the controller believes: 1.3 N.", {
+    Preset("Sticky finger", "1.3 N, the controller believes 0.95.", {
         "friction.nominal_n": 1.3}),
-    Preset("Slippery finger", "A finger with too little friction for most wishes: 0.35 N.", {
+    Preset("Slippery finger", "0.35 N, little for most wishes.", {
         "friction.nominal_n": 0.35}),
-    Preset("Weak plate", "A plate that vibrates by no more than half of what the paper's does.", {
+    Preset("Weak plate", "Half of the paper's amplitude.", {
         "plate.max_amplitude_um": 1.2}),
-    Preset("Full plate", "A plate that vibrates by up to 2.5 um, as the paper's does.", {
+    Preset("Full plate", "2.5 um, as the paper's plate.", {
         "plate.max_amplitude_um": 2.5}),
 )  # fmt: skip
 BY_NAME = {each.name: each for each in PRESETS}

@@ -7,7 +7,7 @@ from typing import Any
 
 from frictionloop.device.live_session import Session
 from frictionloop.parameters import System
-from frictionloop.studio import beside
+from frictionloop.studio import background
 
 WAITS_S = 0.3
 """How long nothing has to change before it is computed: a slider in the hand would only be in its own way."""
@@ -49,7 +49,7 @@ class Reach:
 
 
 def _foreseen(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any]:
-    beside.load()
-    from frictionloop.studio.foreseen import previewed
+    background.load()
+    from frictionloop.studio.effect_feasibility import previewed
 
     return previewed(system, speed_mm_s, load_n)

@@ -59,7 +59,7 @@ def played(run: xr.Dataset, name: str) -> dict[str, Any]:
     """Return what a page plays of a run, as plain data: texts, numbers, and compressed channels in base 64."""
     time_s = np.asarray(run["time"].values, float)
     if time_s.size < 2 or not {"f_r", "f_a", "f_m"} & set(run):
-        raise FrictionloopError(f"{name}: holds no run: a page plays forces over time")
+        raise FrictionloopError(f"{name}: holds no run")
     rate = 1.0 / float(time_s[1] - time_s[0])
     rows, system = channels_of(run), _system(run)
     every = max(round(rate / SHOWN_HZ), 1)

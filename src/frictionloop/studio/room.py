@@ -87,7 +87,7 @@ class Room:
     def take(self, guest: Guest) -> None:
         """Let a page drive."""
         if not guest.may_drive:
-            raise FrictionloopError("this page may watch only: its address has no token to drive")
+            raise FrictionloopError("this page may watch only")
         if self.driver is not None and guest is not self.driver:
             self.session.leave()  # whoever takes over arms a device anew
         self.driver = guest

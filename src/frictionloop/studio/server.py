@@ -19,7 +19,7 @@ from frictionloop.device.live_engine import CHANNELS
 from frictionloop.device.live_record import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.written import to_toml
-from frictionloop.studio import beside
+from frictionloop.studio import background
 from frictionloop.studio.commands import obey
 from frictionloop.studio.filing import file_answer
 from frictionloop.studio.gallery import gallery
@@ -82,7 +82,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         task = asyncio.create_task(room.run())
         pictures = asyncio.create_task(asyncio.to_thread(gallery))
-        beside.started()
+        background.started()
         yield
         await pictures
         task.cancel()
@@ -92,7 +92,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
     async def saved(request: Request) -> Response:
         if not doors.role(request):
             return refused()
-        await asyncio.to_thread(beside.load)
+        await asyncio.to_thread(background.load)
         return save_answer(room, request.path_params["name"])
 
     reading = asyncio.Lock()
@@ -116,7 +116,7 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
 def refused() -> Response:
     """Return the answer to who may not come in."""
     return PlainTextResponse(
-        "This studio is not open here: use the address that `frictionloop studio` printed, with its token.",
+        "Use the address that was printed.",
         403,
         headers=HEADERS,
     )

@@ -8,7 +8,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio import beside
+from frictionloop.studio import background
 from frictionloop.studio.changes import change
 from frictionloop.studio.room import Room
 from frictionloop.studio.safe import HEADERS
@@ -24,7 +24,7 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
         if reading.locked():
             raise FrictionloopError("effect: another one is being read")
         async with reading:
-            await asyncio.to_thread(beside.load)
+            await asyncio.to_thread(background.load)
             from frictionloop.studio.uploads import MOST_BYTES, brought
 
             content = await content_of(request, MOST_BYTES)
@@ -43,9 +43,9 @@ async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Respo
 def _check(room: Room, request: Request) -> None:
     key = request.headers.get(PAGE, "")
     if room.driver is None or key != room.driver.key:
-        raise FrictionloopError("effect: another page drives; take over first")
+        raise FrictionloopError("effect: another page drives")
     if room.session.engine.system.setpoint.kind != "effect":
-        raise FrictionloopError("effect: the set-point of this loop is no effect")
+        raise FrictionloopError("setpoint.kind: must be effect")
 
 
 async def content_of(request: Request, most: int) -> bytes:

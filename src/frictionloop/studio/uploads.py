@@ -13,9 +13,10 @@ import numpy as np
 from scipy.io import wavfile
 
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_summary import summary
 from frictionloop.rendering.images import read_image
 from frictionloop.rendering.sounds import read_texture, read_wave
 from frictionloop.rendering.tables import MOST_CELLS, Map
@@ -58,7 +59,7 @@ def brought(kind: str, content: bytes, asked: Mapping[str, str]) -> Brought:
         For another kind, what is too large or cannot be read, and for a number that is missing or does not fit.
     """
     if kind not in _READERS:
-        raise FrictionloopError(f"kind = {kind!r:.40}: must be one of {', '.join(_READERS)}")
+        raise must_be("kind", kind[:40], ", ".join(_READERS))
     if len(content) > MOST_BYTES:
         raise FrictionloopError(f"file: {len(content)} bytes; at most {MOST_BYTES}")
     return _READERS[kind](content, asked)
@@ -68,7 +69,7 @@ def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> flo
     try:
         value = float(asked[name])
     except (KeyError, ValueError):
-        raise FrictionloopError(f"{name} is missing: must be a number from {low:g} to {high:g}") from None
+        raise FrictionloopError(f"{name} is missing: {low:g} to {high:g}") from None
     if not low <= value <= high:
         raise FrictionloopError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
     return value
@@ -78,7 +79,7 @@ def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
     """Return a picture as a map; what has colours is turned to grey first, as the eye weighs them (ITU-R BT.601)."""
     pitch, polarity = _number(asked, "mm_per_pixel", 0.01, 50.0), asked.get("polarity", "")
     if polarity not in ("bright", "dark"):
-        raise FrictionloopError(f"polarity = {polarity!r:.20}: must be 'bright' (white is most friction) or 'dark'")
+        raise must_be("polarity", polarity[:20], "'bright' or 'dark'")
     low, high = (_number(asked, name, 0.0, 5.0) for name in ("low_n", "high_n"))
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     with tempfile.TemporaryDirectory() as folder:
@@ -87,22 +88,22 @@ def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
             with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
                 width, height = image.size
                 if width * height > MOST_PIXELS:
-                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS} in all")
+                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS}")
                 coloured = image.mode in ("RGB", "RGBA", "P", "LA", "PA")
                 if coloured:
                     _grey(image).save(path)
-                    told = ", colours turned to grey"
+                    told = ", colours in grey"
         except FrictionloopError:
             raise
         except Exception:  # on a damaged picture the library raises anything
-            raise FrictionloopError("picture: cannot be read as a PNG") from None
+            raise FrictionloopError("picture: is no PNG") from None
         if not coloured:
             path.write_bytes(content)
         try:
             made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
         except FrictionloopError as error:
             raise FrictionloopError(str(error).replace(str(path), "picture")) from None
-    return Brought(made.map, made.told + told)
+    return Brought(made.map, summary(made.map) + told)
 
 
 def _grey(image: Any) -> Any:
@@ -120,7 +121,7 @@ def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
         _number(asked, "offset_n", 0.0, 5.0),
     )
     if over not in ("place", "time"):
-        raise FrictionloopError(f"over = {over!r:.20}: must be 'place' or 'time'")
+        raise must_be("over", over[:20], "'place' or 'time'")
     per_s = _number(asked, "speed_mm_s", 1.0, 1000.0) / PITCH_MM if over == "place" else WAVE_HZ
     _check_length(content, per_s)
     with tempfile.TemporaryDirectory() as folder:
@@ -130,14 +131,11 @@ def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
             recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
             if over == "time":
                 wave = read_wave(recording, per_s).model_copy(update={"loops": True})
-                return Brought(
-                    wave, f"{wave.duration_s:.3g} s, which repeat whatever the finger does; the mean is {offset:g} N"
-                )
+                return Brought(wave, summary(wave))
             effect = read_texture(recording, per_s * PITCH_MM, PITCH_MM)
         except FrictionloopError as error:
             raise FrictionloopError(str(error).replace(str(path), "recording")) from None
-    columns = len(effect.values_n[0])
-    return Brought(effect, f"{columns} values {effect.pitch_mm:g} mm apart, which repeat; the mean is {offset:g} N")
+    return Brought(effect, summary(effect))
 
 
 def _check_length(content: bytes, per_s: float) -> None:
@@ -148,9 +146,9 @@ def _check_length(content: bytes, per_s: float) -> None:
             rate_hz, samples = wavfile.read(io.BytesIO(content))
         length_s = len(samples) / rate_hz
     except Exception:  # on a damaged file the library raises anything
-        raise FrictionloopError("recording: cannot be read as a WAV") from None
+        raise FrictionloopError("recording: is no WAV") from None
     if length_s > (most_s := MOST_CELLS / per_s):
-        raise FrictionloopError(f"recording: {length_s:.4g} s; at most {most_s:.3g} s, for which there is room")
+        raise FrictionloopError(f"recording: {length_s:.4g} s; at most {most_s:.3g} s")
 
 
 def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:
@@ -163,7 +161,7 @@ def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:
         made = Map(values_n=force.tolist(), pitch_mm=PAINT_MM, start_mm=start[0], start_y_mm=start[1])
     except ValueError as error:
         raise FrictionloopError(f"painting: {columns} x {rows} places are too many") from error
-    return Brought(made, f"painted: {columns} x {rows} places {PAINT_MM:g} mm apart")
+    return Brought(made, summary(made))
 
 
 _READERS = {"png": _picture, "wav": _recording, "paint": _painting}

@@ -57,7 +57,7 @@ def test_a_picture_of_heights_and_a_model_of_a_recording_come_in_without_code(fr
     np.savetxt("cloth.csv", np.random.default_rng(0).standard_normal(4000), header="force", comments="")
     recorded = ("--column", "force", "--rate-hz", "1000", "--scale", "0.01")
     words = ("effect", "import", "cloth.csv", *recorded, "--order", "3", "--out", "model.toml")
-    assert "order = 3: goes with --speed-mm-s" in frictionloop(*words).err
+    assert "order = 3: goes with speed_mm_s" in frictionloop(*words).err
     assert frictionloop(*words, "--speed-mm-s", "40").code == 0
     assert len(R.read_effect("model.toml").coefficients) == 3
 
@@ -71,21 +71,20 @@ def test_a_wave_alone_is_not_said_to_ask_for_nothing(frictionloop):
     R.write_effect(R.Wave(values_n=(0.01, 0.02, 0.01), rate_hz=10.0), "faint.toml")
     refused = frictionloop("effect", "check", "faint.toml")
     assert refused.code == 2
-    assert refused.err.startswith("error: effect: asks for 0 to 0.02 N; the controller's band is")
+    assert refused.err.startswith("error: effect = 0 to 0.02 N: must have")
 
 
-def test_effects_are_listed_with_all_that_touch_makes_of_them(frictionloop):
+def test_effects_are_listed_with_all_that_touch_makes_of_them():
     """A button is pressed, velvet stroked back, liquid stroked fast."""
-    listed = frictionloop("effect", "list", "--json").json()
-    forces = {name: listed[name]["force"] for name in ("button", "velvet", "liquid", "grating")}
-    assert forces == {
-        "button": "0.15 to 0.63 N", "velvet": "0.331 to 0.519 N", "liquid": "0.29 to 0.45 N", "grating": "0.3 to 0.6 N"
-    }  # fmt: skip
+    forces = {each.name: (each.least_n, each.largest_n) for each in R.effects().effects}
+    wanted = {"button": (0.15, 0.63), "velvet": (0.331, 0.519), "liquid": (0.29, 0.45), "grating": (0.3, 0.6)}
+    assert {name: forces[name] for name in wanted} == {k: pytest.approx(v, abs=1e-3) for k, v in wanted.items()}
 
 
 def test_check_says_what_the_skin_lets_through_of_a_period(frictionloop):
     found = frictionloop("effect", "check", "grating", "--effect.spacing_mm", "0.05", "--json").json()
-    assert found["skin"] == "the skin lets through up to 1 N/mm, a sine of 0.05 mm up to 0.008 N"
+    assert (found["skin_n_mm"], found["skin_amplitude_n"]) == (1.0, pytest.approx(0.008, abs=1e-4))
+    assert "EFFECT-STEEP" in {each["code"] for each in found["findings"]}
 
 
 def test_check_asks_at_the_speed_of_show(frictionloop):
@@ -93,27 +92,20 @@ def test_check_asks_at_the_speed_of_show(frictionloop):
     assert told.code != 0 and "2000 mm/s" in told.err
 
 
-def test_a_large_map_is_told_by_its_size(frictionloop):
-    R.write_effect(R.rasterise(R.find("braille"), 12.0, 8.0, 0.25), "cell.toml")
-    assert (
-        frictionloop("effect", "check", "cell.toml", "--json")
-        .json()["described"]
-        .startswith("map (49 x 33 values from 0.3 to 0.6 N, pitch_mm 0.25")
-    )
-
-
 def test_a_flag_that_says_nothing_about_a_file_is_refused(frictionloop):
     Image.fromarray(np.zeros((4, 4), np.uint8)).save("grey.png")
     scale = ("--mm-per-pixel", "0.2", "--polarity", "bright", "--out", "grey.toml")
     answer = frictionloop("effect", "import", "grey.png", *scale, "--speed-mm-s", "30")
     assert answer.code == 2
-    assert answer.err.startswith("error: speed_mm_s: says nothing about a .png file; it goes with .wav .csv")
+    assert answer.err.startswith("error: speed_mm_s: goes with .wav .csv")
 
 
 def test_a_recording_without_a_scale_is_told_to_be_taken_for_newtons(frictionloop):
     np.savetxt("force.csv", np.full(100, 0.4), header="force", comments="")
-    answer = frictionloop("effect", "import", "force.csv", "--rate-hz", "1000", "--out", "force.toml", "--json")
-    assert answer.json()["told"].startswith("taken for N, or by the unit in the file; 0.099 s at 1000 values")
+    answer = frictionloop("effect", "import", "force.csv", "--rate-hz", "1000", "--out", "force.toml", "--json").json()
+    assert [each["code"] for each in answer["findings"]] == ["SCALE-TAKEN"]
+    assert (answer["least_n"], answer["largest_n"]) == (0.0, pytest.approx(0.4))
+    assert R.import_effect("force.csv", rate_hz=1000.0, scale=1.0).findings == ()
 
 
 def test_the_line_of_the_stroke_is_changed_without_code(frictionloop):

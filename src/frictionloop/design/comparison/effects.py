@@ -14,9 +14,9 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
-from frictionloop.preview.asked import check
-from frictionloop.preview.effect import prepared
 from frictionloop.preview.people import delivered_to, spread_n
+from frictionloop.preview.prepared_stroke import prepared
+from frictionloop.preview.stroke_forces import playable_forces
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.files import find
@@ -66,7 +66,7 @@ def arrived(
         raise FrictionloopError(f"fingers = {count}: none can be given {forces}; take more")
     able = Fingers(each for each, counts in zip(people, some, strict=True) if counts)
     shown = [prepared(effect, system.evolve(each).evolve(law), speed_mm_s) for each in able]
-    check(shown[0])
+    playable_forces(shown[0])
     ways = delivered_to(shown, SEED)
     names = ("contrast", "pattern_felt", *ERRORS)
     values = {name: np.array([getattr(each, name) for each in ways]) for name in names}
@@ -110,7 +110,7 @@ def effect_cells(
     protocol.population(system, count, seed)
     speeds = protocol.speeds_of(system, speeds_mm_s)
     for effect, speed in itertools.product(named.values(), speeds):
-        check(prepared(effect, system, speed))
+        playable_forces(prepared(effect, system, speed))
     with progress_bar("effects", len(fields) * len(named) * len(speeds), progress) as bar:
         for law, entrant in fields.items():
             left = [(name, speed) for name in named for speed in speeds if (law, name, speed) not in found]

@@ -147,7 +147,7 @@ class Claim:
         """Where it is counted."""
         return self.of or OF_TEXT[self.result]
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
         words = ("id", "title", "place", "quote", "published", "ours", "unit", "measure", "quantity")
         more = ("under", "meant", "note", "explanation", "seeds", "command")

@@ -51,7 +51,7 @@ class Hearing:
         elif what == "answer":
             self._take(message)
         elif role != EXPERIMENTER:
-            raise FrictionloopError(f"do = {what!r}: must be ready, answer or clock on this page")
+            raise FrictionloopError(f"do = {what!r}: must be ready, answer or clock")
         elif what == "pause":
             self.going.clear()
             self.status("paused")

@@ -54,7 +54,7 @@ def experiment_app(desk: Desk, doors: Doors) -> Starlette:
         if role not in (PARTICIPANT, EXPERIMENTER):
             return PlainTextResponse("there are /participant and /experimenter", 404, headers=HEADERS)
         if not allowed(request, role):
-            return PlainTextResponse(f"The {role}'s page needs the address that was printed.", 403, headers=HEADERS)
+            return PlainTextResponse("Use the address that was printed.", 403, headers=HEADERS)
         return file_answer(FILES[f"{role}.html"])
 
     async def file(request: Request) -> Response:

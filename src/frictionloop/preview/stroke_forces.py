@@ -12,18 +12,15 @@ from frictionloop.preview.measures import edges_mm
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.compiling import program_of
-from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_summary import STARTED_S, longest_s
 from frictionloop.rendering.source import EffectSource
-from frictionloop.rendering.tables import Wave
 
 TIMES = 4096
 """Times at which a wave is looked at (assumed: a wave of a second every 0.25 ms)."""
-STARTED_S = 1e6
-"""Time since a wave began at which it is over."""
 
 
 @dataclass(frozen=True)
-class Asked:
+class StrokeForces:
     """What an effect asks for along a stroke, within the band that the controller believes in."""
 
     place_mm: Array
@@ -39,7 +36,7 @@ class Asked:
     """Largest force before the band."""
 
 
-def asked_of(system: System) -> Asked:
+def stroke_forces(system: System) -> StrokeForces:
     """Return what the effect of a system asks for along its stroke."""
     source, motion, model = system.setpoint, system.motion, system.controller.model
     assert isinstance(source, EffectSource)
@@ -59,7 +56,7 @@ def asked_of(system: System) -> Asked:
     beyond, every = np.abs(raw - held), np.concatenate([raw.ravel(), _while_waves_play(system, fine)])
     ends = float(every.min()), float(every.max())
     share, most = float(np.mean(beyond > 0)), float(beyond.max())
-    return Asked(place, middle[0], middle[1], share, most, float(slope), error, *ends)
+    return StrokeForces(place, middle[0], middle[1], share, most, float(slope), error, *ends)
 
 
 def _while_waves_play(system: System, fine: Array) -> Array:
@@ -77,14 +74,7 @@ def _while_waves_play(system: System, fine: Array) -> Array:
     return np.broadcast_to(np.asarray(source.effect.asked(touch), float), time_s.shape)
 
 
-def longest_s(effect: Effect) -> float:
-    """Return how long the longest wave of an effect lasts, 0 without a wave."""
-    if isinstance(effect, Wave):
-        return effect.duration_s
-    return max((longest_s(part) for part in effect.parts), default=0.0)
-
-
-def check(system: System) -> Asked:
+def playable_forces(system: System) -> StrokeForces:
     """Return what the effect of a system asks for, refusing one of which nothing can be given or felt.
 
     Raises
@@ -96,16 +86,18 @@ def check(system: System) -> Asked:
     source, motion, model = system.setpoint, system.motion, system.controller.model
     assert isinstance(source, EffectSource)
     assert isinstance(motion, Strokes)
-    asked = asked_of(system)
+    asked = stroke_forces(system)
     if asked.share_clamped == 1.0 and (asked.largest_n < model.floor_n or asked.least_n > model.nominal_n):
         raise FrictionloopError(
-            f"effect: asks for {asked.least_n:.3g} to {asked.largest_n:.3g} N; the controller's band is "
-            f"{model.floor_n:.3g} to {model.nominal_n:.3g} N, and must have some of it"
+            f"effect = {asked.least_n:.3g} to {asked.largest_n:.3g} N: must have some of the controller's band, "
+            f"{model.floor_n:.3g} to {model.nominal_n:.3g} N",
+            "EFFECT-OUT",
         )
     period, fastest = source.effect.period_mm, min(HIGHEST_HZ, 0.5 * system.controller.rate_hz)
     if period and motion.speed_mm_s / period > fastest:
         raise FrictionloopError(
-            f"effect: a period of {period:g} mm is {motion.speed_mm_s / period:.4g} Hz at {motion.speed_mm_s:g} mm/s, "
-            f"and above {fastest:g} Hz nothing is felt; must be at least {motion.speed_mm_s / fastest:.3g} mm"
+            f"effect: period {period:g} mm is {motion.speed_mm_s / period:.4g} Hz at {motion.speed_mm_s:g} mm/s; must "
+            f"be at least {motion.speed_mm_s / fastest:.3g} mm",
+            "EFFECT-FAST",
         )
     return asked

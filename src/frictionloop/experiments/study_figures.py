@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from frictionloop.experiments.convergence import convergence
-from frictionloop.experiments.fit import grouped
+from frictionloop.experiments.function_fit import grouped
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import probability
 from frictionloop.experiments.summary import groups, measure

@@ -75,9 +75,9 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     """
     x, r = numbers("level", level, ""), numbers("result", result, "", 0.0, 1.0)
     if x.size != r.size or x.size < 5 or np.ptp(x) <= 0:
-        raise FrictionloopError(f"fit: {x.size} trials over {np.ptp(x) if x.size else 0:g}: 5 at two levels are needed")
+        raise FrictionloopError(f"fit: {x.size} trials; must be 5 at two levels")
     if np.ptp(r) <= 0:
-        raise FrictionloopError(f"fit: {x.size} answers that are all alike: no level is between")
+        raise FrictionloopError(f"fit: {x.size} answers, all alike")
     grids = _grids(x, guess, low)
     log_l = _log_likelihood(x, r, grids, shape)
     log_l += _log_prior(grids[2])[None, None, :, None]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionloop.preview import Preview
+    from frictionloop.preview.effect_preview import Preview
 
 ROOM_MM = 5.0
 """Shown of a map on both sides of the path."""
@@ -34,7 +34,7 @@ def figure_of(shown: Preview) -> Figure:
         axes.set_xlim(shown.place_mm[0], shown.place_mm[-1])
     grid[1, 0].tick_params(labelbottom=False)
     grid[2, 0].set_xlabel("place along the path (mm)")
-    figure.suptitle(shown.sentence, fontsize=9)
+    figure.suptitle(f"{shown.rows()[0][1]}: {' '.join(shown.arriving)}", fontsize=9)
     handles, labels = grid[1, 0].get_legend_handles_labels()
     handles.append(Line2D([], [], color=BLACK, linewidth=1.0, linestyle=":"))
     figure.legend(handles, [*labels, "dotted: the way back"], loc="outside lower center", ncols=5)

@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from frictionloop.loop.felt import weighted
 from frictionloop.parameters import Strokes, System
-from frictionloop.preview.effect import Preview, preview
+from frictionloop.preview.effect_preview import Preview, preview
 from frictionloop.preview.measures import FELT_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
@@ -49,7 +49,7 @@ def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any
 def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
     """Return the System with the stroke that is tried."""
     if not isinstance(system.setpoint, EffectSource) or not isinstance(system.motion, Strokes):
-        raise FrictionloopError("the set-point is no effect: there is nothing to look ahead to")
+        raise FrictionloopError("setpoint.kind: must be effect")
     room = system.touch.load.length_mm - MARGIN_MM
     stroke = max(min(room, SECONDS * speed_mm_s), LEAST_MM)
     reversal = min(system.motion.reversal_s, 0.5 * stroke / speed_mm_s)
@@ -84,7 +84,7 @@ def reasons_of(seen: Preview) -> dict[str, Any]:
     }
     told |= {"bottom_mm": float(rows_mm[0]), "row_mm": ROW_MM}
     shares = {name: float(np.mean(where)) for name, where in (("beyond", beyond), ("steep", steep), ("weak", weak))}
-    return told | {"shares": shares, "sentence": seen.sentence}
+    return told | {"shares": shares, "arrives": f"{seen.rows()[0][1]}: {' '.join(seen.arriving)}"}
 
 
 def _rows(source: EffectSource) -> np.ndarray:

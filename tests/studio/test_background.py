@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from frictionloop.studio import beside
+from frictionloop.studio import background
 
 OPENS = """
 import sys
@@ -20,8 +20,8 @@ from frictionloop.studio.server import studio_app
 studio_app(Room(Session(TwinEngine(fl.bench().evolve({"setpoint": {"kind": "effect"}})))))
 heavy = {"xarray", "pandas", "h5py", "scipy.signal", "scipy.ndimage", "scipy.stats"}
 print("loaded:", *sorted(heavy & set(sys.modules)))
-from frictionloop.studio import beside
-beside.load()
+from frictionloop.studio import background
+background.load()
 print("loaded:", *sorted(heavy & set(sys.modules)))
 """
 
@@ -34,15 +34,15 @@ def test_what_opens_the_page_loads_no_filters_and_no_datasets():
 
 def test_what_a_session_has_loaded_is_not_searched_for_garbage(monkeypatch):
     frozen, before = gc.get_freeze_count(), [[] for _ in range(1000)]
-    with beside.starting():
+    with background.starting():
         assert not gc.isenabled()
-        beside.started()
+        background.started()
         assert gc.isenabled()
         started, made = gc.get_freeze_count(), [[] for _ in range(1000)]
         assert started >= frozen + len(before)
-        monkeypatch.delitem(sys.modules, beside.MODULES[-1], raising=False)
-        beside.load()
+        monkeypatch.delitem(sys.modules, background.MODULES[-1], raising=False)
+        background.load()
         assert gc.get_freeze_count() >= started + len(made)
         monkeypatch.setattr(gc, "freeze", lambda: pytest.fail("loaded again"))
-        beside.load()  # for every count
+        background.load()  # for every count
     assert gc.isenabled()

@@ -2,96 +2,21 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas  # type: ignore[import-untyped]
 from jinja2 import Environment, PackageLoader
 
-from frictionloop.experiments import folder
-from frictionloop.experiments.kept_sessions import once_each, read_trials, sessions_in
-from frictionloop.experiments.own_reach import reaches
-from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.summary import fits, funnel, groups, measure, pooled
+from frictionloop.experiments.study_figures import answers, converging, functions, sequences, thresholds
+from frictionloop.experiments.study_result import TABLES, Study
+from frictionloop.experiments.summary import funnel, measure
 from frictionloop.figures.style import inline, svg
-from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.report.experiment_figures import answers, converging, functions, sequences, thresholds
+from frictionloop.quantities import replacing
 
 
-class Report(NamedTuple):
-    """What sessions of one protocol have found."""
-
-    protocol: Protocol
-    about: str
-    """How many sessions, and what their forces are of."""
-    trials: pandas.DataFrame
-    """Rows as in ``trials.tsv``."""
-    fits: pandas.DataFrame
-    """As `fits`."""
-    groups: pandas.DataFrame
-    """As `groups`."""
-    pooled: pandas.DataFrame
-    """As `pooled`."""
-    funnel: pandas.DataFrame
-    """As `funnel`."""
-    reaches: pandas.DataFrame
-    """As `reaches`."""
-
-
-def report(path: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> Report:
-    """Fit what sessions of one protocol have found, and write it as a page.
-
-    Parameters
-    ----------
-    path : path
-        A session, or a folder of sessions.
-    out : path, optional
-        Page to write (.html), with its tables beside it.
-
-    Raises
-    ------
-    FrictionloopError
-        For a folder without sessions, sessions of different protocols or twice of one
-        participant, or a page that cannot be written.
-    """
-    found = sessions_in(Path(path))
-    once_each(found)
-    protocol = folder.read(found[0])[0]
-    for other in found[1:]:
-        if folder.read(other)[0] != protocol:
-            raise FrictionloopError(f"{other}: has another protocol than {found[0]}; report them apart")
-    sources = {str(folder.read(each)[2]["source"]) for each in found}
-    about = f"{len(found)} session{'s' * (len(found) > 1)}, {' and '.join(sorted(sources))}"
-    report_ = study(protocol, read_trials(Path(path)), about, reaches(Path(path)))
-    if out is not None:
-        write_page(report_, Path(out))
-    return report_
-
-
-def study(
-    protocol: Protocol, trials: pandas.DataFrame, about: str, of_fingers: pandas.DataFrame | None = None
-) -> Report:
-    """Return what trials have found.
-
-    Parameters
-    ----------
-    protocol : Protocol
-        What was asked.
-    trials : pandas.DataFrame
-        Rows as in ``trials.tsv``.
-    about : str
-        Where the trials are from, in words.
-    of_fingers : pandas.DataFrame, optional
-        As of `reaches`; none where it was not measured.
-    """
-    fitted = fits(protocol, trials)
-    fingers = pandas.DataFrame() if of_fingers is None else of_fingers
-    return Report(protocol, about, trials, fitted, groups(fitted), pooled(protocol, trials), funnel(trials), fingers)
-
-
-def page(found: Report) -> str:
+def page(found: Study) -> str:
     """Return a study as one self-contained HTML page."""
     protocol, trials, fitted = found.protocol, found.trials, found.fits
     name, _ = measure(protocol)
@@ -125,7 +50,7 @@ def page(found: Report) -> str:
     )
 
 
-def write_page(found: Report, path: Path) -> None:
+def write_page(found: Study, path: Path) -> None:
     """Write the page of a study, and beside it its tables as TSV.
 
     Raises
@@ -136,21 +61,11 @@ def write_page(found: Report, path: Path) -> None:
     text = page(found)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
-    for name in ("fits", "groups", "pooled", "funnel", "reaches"):
+    for name in TABLES:
         table = getattr(found, name)
         if len(table.columns):
             with replacing(path.with_name(f"{path.stem}-{name}.tsv")) as beside:
                 table.to_csv(beside, sep="\t", index=False, na_rep="n/a")
-
-
-def write_figure(found: Report, path: Path) -> None:
-    """Write the figure of what was found of each participant, as SVG, PDF or PNG by its name."""
-    figure = thresholds(found.protocol, found.fits)
-    with replacing(path) as beside:
-        if path.suffix == ".svg":
-            beside.write_text(svg(figure, "thresholds"), encoding="utf-8")
-        else:
-            figure.savefig(beside, format=path.suffix[1:], dpi=200)
 
 
 def _overdispersed(fitted: pandas.DataFrame) -> tuple[int, int] | None:

@@ -1,0 +1,293 @@
+"""``fl.reproduce``: the paper's figures and claims, all of them on a page, or some alone, also on a changed bench."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from frictionloop.figures.style import write_both
+from frictionloop.findings import Result, shown
+from frictionloop.loop.progress import Bar, progress_bar
+from frictionloop.parameters import write_toml
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.version import cited_version
+from frictionloop.report.build import build_report, prepare
+from frictionloop.report.changed_figure import (
+    Changed,
+    changed_figure,
+    check_changes,
+    file_name,
+    seeds_of,
+    words,
+)
+from frictionloop.report.cited import cited, command_of
+from frictionloop.report.claims import THESIS, Claim, claim_ids, one_claim
+from frictionloop.report.claims.counting import FIRST, HOLDS, counts, not_counted, paper_and_ours
+from frictionloop.report.claims.worded import accepted, with_unit
+from frictionloop.report.figure_numbers import NUMBERS
+from frictionloop.report.figures import DRAWINGS
+from frictionloop.report.results import Results
+from frictionloop.report.stability import places_of
+from frictionloop.report.stroke_numbers import Table
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
+UNITS = {"_n_rthz": ("uN/rtHz", 1e6), "_n": ("mN", 1e3), "_ms": ("ms", 1.0), "_hz": ("Hz", 1.0)}
+"""What numbers are shown in, by the end of their names."""
+HEADS = {
+    "sensitivity_peak": "Ms",
+    "sensitivity_peak_moist": "moist",
+    "stable_from_n": "from mN",
+    "spread_n": "spread",
+    "error_n": "error",
+    "r2_regression": "R2",
+    "r2_identity": "R2 id.",
+    "r2_bound": "bound",
+}
+ASIDE = ("scored", "slope")
+"""Numbers that are left to JSON and Python where a table has many."""
+SAID = ["Bench and finger of the figure beside this file."]
+"""Begins the file of a changed bench."""
+
+
+class FigureMade(NamedTuple):
+    """A figure that was written, and what it stands for."""
+
+    name: str
+    file: Path
+    seeds: str
+    version: str
+    command: str
+    """With version and seeds it is what the figure is cited by."""
+    numbers: Table
+    changes: dict[str, Any]
+    """What is not as on the paper's bench."""
+    changed: Changed | None
+    """Of a changed bench what stands beside; None of the paper's."""
+    bench: Path | None
+    """File of the changed bench under the finger that is drawn."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it by name."""
+        found = self._asdict() | {"cite": " · ".join(cited(self.command, self.seeds))}
+        if self.changed is None:
+            return found
+        of, holds = self.changed, {"places": self.changed.checks, "places_unchanged": self.changed.checks_unchanged}
+        counted = {key: {name: places_of(each) for name, each in some.items()} for key, some in holds.items()}
+        would = {name: each.would_hold for name, each in of.checks.items()}
+        more = {"unchanged": of.unchanged, "levels": of.levels, "replaced": of.replaced, "would_hold": would}
+        return found | {"changed": more | counted}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduction(Result):
+    """Claims with their verdicts, and figures that were written."""
+
+    SCHEMA: ClassVar[str] = "reproduce/1"
+    folder: Path
+    page: Path | None
+    """None of figures and claims alone."""
+    claims: tuple[Claim, ...]
+    figures: tuple[FigureMade, ...] = ()
+    """Those that were asked for alone."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the verdict on the paper's idea and how many claims come out; of some alone each of them."""
+        if self.page is not None:
+            return [*self._counted(), ("page", str(self.page))]
+        found = [row for claim in self.claims for row in _claim_rows(claim)]
+        return found + [row for figure in self.figures for row in _figure_rows(figure)]
+
+    def _counted(self) -> Iterator[tuple[str, str]]:
+        n, thesis = counts(self.claims), next(claim for claim in self.claims if claim.id == THESIS)
+        one, many = (shown(each) for each in thesis.readings.values())
+        yield "idea", f"{HOLDS[thesis.verdict]}: spread / {one} on one finger, / {many} in the median of many"
+        out, part, no = n["printed"], n["assumed"], n["not_out"]
+        yield "simulation", f"of {n['text']} statements {out} come out, {part} in part, {no} do not"
+        out, part, no = n["device out"], n["device part"], n["device not"]
+        yield "device", f"of {n['device']} statements {out} come out, {part} in part, {no} do not"
+        yield "not counted", not_counted(self.claims)
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return claims with paper's and own value; of some alone their numbers."""
+        if self.page is not None:
+            first = [claim for claim in self.claims if claim.id in FIRST]
+            return {"Fig. 5a": _claims_table(first), "claims": _claims_table(self.claims)}
+        found = {claim.id: _values(claim) for claim in self.claims}
+        for figure in self.figures:
+            found |= dict(_figure_tables(figure))
+        return found
+
+
+def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
+    paper, ours = paper_and_ours(claim)
+    yield claim.id, f"{claim.judged}: {claim.title} ({claim.place})"
+    yield "paper", f"{paper}; here {ours}, {claim.quantity}; accepted {accepted(claim)}"
+    yield "cite", " · ".join(cited(claim.command, claim.seeds))
+
+
+def _figure_rows(figure: FigureMade) -> Iterator[tuple[str, str]]:
+    yield figure.name, words(figure.changes) or "as in the report"
+    if figure.changed is not None:
+        for name, found in figure.changed.checks.items():
+            row, before = figure.numbers[name], figure.changed.unchanged.get(name)
+            was = f", unchanged {_mn(before)}" if before else ""
+            yield name, f"error {_mn(row)} mN{was}; holds at {places_of(found)} places"
+    yield "file", str(figure.file)
+    yield "cite", " · ".join(cited(figure.command, figure.seeds))
+
+
+def _mn(row: Mapping[str, Any]) -> str:
+    return shown(1e3 * row["error_n"])
+
+
+def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
+    import pandas as pd
+
+    rows = {claim.id: (*paper_and_ours(claim), accepted(claim), claim.judged) for claim in claims}
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["paper", "here", "accepted", "verdict"])
+
+
+def _values(claim: Claim) -> pd.DataFrame:
+    """Return each number of a claim, whether it is accepted, and whether it has a vote."""
+    import pandas as pd
+
+    votes = dict.fromkeys(claim.readings, "reading") | dict.fromkeys(claim.assumed, "assumption")
+    rows = {
+        name: (with_unit(value, claim.unit, claim.digits), claim.holds[name], votes.get(name, "no vote"))
+        for name, value in claim.all_values.items()
+    }
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "accepted", "as"])
+
+
+def _figure_tables(figure: FigureMade) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield the numbers of a figure, of a changed one with those unchanged below each, and where its gains hold."""
+    import pandas as pd
+
+    of = figure.changed
+    if of is None:
+        if figure.numbers:
+            yield figure.name, _numbers(list(figure.numbers.items()))
+        return
+    both = [pair for each, own in figure.numbers.items() for pair in _beside(each, own, of.unchanged)]
+    yield figure.name, _numbers(both)
+    yield f"{figure.name}, changed", pd.DataFrame.from_dict(of.replaced, orient="index", columns=["here", "unchanged"])
+    yield f"{figure.name}, error by level, mN", 1e3 * pd.DataFrame.from_dict(of.levels, orient="index")
+    if of.checks:
+        places = {name: (*places_of(each), shown(each.would_hold)) for name, each in of.checks.items()}
+        columns = ["holds at", "unstable at", "of", "would hold"]
+        yield f"{figure.name}, slip lengths and speeds", pd.DataFrame.from_dict(places, orient="index", columns=columns)
+
+
+def _beside(name: str, row: Mapping[str, Any], unchanged: Table) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    yield name, row
+    if name in unchanged:
+        yield "  unchanged", unchanged[name]
+
+
+def _numbers(numbers: Sequence[tuple[str, Mapping[str, Any]]]) -> pd.DataFrame:
+    """Return numbers in the units that people read, the heads short."""
+    import pandas as pd
+
+    columns = [key for key in dict.fromkeys(key for _, row in numbers for key in row) if key not in ASIDE]
+    cells = [[_scaled(key, row.get(key)) for key in columns] for _, row in numbers]
+    heads = [_head(key) for key in columns]
+    return pd.DataFrame(cells, index=[name for name, _ in numbers], columns=heads, dtype=float)
+
+
+def _scaled(key: str, value: float | None) -> float | None:
+    return None if value is None else _unit(key)[2] * value
+
+
+def _unit(key: str) -> tuple[str, str, float]:
+    """Return the words of a number's name, its unit, and by what it is multiplied for that."""
+    for end, (unit, factor) in UNITS.items():
+        if key.endswith(end):
+            return key.removesuffix(end).replace("_", " "), unit, factor
+    return key.replace("_", " "), "", 1.0
+
+
+def _head(key: str) -> str:
+    name, unit, _ = _unit(key)
+    return HEADS.get(key) or (f"{name}, {unit}" if unit else name)
+
+
+def reproduce(
+    folder: str | os.PathLike[str] = "report",
+    only: Sequence[str] = (),
+    changes: Mapping[str, Any] | None = None,
+    *,
+    progress: bool | None = None,
+) -> Reproduction:
+    """Rebuild the paper's figures and claims: index.html, claims.json and figures/*.svg, *.png in a folder.
+
+    Parameters
+    ----------
+    folder : path
+        Where to write; made if it does not exist. Files of the same names are replaced, each once it is complete.
+    only : sequence of str
+        Names of figures and claims, such as "fig-5a" and "kp-optimum", which are made alone and without a page.
+    changes : mapping, optional
+        What is to differ from the paper's bench, by dotted names, or gains: for fig-5a, and of the bench
+        fig-5a-printed.
+    progress : bool, optional
+        Show a progress bar; by default on a terminal.
+
+    Raises
+    ------
+    FrictionloopError
+        The folder cannot be written, a name is unknown, or the changes have no meaning for it; nothing has been
+        computed then.
+    """
+    target, differing = Path(folder), dict(changes or {})
+    if not only and not differing:
+        prepare(target)
+        claims = build_report(target, progress)
+        return Reproduction(folder=target, page=target / "index.html", claims=tuple(claims))
+    _check_names(only)
+    if differing:
+        check_changes(only, differing)
+    wanted = [name for name in DRAWINGS if name in only]
+    if wanted:
+        prepare(target)
+    # Only what is asked for counts on the bar, not the parts that it needs.
+    with progress_bar("report", len(only), progress) as bar:
+        results, figures = Results(bar.inner()), []
+        for name in wanted:
+            figures.append(_made(name, differing, target / "figures", results, bar))
+            bar()
+        claims = [one_claim(id, results) for id in only if id not in DRAWINGS]
+    found = [each for figure in figures if figure.changed is not None for each in figure.changed.findings]
+    unique = tuple(each for k, each in enumerate(found) if each not in found[:k])
+    return Reproduction(folder=target, page=None, claims=tuple(claims), figures=tuple(figures), findings=unique)
+
+
+def _check_names(names: Iterable[str]) -> None:
+    known = [*DRAWINGS, *claim_ids()]
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
+            said = f"only = {name!r}: is neither figure nor claim; near are {', '.join(near)}"
+            raise FrictionloopError(said, "UNKNOWN-NAME")
+
+
+def _made(name: str, changes: dict[str, Any], folder: Path, results: Results, bar: Bar) -> FigureMade:
+    """Return a figure once it is written."""
+    changed, bench = (changed_figure(name, changes, bar.inner()) if changes else None), None
+    if changed is not None:
+        figure, numbers, file, seeds = changed.figure, changed.numbers, file_name(name, changes), seeds_of(changes)
+    else:
+        watched = results.watched()
+        figure, file = DRAWINGS[name](watched), name
+        numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
+    path, command = folder / f"{file}.svg", command_of(name, changes)
+    write_both(figure, file, path, " · ".join(cited(command, seeds)))
+    if changed is not None:
+        bench = path.with_suffix(".toml")
+        write_toml(changed.bench, bench, said=SAID)
+    return FigureMade(name, path, seeds, cited_version(), command, numbers, changes, changed, bench)

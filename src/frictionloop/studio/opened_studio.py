@@ -1,0 +1,241 @@
+"""The studio opened: its page served, the pages of an experiment, and a page that plays runs without a server."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from frictionloop.findings import Result
+from frictionloop.parameters import System, bench
+from frictionloop.quantities import must_be, replacing
+from frictionloop.quantities.extra import all_needed, needed
+
+if TYPE_CHECKING:
+    from frictionloop.device.live_session import Session
+    from frictionloop.experiments.protocol import Protocol
+    from frictionloop.studio.experiment.desk import Desk
+    from frictionloop.studio.experiment.serving import Addresses
+
+PORT = 8026
+SIMULATED = {"sim": ("cffi",), "emulated": ("elftools", "unicorn", "intelhex")}
+"""Modules that an address takes beside those of the line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opened(Result):
+    """A studio that can be looked at."""
+
+    SCHEMA: ClassVar[str] = "studio.serve/1"
+    address: str
+    """With the token that lets its bearer drive, where other machines may come in."""
+    watch_address: str = ""
+    law: str
+    setpoint: str
+    """The effect on the plate, or the kind of another set-point."""
+    device: str = ""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return where it is, and what is on it."""
+        found = [("open", self.address), ("watch only", self.watch_address), ("law", self.law)]
+        found += [("set-point", self.setpoint), ("device", self.device), ("end", "Ctrl-C")]
+        return [row for row in found if row[1]]
+
+
+def serve(
+    system: System | None = None,
+    effect: str | None = None,
+    *,
+    device: str | None = None,
+    seed: int = 0,
+    host: str = "127.0.0.1",
+    port: int = PORT,
+    replay: str | os.PathLike[str] | None = None,
+    opened: Callable[[Opened], Any] = print,
+) -> None:
+    """Serve the live page until Ctrl-C.
+
+    Parameters
+    ----------
+    system
+        The bench; `bench` if not given.
+    effect
+        What lies on the plate: a name of the library, or a TOML file; the set-point of the system if not given.
+    device
+        Address of a device to drive instead of a simulation, as of ``fl.connect``.
+    seed
+        Seed of all noise.
+    host, port
+        Where to listen; any host but this machine's own needs the tokens in the addresses. Port 0 takes a free one.
+    replay
+        A recorded run (.h5) to play beside the live page.
+    opened
+        Called with the addresses before the first page is served.
+
+    Raises
+    ------
+    FrictionloopError
+        For an address that cannot be listened at, a device that is not there, or a file that is no run.
+    """
+    needed("uvicorn", "uvicorn", "studio")
+    needed("starlette", "starlette", "studio")
+    from frictionloop.studio.background import starting
+
+    with starting():
+        _serve(on_plate(system or bench(), effect), device, seed, host, port, replay, opened)
+
+
+def on_plate(system: System, effect: str | None) -> System:
+    """Return a system with an effect of the library or of a file as its set-point; None leaves it."""
+    if effect is None:
+        return system
+    from frictionloop.rendering.files import find
+
+    return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
+
+
+def _serve(
+    system: System,
+    device: str | None,
+    seed: int,
+    host: str,
+    port: int,
+    replay: str | os.PathLike[str] | None,
+    opened: Callable[[Opened], Any],
+) -> None:
+    import uvicorn
+
+    from frictionloop.studio.listening import listening
+    from frictionloop.studio.room import Room
+    from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network
+    from frictionloop.studio.server import studio_app
+    from frictionloop.studio.share import effect_name
+
+    doors = Doors() if host in LOOPBACK else open_to_network()
+    recorded = [] if replay is None else [_read(Path(replay))]
+    with _session(system, seed, device) as session, listening(host, port) as bound:
+        room = Room(session)
+        room.runs.extend(recorded)
+        address = f"http://{host}:{bound.getsockname()[1]}/" + ("replay" if recorded else "")
+        found = Opened(
+            address=f"{address}?token={doors.token}" if doors.token else address,
+            watch_address=f"{address}?token={doors.watch_token}" if doors.token else "",
+            law=system.controller.kind,
+            setpoint=effect_name(system) or system.setpoint.kind,
+            device=device or "",
+        )
+        opened(found)
+        # Not deflated: numbers in binary hardly shrink, and each frame would wait for it.
+        config = uvicorn.Config(
+            studio_app(room, doors), log_level="warning", ws="websockets-sansio", ws_max_size=64 * 1024,
+            ws_per_message_deflate=False, loop="frictionloop.studio.listening:prompt_loop",
+        )  # fmt: skip
+        uvicorn.Server(config).run(sockets=[bound])
+
+
+@contextmanager
+def _session(system: System, seed: int, device: str | None) -> Iterator[Session]:
+    """Yield the session, whose device is switched off at its end."""
+    if device is None:
+        from frictionloop.device.live_engine import TwinEngine
+        from frictionloop.device.live_session import Session
+
+        yield Session(TwinEngine(system, seed))
+        return
+    all_needed("cobs", "fastcrc", *SIMULATED.get(device.partition(":")[0], ()))
+    from frictionloop.device.device import connect
+    from frictionloop.device.device_session import DeviceSession
+    from frictionloop.device.live_device import DeviceEngine
+
+    with connect(device, system, seed) as found:
+        yield DeviceSession(DeviceEngine(found, system))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    from frictionloop.studio.replay import read_run
+
+    if path.suffix != ".h5":
+        raise must_be("RUN", str(path), "a recorded run (.h5)")
+    return read_run(path)
+
+
+@contextmanager
+def desk(
+    protocol: Protocol, participant: str, address: str = "bench:", host: str = "127.0.0.1", port: int = 0
+) -> Iterator[tuple[Desk, Addresses]]:
+    """Yield who answers on a page, for ``fl.experiments.run``, and where the two pages of an experiment are.
+
+    Parameters
+    ----------
+    protocol, participant, address
+        As of ``fl.experiments.run``.
+    host, port
+        Where to listen; any host but this machine's own lets the pages be on other machines. Port 0 takes a free one.
+
+    Raises
+    ------
+    FrictionloopError
+        For an address that cannot be listened at, or a missing extra.
+    """
+    needed("starlette", "starlette", "studio")
+    from frictionloop.experiments.running import source_of
+    from frictionloop.studio.experiment.desk import Desk
+    from frictionloop.studio.experiment.serving import served
+
+    found = Desk(protocol, participant, source_of(address))
+    with served(found, host, port) as addresses:
+        yield found, addresses
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedPage(Result):
+    """A page that plays runs without a server."""
+
+    SCHEMA: ClassVar[str] = "studio.export/1"
+    path: Path
+    runs: tuple[str, ...]
+    """Names on the page."""
+    size_mb: float
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the page and its size."""
+        return [("page", f"{self.path}, {self.size_mb:.1f} MB"), ("plays", ", ".join(self.runs))]
+
+
+def export(
+    path: str | os.PathLike[str],
+    runs: Sequence[str | os.PathLike[str]] = (),
+    system: System | None = None,
+    seed: int = 0,
+) -> ExportedPage:
+    """Write a page (.html) that plays recorded runs without a server.
+
+    Parameters
+    ----------
+    path
+        The page.
+    runs
+        Recorded runs (.h5). None: ten seconds of the ghost finger on a system.
+    system
+        The bench of the ghost finger; `bench` with a grating if not given.
+    seed
+        Seed of its noise.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that is no run, or a page that cannot be written.
+    """
+    from frictionloop.studio.replay import played
+    from frictionloop.studio.static_page import page_of, stroked
+
+    found = [_read(Path(run)) for run in runs]
+    if not found:
+        found = [played(stroked(system or on_plate(bench(), "grating"), seed), "ghost finger")]
+    text = page_of(found)
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+    return ExportedPage(path=Path(path), runs=tuple(each["name"] for each in found), size_mb=len(text) / 1e6)
