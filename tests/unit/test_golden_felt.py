@@ -1,6 +1,6 @@
 """What the verbs of effects, experiments and the report show: compared with the screens kept in tests/golden.
 
-``GOLDEN=write pytest FILE`` writes them anew.
+``FRICTIONLOOP_GOLDEN=1 pytest FILE`` writes them anew.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def test_the_screen_is_as_kept(name, folder, monkeypatch):
     monkeypatch.setattr("frictionloop.report.cited.cited_version", lambda: "VERSION")
     said = f"{ANSWERS[name]()}\n"
     path = GOLDEN / f"{name}.txt"
-    if os.environ.get("GOLDEN") == "write":
+    if os.environ.get("FRICTIONLOOP_GOLDEN"):
         path.write_text(said, encoding="utf-8")
     assert said == path.read_text(encoding="utf-8")
     rows = said.splitlines()
