@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop import formulas
-from frictionloop.loop.record import system_of
+from frictionloop.loop.record import described, system_of
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError
 
@@ -35,6 +35,13 @@ def kept(run: xr.Dataset, mask: Any) -> Any:
     return keep
 
 
+def scored_from(run: xr.Dataset, from_s: float) -> xr.Dataset:
+    """Return a run of which no control period before a time in s is ``scored``."""
+    late = run["time"].values >= from_s
+    scored = late & run["scored"].values if "scored" in run else late
+    return run.assign(scored=xr.Variable("time", scored, described("scored"), fastpath=True))  # else xarray loads dask
+
+
 def _value(name: str, run: xr.Dataset, mask: Any) -> float:
     """Return a metric, its tally summed over the traces."""
     metric, keep = METRICS[name], kept(run, mask)
@@ -45,7 +52,7 @@ def _value(name: str, run: xr.Dataset, mask: Any) -> float:
         d, (floor, top) = run["d"].values[keep], reach_of(run, keep)
         sums["shortfall2"] = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
     r, f = r - shift, f - shift
-    sums |= {"r": r.sum(), "r2": r @ r, "f": f.sum(), "f2": f @ f, "fr": f @ r}
+    sums |= {"r": r.sum(), "r2": np.sum(r * r), "f": f.sum(), "f2": np.sum(f * f), "fr": np.sum(f * r)}  # BLAS spins
     return float(metric.of(metric.tally.state(*(sums[each] for each in metric.tally.state._fields)), r.size))
 
 
