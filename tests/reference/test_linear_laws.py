@@ -21,7 +21,7 @@ from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.quantities.arithmetic import step
 
 # A response is measured about a point, with a signal that is small on purpose.
-pytestmark = pytest.mark.filterwarnings("ignore:The recorded disturbance varies by:frictionloop.SignalWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:SIGNAL-SMALL:frictionloop.SignalWarning")
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 3.0, 1.0

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.parameters import System
-from frictionloop.parameters.summary import listed, summary
-from frictionloop.parameters.summary import short as short
+from frictionloop.parameters.summary import listed, short, summary
 
+__all__ = ["Row", "finger_values", "short", "system_rows"]
 Row = tuple[str, ...]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -242,7 +242,7 @@ def diagnose(
     mask, duration_s = counted["scored"].values, run.sizes["time"] / system.controller.rate_hz
     read, found = recordings(system), dict[str, Any]()
     doubts = list(signal_findings(system))
-    unclear = any(each.code in UNCLEAR for each in doubts)
+    unclear = {each.code for each in doubts} & UNCLEAR
     told: list[Finding] = [*doubts, *run_findings.of_sensor(run, run["time"].values >= score_from_s)]
     if mask.any():
         found, more = _of_scored(counted, mask, edges_hz, unclear)
@@ -273,9 +273,9 @@ def diagnose(
 
 
 def _of_scored(
-    run: xr.Dataset, mask: np.ndarray, edges_hz: Sequence[float], unclear: bool
+    run: xr.Dataset, mask: np.ndarray, edges_hz: Sequence[float], unclear: Collection[str]
 ) -> tuple[dict[str, Any], list[Finding]]:
-    """Return fields and findings of what is scored; ``unclear`` leaves out what says nothing of a misread signal."""
+    """Return fields and findings of what is scored; ``unclear`` are doubts that leave out what says nothing."""
     system, split = system_of(run), reach_split(run, mask)
     opened = None if system.controller.kind in OPEN else open_loop_of(run)
     found: dict[str, Any] = {"metrics": metrics(run, mask), "reach": split}
@@ -290,11 +290,12 @@ def _of_scored(
         told += unseen(run, mask, error)
     found["bands"] = by_band(run, mask, edges_hz)
     told += of_bands(run, mask, found["bands"])
-    if not unclear:
+    if not {*unclear} - {"SIGNAL-SIGNS"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)
-        if split.beyond <= SPLIT_MOST and system.disturbance.kind in RECORDED:
+    if not unclear and split.beyond <= SPLIT_MOST:
+        if system.disturbance.kind in RECORDED:
             found["disturbance_split"] = disturbance_split(run, mask)
-        if split.beyond <= SPLIT_MOST and system.setpoint.kind in RECORDED:
+        if system.setpoint.kind in RECORDED:
             found["setpoint_split"] = setpoint_split(run, mask)
     if system.setpoint.kind == "steps":
         late = run["time"].values >= run["time"].values[mask][0]

@@ -6,28 +6,11 @@ import json
 import signal
 import subprocess
 import sys
-from functools import cache
 from typing import NamedTuple
 
 import pytest
 
 from frictionloop.cli import main
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _designed_once():
-    """The notch of a bench takes ten seconds to find: what README.md and the tests of the command design is one."""
-    from frictionloop.design import synthesis
-
-    really = synthesis.design_controller
-    known = cache(really)
-
-    def design_controller(system, law=None, wanted=None):
-        return (known if law == "notch_pi" else really)(system, law, wanted)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(synthesis, "design_controller", design_controller)
-        yield
 
 
 def without_progress(told):
