@@ -73,12 +73,12 @@ def of_reach(run: xr.Dataset, mask: np.ndarray, split: ReachSplit) -> Iterator[F
     around_0 = d - level
     without = float(np.mean((r < floor + around_0) | (r > top + around_0)))
     remedy: Mapping[str, Any] | str = {}
-    if abs(level) > OFTEN_N and without < UNREACHED and not wide:
+    often = split.beyond >= (CLAMPED if left_in(system, abs(level)) else UNREACHED)
+    if often and abs(level) > OFTEN_N and without < UNREACHED and not wide:
         recorded = system.disturbance.kind == "recording" and left_in(system, level)
         remedy = {"disturbance.remove_mean": True} if recorded else {"disturbance.offset_n": 0.0}
     elif system.setpoint.kind in RECORDED and r.min() < 0.0:
         remedy = "another setpoint.offset_n"
-    often = split.beyond >= (CLAMPED if left_in(system, abs(level)) else UNREACHED)
     yield Finding(
         "SETPOINT-REACH",
         None if often else "note",

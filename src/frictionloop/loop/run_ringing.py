@@ -36,7 +36,7 @@ def run_ringing(run: xr.Dataset, mask: np.ndarray) -> Ringing | None:
         return None
     found = rings(at_levels(system, run, mask))
     found = replace(found, where=Condition(force_n=found.where.force_n, occluded=found.where.occluded))
-    if found.how == "unstable" and found.frequency_hz is not None:
+    if found.how == "unstable" and found.frequency_hz is not None and saturation_index(run, mask) > CLAMPED:
         return replace(found, frequency_hz=loudest_hz(run, mask, found.frequency_hz))
     return found
 
@@ -80,10 +80,14 @@ def unseen(run: xr.Dataset, mask: np.ndarray, error: FrictionloopError) -> Itera
 
 
 def loudest_hz(run: xr.Dataset, mask: np.ndarray, loop_hz: float) -> float:
-    """Return where the error of a run has most power, within half to twice the loop's frequency: not the tremor."""
+    """Return where the error of a run has most power, within half to twice the loop's frequency: not the tremor.
+
+    An error that is largest at an end of that is none of the loop's frequency, which is returned then.
+    """
     force = run["f_a" if "f_a" in run else "f_m"].values
     time, error = run["time"].values, np.where(mask, force - run["f_r"].values, 0.0)  # what was lost is NaN
     spectrum = np.abs(np.fft.rfft(error * np.hanning(error.size)))
     frequency = np.fft.rfftfreq(error.size, time[1] - time[0] if time.size > 1 else math.inf)
-    spectrum[(frequency < loop_hz / 2) | (frequency > 2 * loop_hz)] = 0.0
-    return float(frequency[np.argmax(spectrum)]) or loop_hz
+    (near,) = np.nonzero((frequency >= loop_hz / 2) & (frequency <= 2 * loop_hz))
+    loudest = int(np.argmax(spectrum[near])) if near.size else 0
+    return float(frequency[near[loudest]]) if 0 < loudest < near.size - 1 else loop_hz
