@@ -53,7 +53,7 @@ _HOME = {
     "sensing.measurement": "Measurement",
     "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n rings touch_spectrum",
     "design.pi_synthesis": "retune",
-    "design.run_diagnosis": "Diagnosis diagnose",
+    "design.run_diagnosis": "diagnose",
     "design.described": "described",
     "design.notch": "retune_notch",
     "loop.record": "load save system_of",
@@ -68,7 +68,8 @@ _HOME = {
     "device.running": "Interrupted",
     "report.plot": "plot",
     "loop.all_metrics": "metrics",
-    "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index scored_from",
+    "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index"
+    " scored_from",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
 _ROOMS = {

@@ -153,19 +153,19 @@ def test_a_finger_that_is_held_still_varies_by_the_recording_alone(tmp_path):
 
 def test_of_a_signal_in_another_unit_nothing_else_is_said(tmp_path):
     slide = write(tmp_path, 700.0 + 50.0 * (np.arange(1000) % 2), remove_mean=True, unit="N")
-    with pytest.warns(fl.SignalWarning, match="SIGNAL-LARGE"):
+    with pytest.warns(fl.SignalWarning, match="UNIT-DOUBT"):
         run = fl.simulate(fl.feasible().evolve({"disturbance": slide}), 0.9)
     found = fl.diagnose(run)
-    assert codes(found)["SIGNAL-LARGE"].remedy == {"disturbance.unit": "mN"}
+    assert codes(found)["UNIT-DOUBT"].remedy == {"disturbance.unit": "mN"}
     assert found.disturbance_split is None and "SETPOINT-REACH" not in codes(found)
 
 
 def test_a_mean_left_in_is_found_with_what_could_be_had(tmp_path):
     slide = write(tmp_path, 0.6 + 0.05 * (np.arange(500) % 2))
-    with pytest.warns(fl.SignalWarning, match="SIGNAL-MEAN"):
+    with pytest.warns(fl.SignalWarning, match="MEAN-DOUBT"):
         run = fl.simulate(fl.bench().evolve({"disturbance": slide}), 0.5)
     found = codes(fl.diagnose(run))
-    assert found["SETPOINT-REACH"].remedy == found["SIGNAL-MEAN"].remedy == {"disturbance.remove_mean": True}
+    assert found["SETPOINT-REACH"].remedy == found["MEAN-DOUBT"].remedy == {"disturbance.remove_mean": True}
 
 
 def test_a_recorded_set_point_beyond_the_sensor_is_found(tmp_path):

@@ -84,7 +84,7 @@ def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
         for each in (name, "tangential", "overload")
     )
     (one,) = asked(under(load))
-    assert one.code == "SIGNAL-COLUMN" and one.value.startswith(name)
+    assert one.code == "COLUMN-DOUBT" and one.value.startswith(name)
     assert asked(under(friction)) == asked(under(other)) == []
 
 
@@ -107,7 +107,7 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
     columns = {each: fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in
                (name, "multi", "mu_cal_n", "friction")}  # fmt: skip
     (one,) = asked(under(columns.pop(name)))
-    assert (one.code, one.value, one.remedy) == ("SIGNAL-COLUMN", name, "another disturbance.column")
+    assert (one.code, one.value, one.remedy) == ("COLUMN-DOUBT", name, "another disturbance.column")
     assert [asked(under(each)) for each in columns.values()] == [[], [], []]
     scaled = fl.Recording(path=str(tmp_path / "d.csv"), column=name, rate_hz=RATE_HZ, scale=0.5)
     assert asked(under(scaled)) == []
@@ -116,7 +116,7 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
 def test_a_column_that_never_changes_is_asked_about(tmp_path):
     (tmp_path / "d.csv").write_text("Fx [N],Fy [N]\n0,0.5\n0,0.6\n0,0.4\n")
     still, moving = (fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in ("Fx", "Fy"))
-    assert [(each.code, each.value) for each in asked(under(still))] == [("SIGNAL-COLUMN", "Fx [N]")]
+    assert [(each.code, each.value) for each in asked(under(still))] == [("COLUMN-DOUBT", "Fx [N]")]
     assert asked(under(moving)) == []
 
 

@@ -27,10 +27,10 @@ def recorded(folder, values, column="Ft", **more):
 
 
 CASES = {
-    "mean": (0.6 + VARIES_N, "SIGNAL-MEAN: disturbance mean 0.6 N", "remove_mean", "True", "values.mean"),
-    "unit": (600 + 1000 * VARIES_N, "SIGNAL-LARGE: disturbance up to 650 N", "unit", "'mN'", "values / 1000"),
-    "signs": (SIGNED_N, "SIGNAL-SIGNS: disturbance -0.45 to 0.45 N", "rectify", "True", "abs(values)"),
-    "below": (-0.4 + VARIES_N, "SIGNAL-SIGNS: disturbance -0.45 to -0.35 N", "rectify", "True", "abs(values)"),
+    "mean": (0.6 + VARIES_N, "MEAN-DOUBT: disturbance: mean 0.6 N", "remove_mean", "True", "values.mean"),
+    "unit": (600 + 1000 * VARIES_N, "UNIT-DOUBT: disturbance = 650 N", "unit", "'mN'", "values / 1000"),
+    "signs": (SIGNED_N, "SIGN-DOUBT: disturbance: -0.45 to 0.45 N", "rectify", "True", "abs(values)"),
+    "below": (-0.4 + VARIES_N, "SIGN-DOUBT: disturbance: -0.45 to -0.35 N", "rectify", "True", "abs(values)"),
 }  # fmt: skip
 
 
@@ -78,10 +78,10 @@ SMALL = {
 def test_a_variation_that_is_too_small_for_newtons_warns(tmp_path, name):
     given, remedy = SMALL[name]
     system = LEVEL.evolve({"disturbance": recorded(tmp_path, VARIES_N, **given)})
-    with pytest.warns(fl.SignalWarning, match="SIGNAL-SMALL: disturbance varies by 0.0354 mN rms"):
+    with pytest.warns(fl.SignalWarning, match="UNIT-DOUBT: rms of disturbance = 3.54e-05 N"):
         fl.simulate(system, 0.1)
     (found,) = misread(system)
-    assert (found.value, found.remedy) == (pytest.approx(0.0354, rel=1e-2), remedy)
+    assert (found.value, found.remedy) == (pytest.approx(3.54e-5, rel=1e-2), remedy)
 
 
 def test_a_small_array_is_how_a_response_is_measured_and_asks_nothing():

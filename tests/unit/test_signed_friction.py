@@ -77,7 +77,7 @@ def asked(system):
 def test_signed_friction_is_asked_about_with_its_range_in_the_file(tmp_path, removed):
     signal = recorded(tmp_path, FRICTION_N * TO_AND_FRO, remove_mean=removed)
     (one,) = asked(as_disturbance(signal))
-    assert (one.code, one.value, one.remedy) == ("SIGNAL-SIGNS", "both", {"disturbance.rectify": True})
+    assert (one.code, one.value, one.remedy) == ("SIGN-DOUBT", "both", {"disturbance.rectify": True})
     assert (one.more["low"], one.more["high"]) == pytest.approx((-0.9, 0.9), abs=1e-6)
     for meant in (True, False):
         assert asked(as_disturbance(signal.model_copy(update={"rectify": meant}))) == []
@@ -92,9 +92,9 @@ def test_an_offset_that_lifts_all_values_answers_the_question_about_their_sign(t
 
 
 def test_a_doubt_about_signs_does_not_hide_that_the_set_point_is_out_of_reach(tmp_path):
-    with pytest.warns(fl.SignalWarning, match="SIGNAL-SIGNS"):
+    with pytest.warns(fl.SignalWarning, match="SIGN-DOUBT"):
         run = fl.simulate(as_disturbance(recorded(tmp_path, -FRICTION_N)), 1.0)
-    assert {"SIGNAL-SIGNS", "SETPOINT-REACH"} <= {each.code for each in fl.diagnose(run).findings}
+    assert {"SIGN-DOUBT", "SETPOINT-REACH"} <= {each.code for each in fl.diagnose(run).findings}
 
 
 def test_a_stroke_against_the_axis_is_asked_about_although_its_mean_is_removed(tmp_path):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictionloop.parameters import System
 
 SIGNALS = ("setpoint", "disturbance")
-UNCLEAR = frozenset({"SIGNAL-LARGE", "SIGNAL-SIGNS", "SIGNAL-COLUMN"})
+UNCLEAR = frozenset({"UNIT-DOUBT", "SIGN-DOUBT", "COLUMN-DOUBT"})
 """Doubts with which nothing else is said of a signal."""
 RECORDED, OFTEN_N = ("recording", "samples"), 0.2
 """Kinds of signals that are measured, and the mean from which a disturbance is asked about (chosen)."""
@@ -91,7 +91,7 @@ def _kept_mean(system: System) -> Finding | None:
     from frictionloop.recordings.doubts import doubt
 
     array = system.disturbance.kind == "samples"
-    return doubt("SIGNAL-MEAN", "disturbance", added[2], {"remove_mean": True}, array=array, unit="N")
+    return doubt("MEAN-DOUBT", "disturbance", added[2], {"remove_mean": True}, array=array, unit="N")
 
 
 def too_wide(rms_n: float, span_n: float) -> bool:

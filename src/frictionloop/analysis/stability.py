@@ -1,4 +1,4 @@
-"""Does a loop ring, where, and up to which proportional gain is it stable?"""
+"""Whether a loop rings, where, and up to which proportional gain it is stable."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from typing import Literal
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of, occlusions, operating_band
+from frictionloop.analysis.band import condition_of, operating_band
 from frictionloop.analysis.law_space import pi_space
 from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
 from frictionloop.analysis.margins import real_axis
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.state_space import Array, Complex, close
 from frictionloop.findings import Condition
-from frictionloop.parameters import System
+from frictionloop.parameters import SuspendedSensor, System
 
 LOWEST_HZ = 5.0
 """Ringing is above the tracking of a set-point (chosen)."""
@@ -42,7 +43,7 @@ class Ringing:
     """The worst loop; of unstable ones on a finger just landed, if it is unstable there."""
 
 
-def rings(system: System, occluded: Sequence[float] = ()) -> Ringing:
+def rings(system: System, occluded: Sequence[float] = (), resonance_off: float = 0.0) -> Ringing:
     """Return whether a loop rings: lowest, mean and highest force asked for, by state of the finger.
 
     Parameters
@@ -51,13 +52,17 @@ def rings(system: System, occluded: Sequence[float] = ()) -> Ringing:
         The loop; of recorded signals their levels count (`at_levels`).
     occluded
         States of the finger, 0 to 1; just landed and moist after its contacts if not given.
+    resonance_off
+        Share by which the sensor's resonance is off; a sensor without one stays as it is.
 
     Raises
     ------
     FrictionloopError
         A law or a place without a linear analysis.
     """
-    system = at_levels(system)
+    system, sensor = at_levels(system), system.sensor
+    if resonance_off and isinstance(sensor, SuspendedSensor):
+        system = system.evolve({"sensor.resonance_hz": (1.0 + resonance_off) * sensor.resonance_hz})
     loops = operating_band(system, occluded=occluded or occlusions(system))
     peaks = [loop.sensitivity_peak() for loop in loops]
     worst = max(peaks)
@@ -73,7 +78,9 @@ def rings(system: System, occluded: Sequence[float] = ()) -> Ringing:
         sensitivity_peak=worst,
         frequency_hz=ringing_hz(loops),
         dry=bool(landed),
-        where=replace(condition_of(system), force_n=at.force_n, occluded=at.occluded or None),
+        where=replace(
+            condition_of(system), force_n=at.force_n, occluded=at.occluded or None, resonance_off=resonance_off or None
+        ),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from frictionloop.analysis.stability import NEAR as NEAR
+from frictionloop.analysis.stability import NEAR
 from frictionloop.cli.advice import CLAMPED
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
 from frictionloop.cli.scores import between

@@ -6,8 +6,8 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
+from frictionloop.analysis.stability import NEAR
 from frictionloop.cli import describe, screen
-from frictionloop.cli.advice_text import NEAR
 from frictionloop.cli.flags import again
 from frictionloop.quantities import FrictionloopError
 

@@ -18,6 +18,7 @@ HOMES = {
     "hinf": "Synthesised design_hinf",
     "notch": "Notched retune_notch",
     "pi_synthesis": "Retuned retune",
+    "run_diagnosis": "Diagnosis diagnose",
 }
 __getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise
-from frictionloop.analysis.band import condition_of, moistest
+from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, at_levels
+from frictionloop.analysis.occlusions import moistest
 from frictionloop.analysis.operating import asked, law_at, reach_n
 from frictionloop.analysis.reach import missed
 from frictionloop.analysis.stability import NEAR, ringing_hz

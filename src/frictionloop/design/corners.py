@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of, occlusions, operating_band
+from frictionloop.analysis.band import condition_of, operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.least_gain import laws_on

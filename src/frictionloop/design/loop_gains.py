@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.band import occlusions
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.operating import asked, law_at
 from frictionloop.design.corners import cases_of
 from frictionloop.design.least_gain import least_gain

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.analysis.band import occlusions
 from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.operating import asked
 from frictionloop.analysis.reach import ROUNDING, missed
 from frictionloop.design.corners import MET, cases_of, load_of

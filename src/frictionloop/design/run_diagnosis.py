@@ -290,7 +290,7 @@ def _of_scored(
         told += unseen(run, mask, error)
     found["bands"] = by_band(run, mask, edges_hz)
     told += of_bands(run, mask, found["bands"])
-    if not {*unclear} - {"SIGNAL-SIGNS"}:  # no reach explains what comes of a signal in another unit
+    if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)
     if not unclear and split.beyond <= SPLIT_MOST:
         if system.disturbance.kind in RECORDED:

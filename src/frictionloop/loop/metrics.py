@@ -21,7 +21,7 @@ METRICS = formulas.METRICS
 def kept(run: xr.Dataset, mask: Any) -> Any:
     """Return what picks the scored periods out of a trace."""
     if not isinstance(run, xr.Dataset) or "time" not in run.dims:
-        raise FrictionloopError(f"run: {type(run).__name__} is no run; must be what fl.simulate or fl.load returned")
+        raise no_run(run)
     if mask is None and "scored" not in run:
         return slice(None)
     mask = run["scored"].values if mask is None else mask
@@ -35,8 +35,28 @@ def kept(run: xr.Dataset, mask: Any) -> Any:
     return keep
 
 
+def no_run(run: Any) -> FrictionloopError:
+    """Return the error of what is no run."""
+    return FrictionloopError(f"run: {type(run).__name__} is no run; must be what fl.simulate or fl.load returned")
+
+
 def scored_from(run: xr.Dataset, from_s: float) -> xr.Dataset:
-    """Return a run of which no control period before a time in s is ``scored``."""
+    """Return a run of which no control period before a time in s is ``scored``.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``.
+    from_s : float
+        Time in s.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no run.
+    """
+    if not isinstance(run, xr.Dataset) or "time" not in run.dims:
+        raise no_run(run)
     late = run["time"].values >= from_s
     scored = late & run["scored"].values if "scored" in run else late
     return run.assign(scored=xr.Variable("time", scored, described("scored"), fastpath=True))  # else xarray loads dask

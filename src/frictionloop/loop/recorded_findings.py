@@ -61,7 +61,7 @@ def _beyond_range(system: System, each: Found, range_n: float) -> Iterator[Findi
 
         signal: Any = system.setpoint
         share = 100.0 * float((scaled(signal, "N").force > range_n).mean())
-        where = Condition(channel="setpoint")
+        where = Condition(recording="setpoint")
         yield Finding(
             "RANGE-EXCEEDED", value=each.highest_n, unit="N", limit=range_n, where=where, more={"share": share}
         )
@@ -75,7 +75,7 @@ def _part(name: str, signal: Recording, each: Found, duration_s: float) -> Itera
     if duration_s < lasts_s * (1 - 1e-6):
         cut = {f"{name}.stop_s": round(each.from_s + duration_s, 9)} if signal.remove_mean else ""
         yield Finding(
-            "RECORDED-PART", value=duration_s, unit="s", limit=lasts_s, where=Condition(channel=name), remedy=cut
+            "RECORDED-PART", value=duration_s, unit="s", limit=lasts_s, where=Condition(recording=name), remedy=cut
         )
 
 
@@ -88,7 +88,7 @@ def _resampled(name: str, system: System) -> Iterator[Finding]:
     force, file_hz, _, _ = scaled(signal, "N")
     share = removed_share(force, file_hz, rate_hz, signal.path)
     if share > REMOVED:
-        yield Finding("RESAMPLED", value=100.0 * share, unit="%", limit=rate_hz / 2.0, where=Condition(channel=name))
+        yield Finding("RESAMPLED", value=100.0 * share, unit="%", limit=rate_hz / 2.0, where=Condition(recording=name))
 
 
 def _another_finger(system: System, each: Found) -> Iterator[Finding]:
@@ -96,7 +96,7 @@ def _another_finger(system: System, each: Found) -> Iterator[Finding]:
     friction, model = system.friction, getattr(system.controller, "model", None)
     if system.controller.kind == "lookup" or model is None or not hasattr(friction, "nominal_n"):
         return
-    own_n, where = friction.nominal_n, Condition(channel="disturbance")
+    own_n, where = friction.nominal_n, Condition(recording="disturbance")
     as_preset = own_n in {preset().friction.nominal_n for preset in (bench, feasible, paper)}
     if as_preset and 0.0 < each.raw_mean_n < UNLIKE * own_n:
         yield Finding("RECORDED-FINGER", value=each.raw_mean_n, unit="N", limit=own_n, where=where)
@@ -118,5 +118,5 @@ def _jumps(system: System, each: Found, duration_s: float) -> Iterator[Finding]:
     if found:
         at_s = tuple(round(each.from_s + at / rate_hz, 4) for at, _ in found)
         more = {"at_s": at_s[:NAMED], "jumps": len(found)}
-        where = Condition(channel="disturbance")
+        where = Condition(recording="disturbance")
         yield Finding("RECORDED-JUMPS", value=1e3 * found[0][1], unit="mN", where=where, more=more)

@@ -65,35 +65,44 @@ def doubt(
     else:
         meant = {f"{name}.{key}": each for key, each in remedy.items()}
     unit = more.pop("unit", "")
-    return Finding(code, value=value, unit=unit, where=Condition(channel=name), remedy=meant, more=more)
+    return Finding(code, value=value, unit=unit, where=Condition(recording=name), remedy=meant, more=more)
 
 
 def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Finding]:
     taken = each.unit_by == "taken for N"
     steady = name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n
     if OUTPUT.search(each.column) and taken:
-        yield doubt("SIGNAL-COLUMN", name, each.column, "scale")
-    elif LOAD.search(each.column) or (COEFFICIENT.search(each.column) and taken) or steady:
-        yield doubt("SIGNAL-COLUMN", name, each.column, "column")
+        yield doubt("COLUMN-DOUBT", name, each.column, "scale", meant="volts or counts")
+    elif LOAD.search(each.column):
+        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a load")
+    elif COEFFICIENT.search(each.column) and taken:
+        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a coefficient")
+    elif steady:
+        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="always the same")
     if each.largest_n > FINGERS_N:
         meant: Any = {"unit": "mN"} if each.unit == "N" else "scale"
-        yield doubt("SIGNAL-LARGE", name, each.largest_n, meant, unit="N")
+        yield doubt("UNIT-DOUBT", name, each.largest_n, meant, **_usual(name))
     if signal.rectify is None:
         yield from _signed(name, each.signs, (each.raw_lowest_n, each.raw_highest_n))
     if name == "disturbance" and ROUNDING * each.largest_n < each.rms_n < LEAST_N:
-        yield doubt("SIGNAL-SMALL", name, 1e3 * each.rms_n, _larger(each), unit="mN")
+        yield doubt("UNIT-DOUBT", name, each.rms_n, _larger(each), **_usual("rms of disturbance", LEAST_N))
     if name == "disturbance" and each.on_plate_s is not None:
         start, stop = (round(at_s, 9) for at_s in each.on_plate_s)
-        yield doubt("SIGNAL-CONTACT", name, each.off_plate, {"start_s": start, "stop_s": stop}, lasts_s=stop - start)
+        cut = {"start_s": start, "stop_s": stop}
+        yield doubt("FINGER-OFF", name, stop - start, cut, unit="s", times=each.off_plate)
 
 
 def _of_array(name: str, signal: Samples) -> Iterator[Finding]:
     values = np.array(signal.values_n)
     largest_n = float(np.abs(values).max())
     if largest_n > FINGERS_N:
-        yield doubt("SIGNAL-LARGE", name, largest_n, {"unit": "mN"}, array=True, unit="N")
+        yield doubt("UNIT-DOUBT", name, largest_n, {"unit": "mN"}, array=True, **_usual(name))
     # A small array is how a loop's response is measured; a recording of a finger is not small.
     yield from _signed(name, signs_of(values, signal.longest_s), (values.min(), values.max()), array=True)
+
+
+def _usual(path: str, least_n: float = 0.0) -> dict[str, Any]:
+    return {"unit": "N", "path": path, "low": least_n, "high": FINGERS_N}
 
 
 def _larger(each: Found) -> Mapping[str, Any] | str:
@@ -107,4 +116,4 @@ def _signed(name: str, signs: str, ends_n: tuple[float, float], array: bool = Fa
     """Yield that a signal has both signs, or is below 0, as friction with the sign of the motion."""
     if signs in ("both", "below"):
         low_n, high_n = map(float, ends_n)
-        yield doubt("SIGNAL-SIGNS", name, signs, {"rectify": True}, array=array, low=low_n, high=high_n)
+        yield doubt("SIGN-DOUBT", name, signs, {"rectify": True}, array=array, unit="N", low=low_n, high=high_n)

@@ -207,7 +207,7 @@ def test_the_command_line_has_a_doubt_once_and_no_warning(frictionloop, with_a_m
     level = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--duration-s", "0.1")
     answer = frictionloop(*verb, "--preset", "feasible", *level, *with_a_mean, "--disturbance.column", "Ft")
     said = answer.out + answer.err
-    assert said.count("SIGNAL-MEAN") == 1 and "evolve(" not in said and "Warning" not in said
+    assert said.count("MEAN-DOUBT") == 1 and "evolve(" not in said and "Warning" not in said
 
 
 def test_a_system_that_is_not_designed_for_costs_no_design(frictionloop, monkeypatch):
