@@ -5,11 +5,9 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from frictionloop.analysis.stability import NEAR
 from frictionloop.cli.advice import CLAMPED
 from frictionloop.cli.ringing import HELD_PEAK, OFF, Band, Ringing
 from frictionloop.cli.scores import between
-from frictionloop.loop.run_findings import of_ceiling
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,6 +26,8 @@ AGAIN = (
 
 def lines(found: Ringing, metrics: dict[str, float], swings: bool = False) -> list[str]:
     """Return what a person is told; ``swings`` of a loop that its clamp keeps swinging whatever the disturbance."""
+    from frictionloop.analysis.stability import NEAR
+
     clamped = metrics["saturation_index"]
     signs = [f"{clamped:.0%} of the commands are clamped"] if clamped > CLAMPED else []
     signs += ["the force does not follow"] if metrics["r2_identity"] < 0 else []
@@ -70,4 +70,6 @@ def _where(band: Band) -> str:
 
 def at_ceiling(run: xr.Dataset, mask: np.ndarray, *_: float) -> list[str]:
     """Return that a force stays high as the amplitude may not get larger; often nothing."""
+    from frictionloop.loop.run_findings import of_ceiling
+
     return [f"{each.severity} {each.code}: {each}" for each in of_ceiling(run, mask)]

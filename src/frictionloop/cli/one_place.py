@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from frictionloop.analysis.stability import OPEN
 from frictionloop.cli.flags import scalar
 
-WITHOUT_CHECK = OPEN
+WITHOUT_CHECK = {"lookup"}
 
 
 def without(flags: Iterable[str] | None) -> str:

@@ -6,7 +6,6 @@ import math
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.analysis.stability import NEAR
 from frictionloop.cli import describe, screen
 from frictionloop.cli.flags import again
 from frictionloop.quantities import FrictionloopError
@@ -64,6 +63,7 @@ def rings(system: System, point: dict[str, Any]) -> str | None:
 
     Looked at are the lowest, mean and highest force of the set-point, on a dry finger and a moist one.
     """
+    from frictionloop.analysis.stability import NEAR
     from frictionloop.cli.ringing import points_of
 
     try:

@@ -238,18 +238,17 @@ def diagnose(
     """
     system = system_of(run)
     edges_hz = split_edges(split_hz, system.controller.rate_hz)
-    counted = scored_from(run, score_from_s)
-    mask, duration_s = counted["scored"].values, run.sizes["time"] / system.controller.rate_hz
+    mask, duration_s = scored_from(run, score_from_s)["scored"].values, run.sizes["time"] / system.controller.rate_hz
     read, found = recordings(system), dict[str, Any]()
     doubts = list(signal_findings(system))
     unclear = {each.code for each in doubts} & UNCLEAR
     told: list[Finding] = [*doubts, *run_findings.of_sensor(run, run["time"].values >= score_from_s)]
     if mask.any():
-        found, more = _of_scored(counted, mask, edges_hz, unclear)
+        found, more = _of_scored(run, mask, edges_hz, unclear)
         told += more
     told += chain(
         of_recorded(system, duration_s),
-        run_findings.of_unscored(counted),
+        run_findings.of_unscored(run),
         run_findings.contact_turns(system),
         board_ceiling(system),
         _one_place(system),
@@ -266,7 +265,7 @@ def diagnose(
         score_from_s=score_from_s,
         scored=float(mask.mean()),
         recorded=read,
-        unscored_s=run_findings.unscored_s(counted),
+        unscored_s=run_findings.unscored_s(run),
         advice=_advice(system) if advise else None,
         findings=tuple(told),
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.analysis.levels import at_levels
+from frictionloop.analysis.occlusions import moistest
 from frictionloop.analysis.stability import NEAR, OPEN, Ringing, rings
 from frictionloop.findings import Condition, Finding
 from frictionloop.findings.catalogue import Severity
@@ -17,6 +18,8 @@ from frictionloop.loop.metrics import out_of_reach, saturation_index
 from frictionloop.loop.open_loop import steady_of
 from frictionloop.loop.record import system_of
 from frictionloop.loop.run_findings import CLAMPED
+from frictionloop.parameters import FingerFriction, Strokes, System
+from frictionloop.physics.occlusion import occlusion_at
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -34,11 +37,20 @@ def run_ringing(run: xr.Dataset, mask: np.ndarray) -> Ringing | None:
     system = system_of(run)
     if system.controller.kind in OPEN or not mask.any():
         return None
-    found = rings(at_levels(system, run, mask))
+    found = rings(at_levels(system, run, mask), _states(system, run.sizes["time"] / system.controller.rate_hz))
     found = replace(found, where=Condition(force_n=found.where.force_n, occluded=found.where.occluded))
     if found.how == "unstable" and found.frequency_hz is not None and saturation_index(run, mask) > CLAMPED:
         return replace(found, frequency_hz=loudest_hz(run, mask, found.frequency_hz))
     return found
+
+
+def _states(system: System, duration_s: float) -> tuple[float, ...]:
+    """Return the states of the finger that are looked at, moister where a run lasts longer."""
+    friction, motion = system.friction, system.motion
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return (0.0,)
+    at_end = occlusion_at(friction, motion.contact_s, motion.lifted_s, duration_s)
+    return 0.0, max(moistest(friction, motion), at_end)
 
 
 def rings_alone(run: xr.Dataset, mask: np.ndarray, found: Ringing | None) -> bool:
