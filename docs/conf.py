@@ -50,6 +50,7 @@ executed_pages = [
     "controllers",
     "plate",
     "force-sensor",
+    "findings",
     "finger",
     "perception",
     "effects",

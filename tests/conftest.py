@@ -51,7 +51,7 @@ for system in systems:
 """Fills the cache with tiles of single runs ("1"), or with those of sweeps, which take three runs or more at once."""
 TOGETHER = (
     ("tests/claims/",),
-    ("tests/unit/cli/test_design_controller_cli.py", "tests/unit/cli/test_cli_readme.py"),
+    ("tests/unit/cli/test_design_cli.py", "tests/unit/cli/test_cli_readme.py"),
 )
 """Tests that share what takes long to compute, the report's results and a design: one worker takes them all."""
 DEAREST = (

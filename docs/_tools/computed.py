@@ -7,6 +7,7 @@ from typing import Any
 
 import bench_diagram
 import filled
+import findings_table
 import protocol_tables
 import sensor_tables
 import tables
@@ -20,7 +21,7 @@ from frictionloop.parameters.sensor_design import SensorDesign
 
 VERBS = (
     *("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller"),
-    "design check",
+    *("design check", "explain"),
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
     *("identify", "identify channels", "identify bench", "identify compare", "identify run"),
     "studio",
@@ -40,6 +41,7 @@ def substitutions(source: Path) -> dict[str, Any]:
         "metrics": tables.metrics(),
         "arrivals": tables.arrivals(),
         "arrivals_sentence": tables.arrivals_sentence(),
+        "findings": findings_table.findings(),
         "design_plate": tables.design(PlateDesign),
         "design_sensor": tables.design(SensorDesign),
         "bench_diagram": bench_diagram.image(source),

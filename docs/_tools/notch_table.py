@@ -27,6 +27,6 @@ def notch_parts() -> str:
     for name, flags in PARTS.items():
         words = [sys.executable, "-m", "frictionloop", *shlex.split(f"{COMMAND} {flags}"), "--json"]
         found = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)["headroom"]
-        left = f"{1e3 * found['residual_rms_n']:.1f} of {1e3 * found['disturbance_rms_n']:.0f} mN"
+        left = f"{found['residual_mn']:.1f} of {found['disturbance_mn']:.0f} mN"
         rows.append((name, f"{found['zero_db_hz']:.0f} Hz", left, f"`{flags}`" if flags else ""))
     return table(("the bench", "$\\lvert S\\rvert$ reaches 1 at", "it leaves", f"`frictionloop {COMMAND}` with"), rows)

@@ -6,7 +6,7 @@ import math
 
 from tables import table
 
-from frictionloop.hardware.sensor.answers import SensorAnalysis, analyse_sensor
+from frictionloop.hardware.sensor.answers import SensorAnswers, sensor
 from frictionloop.hardware.sensor.electrodes import electrostatic_n_per_m
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.hardware.sensor.search import propose_sensor
@@ -42,7 +42,7 @@ def stiffnesses() -> str:
     """Return stiffness and travel over the resonance."""
     rows = []
     for hertz in (100.0, 145.0, 200.0, 250.0):
-        found = analyse_sensor(propose_sensor(SensorRequirement(hertz, 2.5, noise_rms_n=1.0)).design)
+        found = sensor(propose_sensor(SensorRequirement(hertz, 2.5, noise_rms_n=1.0)).design)
         k, thickness = found.stiffness.x_n_per_m * 1e-6, found.design.springs.thickness_mm
         rows.append((f"{hertz:g}", f"{k:.3f}", f"{thickness:.2f}", f"{found.travel_um:.1f}", f"{50 / k:.0f}"))
     return table(("Resonance (Hz)", "k (N/µm)", "leaf (mm)", "travel at 2.5 N (µm)", "5e-5 N is (pm)"), rows)
@@ -52,7 +52,7 @@ def gaps() -> str:
     """Return electronics' noise and straightness over the gap."""
     rows = []
     for gap in (50.0, 100.0, 200.0, 300.0):
-        found = analyse_sensor(SensorDesign().evolve({"electrodes.gap_um": gap, "excitation.amplitude_v": 5.0}))
+        found = sensor(SensorDesign().evolve({"electrodes.gap_um": gap, "excitation.amplitude_v": 5.0}))
         density, rms = found.at_rest.white_density_n_rthz * 1e6, found.at_rest.rms_n * 1e6
         rows.append((f"{gap:g}", f"{density:.2f}", f"{rms:.0f}", f"{100 * found.nonlinearity:.2f} %"))
     return table(("Gap (µm)", "electronics (µN/√Hz)", "all noise (µN rms)", "subtraction off by"), rows)
@@ -70,7 +70,7 @@ def bits() -> str:
 
 def numbers() -> dict[str, str]:
     """Return the single numbers that the page quotes."""
-    found = analyse_sensor(SensorDesign())
+    found = sensor(SensorDesign())
     return {
         "side_pm": f"{found.side_density_pm_rthz:.2f}",
         "pull_n_per_m": f"{electrostatic_n_per_m(SensorDesign()):.2f}",
@@ -82,6 +82,6 @@ def numbers() -> dict[str, str]:
     }
 
 
-def _offset_n(found: SensorAnalysis) -> float:
+def _offset_n(found: SensorAnswers) -> float:
     electrodes = found.design.electrodes
     return electrodes.imbalance * found.stiffness.x_n_per_m * electrodes.gap_um * 1e-6

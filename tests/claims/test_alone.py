@@ -8,7 +8,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.cli.figure_text import _scored, figure_text
-from frictionloop.design.checking import check_controller
+from frictionloop.design.controller_check import check
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import alone, changed, changed_runs, protocol
@@ -255,7 +255,7 @@ def test_the_check_of_a_changed_figure_is_of_the_finger_that_it_draws(tmp_path):
     assert (there.setpoint.offset_n, there.setpoint.amplitude_n) == (0.4, 0.1)
     moist = occlusion_after(there.friction, there.motion.contact_s, there.motion.lifted_s, len(protocol.LOADS))
     assert moist == pytest.approx(protocol.occlusion_at_end(there))
-    by_hand = check_controller(there.evolve(gains))
+    by_hand = check(there.evolve(gains))
     found = figure.checked.places[GIVEN]
     assert found.held == sum(place.how == "within" for place in by_hand.places)
     assert found.unstable == sum(place.how == "unstable" for place in by_hand.places)
@@ -274,7 +274,7 @@ def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_pa
     row = figure.numbers[HOLDS]
     gains = {"controller.kp": row["kp"], "controller.ki": row["ki"]}
     assert gains == figure.checked.instead
-    assert check_controller(asked_for({"sensor.resonance_hz": 90.0}).evolve(gains)).holds
+    assert check(asked_for({"sensor.resonance_hz": 90.0}).evolve(gains)).holds_everywhere
     base = protocol.finger_system(the_finger()).evolve({"sensor.resonance_hz": 90.0})
     assert row["error_n"] == fit(tracking(base, gains)).rms_n
     shown = " ".join(str(line).strip() for line in figure_text(figure))
@@ -282,11 +282,9 @@ def test_gains_that_hold_everywhere_have_a_panel_beside_those_that_do_not(tmp_pa
     before = figure.unchanged[HOLDS]
     both = [f"{each['ki']:.4g} 1/s leaves {1e3 * each['error_n']:.3g} mN" for each in (row, before)]
     assert f"an integral alone with the largest ki that holds at all of them: {both[0]} (unchanged {both[1]})" in shown
-    more = check_controller(
-        asked_for({"sensor.resonance_hz": 90.0}).evolve(gains | {"controller.ki": 1.01 * row["ki"]})
-    )
-    assert not more.holds
-    at = check_controller(asked_for({"sensor.resonance_hz": 90.0}).evolve(dict(fl.RETUNED)))
+    more = check(asked_for({"sensor.resonance_hz": 90.0}).evolve(gains | {"controller.ki": 1.01 * row["ki"]}))
+    assert not more.holds_everywhere
+    at = check(asked_for({"sensor.resonance_hz": 90.0}).evolve(dict(fl.RETUNED)))
     held = sum(place.how == "within" for place in at.places)
     errors = [f"{1e3 * rows[RETUNED_GAINS]['error_n']:.3g}" for rows in (figure.numbers, figure.unchanged)]
     assert f"{RETUNED_GAINS}: {errors[0]}, unchanged {errors[1]} mN of error" in shown

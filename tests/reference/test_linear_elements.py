@@ -81,9 +81,9 @@ def test_an_impossible_point_is_one_line(point: dict[str, float], says: str) -> 
 
 def test_a_frequency_or_reading_out_of_range_is_one_line() -> None:
     loop = linearise(paper())
-    with pytest.raises(FrictionloopError, match=r"frequency_hz = 2501 Hz: must be above 0 and at most 2500"):
+    with pytest.raises(FrictionloopError, match=r"frequency_hz = 2501 Hz: .*2500"):
         loop.frequency_response([1.0, 2501.0])
-    with pytest.raises(FrictionloopError, match="accepted are 'sampled'"):
+    with pytest.raises(FrictionloopError, match="'sampled'"):
         loop.frequency_response([1.0], reading="exact")  # type: ignore[arg-type]
-    with pytest.raises(FrictionloopError, match=r"controller.delay_s = 0.5 s is 2500 control periods"):
+    with pytest.raises(FrictionloopError, match=r"controller.delay_s = 0.5 s: .*at most 1000"):
         linearise(paper().evolve({"controller.delay_s": 0.5})).state_space()

@@ -262,8 +262,8 @@ def _stopped_step(state, measurement, setpoint_n, gains, dt):  # type: ignore[no
         (_twisting_step, "not smooth"),
         (_kinked_step, "not smooth"),
         (_graded_step, "not smooth"),
-        (_running_step, "does not come to rest"),
-        (_stopped_step, "is saturated at rest"),
+        (_running_step, "no rest at 0.55 N"),
+        (_stopped_step, "saturated at 0.55 N"),
     ],
 )
 def test_what_has_no_linear_analysis_is_refused(monkeypatch: pytest.MonkeyPatch, law_step: Any, says: str) -> None:

@@ -17,35 +17,23 @@ VALUES = [
     ({"sensor.adc_bits": 16.5}, "sensor.adc_bits = 16.5"),
     ({"motion.load_n": -0.5}, "motion.load_n = -0.5 N: must be greater than 0"),
     ({"motion.load_drift": 0.5}, "motion.load_drift = 0.5: must be less than 0.5"),
-    (
-        {"motion.reversal_s": 10.0},
-        "reversal_s = 10 s leaves no stroke of 60 mm at 20 mm/s: must be at most 4.8, or stroke_mm at least 125",
-    ),
-    ({"motion.contact_s": 0.05}, "contact_s = 0.05 s is shorter than landing and lift-off"),
-    ({"motion.kind": "sliding"}, 'friction.kind = "finger" needs a speed and a load: motion.kind must be "strokes"'),
-    (
-        {"friction": fl.Friction(), "motion": fl.Sliding()},
-        'finger.kind = "skin" needs a speed and a load: motion.kind must be "strokes"',
-    ),
+    ({"motion.reversal_s": 10.0}, "motion: reversal_s = 10 s at 20 mm/s: "),
+    ({"motion.contact_s": 0.05}, "motion: contact_s = 0.05 s: must be 0 or at least 0.1"),
+    ({"motion.kind": "sliding"}, 'friction.kind = "finger": needs motion.kind = "strokes"'),
+    ({"friction": fl.Friction(), "motion": fl.Sliding()}, 'finger.kind = "skin": needs motion.kind = "strokes"'),
     ({"finger.slip_length_um": "coulomb"}, "finger.slip_length_um = 'coulomb'"),
     ({"finger.stiffness_n_m": 0.0}, "finger.stiffness_n_m = 0.0 N/m: must be greater than 0"),
     ({"friction.moist_loss": 1.0}, "friction.moist_loss = 1.0: must be less than 1"),
     ({"controller.lost_ticks": 1.0}, "controller.lost_ticks = 1.0: must be less than 1"),
     ({"sensor.range_n": 0.8}, "sensor.range_n = 0.8 N: controller.model.nominal_n is 0.95 N"),
-    ({"setpoint.offset_n": 2.45}, "sensor.range_n = 2.5 N: the set-point reaches 2.55 N"),
-    (
-        {"setpoint": fl.Steps(times_s=(0.0, 0.1), levels_n=(0.5, -3.0))},
-        "sensor.range_n = 2.5 N: the set-point reaches 3 N",
-    ),
+    ({"setpoint.offset_n": 2.45}, "sensor.range_n = 2.5 N: "),
+    ({"setpoint": fl.Steps(times_s=(0.0, 0.1), levels_n=(0.5, -3.0))}, "sensor.range_n = 2.5 N: "),
 ]
 RUNS = [
-    ({"motion.speed_mm_s": 600.0}, "motion.speed_mm_s = 600 mm/s: the position sensor follows up to touch.position"),
-    ({"motion.stroke_mm": 300.0}, "motion.stroke_mm = 300 mm: the plate between the load cells is touch.load.length"),
+    ({"motion.speed_mm_s": 600.0}, "motion.speed_mm_s = 600 mm/s: above touch.position.fastest_mm_s = 500"),
+    ({"motion.stroke_mm": 300.0}, "motion.stroke_mm = 300 mm: above touch.load.length_mm = 255"),
     ({"controller.rate_hz": 100.0}, "controller.rate_hz = 100 Hz: must be at least"),
-    (
-        {"disturbance": fl.Sine(amplitude_n=0.1, frequency_hz=3e3)},
-        "disturbance.frequency_hz = 3000 Hz: must be at most half of controller.rate_hz",
-    ),
+    ({"disturbance": fl.Sine(amplitude_n=0.1, frequency_hz=3e3)}, "disturbance.frequency_hz = 3000 Hz: "),
 ]
 
 
@@ -69,20 +57,20 @@ def test_what_cannot_run_is_one_line(call, overrides, line):
 
 
 GRIDS = {
-    "turns longer than strokes": ({"motion.speed_mm_s": [10.0, 100.0], "motion.reversal_s": [0.1, 2.0]}, "leaves no"),
-    "contacts shorter than landings": ({"motion.contact_s": [0.2, 1.0], "motion.landing_s": [0.05, 0.3]}, "shorter"),
+    "turns longer than strokes": ({"motion.speed_mm_s": [10.0, 100.0], "motion.reversal_s": [0.1, 2.0]}, "reversal_s"),
+    "contacts shorter than landings": ({"motion.contact_s": [0.2, 1.0], "motion.landing_s": [0.05, 0.3]}, "contact_s"),
     "set-points out of range": (
         {"setpoint.offset_n": [0.5, 2.0], "setpoint.amplitude_n": [0.1, 1.0]},
-        "the set-point reaches 3 N",
+        "sensor.range_n = 2.5 N",
     ),
     "a sensor that does not follow": (
         {"motion.speed_mm_s": [20.0, 200.0], "touch.position.fastest_mm_s": [300.0, 100.0]},
-        "the position sensor follows",
+        "touch.position.fastest_mm_s = 100",
     ),
-    "a short plate": ({"motion.stroke_mm": [20.0, 90.0], "touch.load.length_mm": [100.0, 70.0]}, "the plate between"),
+    "a short plate": ({"motion.stroke_mm": [20.0, 90.0], "touch.load.length_mm": [100.0, 70.0]}, "length_mm = 70"),
     "a narrow converter": (
         {"sensor.range_n": [1.0, 2.5], "controller.model.nominal_n": [0.9, 1.2]},
-        "sensor.range_n = 1 N: controller.model.nominal_n is 1.2 N; must be at least that",
+        "sensor.range_n = 1 N: controller.model.nominal_n is 1.2 N",
     ),
 }  # fmt: skip
 
@@ -101,14 +89,14 @@ def test_values_of_a_sweep_are_checked_together(name):
 @pytest.mark.parametrize("metric", ["rise_63_s", "rise_10_90_s", "fall_63_s", "fall_10_90_s"])
 def test_times_of_steps_need_steps(metric):
     line = only_line(fl.sweep, BENCH, {"controller.kp": [1.0]}, 0.01, metrics=[metric])
-    assert f"metric {metric}: needs steps to follow; setpoint.kind is 'sine', not 'steps'" in line
-    assert "setpoint.kind is 'sine'" in only_line(fl.step_times, fl.simulate(BENCH, 0.01))
+    assert line.startswith(f"metric {metric}: ") and "setpoint.kind 'steps'" in line
+    assert "setpoint.kind 'steps'" in only_line(fl.step_times, fl.simulate(BENCH, 0.01))
 
 
 MOVEMENTS = [
     (fl.Movement(0.0, 0.02, -0.5), "load_n"),
-    (fl.Movement(math.nan, 0.02, 0.5), "must be finite"),
-    (fl.Movement(0.0, math.inf, 0.5), "must be finite"),
+    (fl.Movement(math.nan, 0.02, 0.5), "motion = "),
+    (fl.Movement(0.0, math.inf, 0.5), "motion = "),
 ]
 
 
@@ -122,7 +110,7 @@ def test_a_bad_movement_is_one_line_and_nothing_happens(motion, line):
 
 def test_a_plant_without_motion_takes_none():
     still = BENCH.evolve({"friction": fl.Friction(), "finger": fl.RigidFinger(), "motion": fl.Sliding()})
-    assert "motion: nobody moves on this plant" in only_line(fl.Stepper(still).tick, 1.0, fl.Movement(0.0, 0.02, 0.5))
+    assert 'motion.kind "strokes"' in only_line(fl.Stepper(still).tick, 1.0, fl.Movement(0.0, 0.02, 0.5))
 
 
 @pytest.mark.parametrize("amplitude_um", [math.nan, math.inf, "a", None])
@@ -132,12 +120,12 @@ def test_a_plain_stroke_needs_a_number(amplitude_um):
 
 def test_a_force_that_no_amplitude_gives_has_no_plain_stroke():
     run = fl.simulate(BENCH.evolve({**fl.RETUNED, "motion.start": 0.1}), 0.1)
-    assert "plain strokes of this finger have" in only_line(fl.plain_like, run.assign(f_a=run["f_a"] + 5.0))
-    assert "carries no System" in only_line(fl.plain_like, run.drop_attrs())
+    assert "mean force 5." in only_line(fl.plain_like, run.assign(f_a=run["f_a"] + 5.0))
+    assert "'system'" in only_line(fl.plain_like, run.drop_attrs())
 
 
 def test_where_nothing_is_scored_there_is_no_number():
     """A run of a reversal alone: its metrics are NaN in a sweep, and refused of its traces."""
     grid = fl.sweep(BENCH, [{}], 0.02, metrics=["rms_error", "saturation_index", "perceptual_index", "r2_bound"])
     assert all(math.isnan(float(grid[name].squeeze())) for name in grid.data_vars)
-    assert "keeps no control period to score" in only_line(fl.rms_error, fl.simulate(BENCH, 0.02))
+    assert "mask" in only_line(fl.rms_error, fl.simulate(BENCH, 0.02))

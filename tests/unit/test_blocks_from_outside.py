@@ -165,13 +165,13 @@ def test_parameters_that_inherit_from_pi_are_linearised_by_their_own_step():
     mine = fl.linearise(BENCH.evolve({"controller.kind": "halved", "controller.kp": 0.12, "controller.ki": 260.0}))
     theirs = fl.linearise(BENCH.evolve({"controller.kp": 0.06, "controller.ki": 130.0}))
     assert mine.margins().sensitivity_peak == pytest.approx(theirs.margins().sensitivity_peak, rel=1e-6)
-    with pytest.raises(fl.FrictionloopError, match=r'controller\.kind = "halved": has no kp and ki'):
+    with pytest.raises(fl.FrictionloopError, match=r'controller\.kind = "halved": .*"pi"'):
         mine.with_gains(0.1, 100.0)
 
 
 def test_a_law_in_plain_python_gives_what_it_gives_compiled():
     fl.register(fl.Law("own_pi", fl.step(python_pi), State, Gains), OwnPi)
-    with pytest.warns(UserWarning, match=rf'law "python_pi": {__file__}, line \d+: is plain Python'):
+    with pytest.warns(UserWarning, match=rf'law "python_pi": {__file__}, line \d+: .*@fl.step'):
         fl.register(fl.Law("python_pi", python_pi, State, Gains), PythonPi)
     systems = [BENCH.evolve({"controller.kind": kind, **GAINS}) for kind in ("own_pi", "python_pi")]
     compiled, plain = (fl.simulate(system, 0.05) for system in systems)
@@ -220,7 +220,7 @@ def test_files_keep_blocks_from_outside(own, sticky, tmp_path):
     assert fl.system_of(fl.load(tmp_path / "run.h5")) == system
     forget()
     for read in (lambda: fl.read_toml(tmp_path / "mine.toml"), lambda: fl.system_of(fl.load(tmp_path / "run.h5"))):
-        with pytest.raises(fl.FrictionloopError, match=r"kind = '\w+' is unknown; accepted: .* after fl.register"):
+        with pytest.raises(fl.FrictionloopError, match=r"kind = '\w+' is unknown; .*fl\.register"):
             read()
 
 

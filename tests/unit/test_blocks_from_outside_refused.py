@@ -99,29 +99,26 @@ def raises(state, measured, setpoint_n, gains, dt):
 
 
 LAWS: dict[str, tuple[dict[str, Any], str]] = {
-    "gains in another order": ({"gains": ClampFirst}, "gains are low, high, kp; the last two must be low and high"),
-    "no clamp": ({"gains": NoClamp}, "gains are kp; the last two must be low and high"),
-    "a gain that is no parameter": ({"gains": OtherName}, "gain 'kd' is no parameter; must be one of .*kp, ki"),
-    "too many gains": (
-        {"gains": MANY, "gains_of": lambda c: MANY(*range(302))},
-        r"1 states and 302 gains; .* at most \d+ numbers",
-    ),
-    "gains of another shape": ({"gains_of": lambda c: (c.kp, c.ki)}, HERE + "gains_of returned .* must return Gains"),
+    "gains in another order": ({"gains": ClampFirst}, "gains low, high, kp"),
+    "no clamp": ({"gains": NoClamp}, "gains kp "),
+    "a gain that is no parameter": ({"gains": OtherName}, "gain 'kd': .*kp, ki"),
+    "too many gains": ({"gains": MANY, "gains_of": lambda c: MANY(*range(302))}, "1 states, 302 gains.* 256"),
+    "gains of another shape": ({"gains_of": lambda c: (c.kp, c.ki)}, HERE + "gains_of .*Gains"),
     "gains that raise": ({"gains_of": lambda c: Gains(c.kq, 0, 0, 1)}, HERE + "AttributeError: .*'kq'"),
-    "a state that is no class": ({"state": State(0.0)}, "state = State.*: must be a NamedTuple class"),
-    "a state that is no named tuple": ({"state": float}, "state = .*: must be a NamedTuple class"),
-    "a start of another shape": ({"start_of": lambda c: 0.0}, HERE + "start_of returned 0.0; must return State"),
-    "no function": ({"step": 3}, "step = 3: must be a function"),
-    "no result": ({"step": nothing}, HERE + "step returned nothing; must return state, fl.ForceCommand"),
-    "a force command alone": ({"step": force_alone}, HERE + "step, as its state, returned 0.6; must return State"),
-    "a number for the command": ({"step": a_number}, HERE + "step, as its command, returned 0.6; must return Force"),
-    "a state of another size": ({"step": two_states}, HERE + "step, as its state, returned .*; must return State"),
+    "a state that is no class": ({"state": State(0.0)}, "state = State.*NamedTuple"),
+    "a state that is no named tuple": ({"state": float}, "state = .*NamedTuple"),
+    "a start of another shape": ({"start_of": lambda c: 0.0}, HERE + "start_of .*0.0; .*State"),
+    "no function": ({"step": 3}, "step = 3: "),
+    "no result": ({"step": nothing}, HERE + "step .*ForceCommand"),
+    "a force command alone": ({"step": force_alone}, HERE + "step, .*state, .*0.6; .*State"),
+    "a number for the command": ({"step": a_number}, HERE + "step, .*command, .*0.6; .*Force"),
+    "a state of another size": ({"step": two_states}, HERE + "step, .*state, .*; .*State"),
     "a misspelt gain": ({"step": misspelt}, HERE + "AttributeError: .*'kpp'"),
     "too few arguments": ({"step": four_arguments}, "TypeError: four_arguments.. takes 4 positional arguments"),
-    "not a number": ({"step": not_a_number}, HERE + r"step, as its command, returned .*nan.* with numbers"),
-    "compiled code that raises": ({"step": fl.step(raises)}, HERE + "compiled code cannot raise or assert"),
-    "a plain begin": ({"begin": lambda *given: State(0.0)}, HERE + "begin must be compiled; decorate it with @fl.step"),
-    "what cannot be a key": ({"start_of": Unhashable()}, "unhashable type: 'Unhashable'; give functions"),
+    "not a number": ({"step": not_a_number}, HERE + "step, .*command, .*nan"),
+    "compiled code that raises": ({"step": fl.step(raises)}, HERE),
+    "a plain begin": ({"begin": lambda *given: State(0.0)}, HERE + "begin .*@fl.step"),
+    "what cannot be a key": ({"start_of": Unhashable()}, "'Unhashable'"),
 }
 
 
@@ -163,18 +160,15 @@ class Spaced(fl.Timing):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        (
-            (fl.Law("mine", held, State, Gains),),
-            "give its parameter class, register.block, Parameters., with kind: Lit",
-        ),
-        ((fl.Law("other", held, State, Gains), Mine), 'with kind: Literal."other". = "other"'),
-        ((fl.Law("mine", held, State, Gains), Nameless), "Nameless: needs a kind"),
-        ((fl.Law("mine", held, State, Gains), "mine"), "'mine': must be a parameter class"),
-        ((fl.Law("pi", held, State, Gains), Pi), 'Pi.kind = "pi": is a kind of frictionloop; choose another name'),
-        ((fl.Law("my law", held, State, Gains), Spaced), "must be a name of letters, digits and _"),
-        ((Mine,), "must be a fl.Law or fl.Vibration with its parameters, a subclass of fl.Signal"),
-        ((held,), "must be a fl.Law or fl.Vibration"),
-        (([1, 2],), "must be a fl.Law or fl.Vibration"),
+        ((fl.Law("mine", held, State, Gains),), r'Law "mine": register\(block, Parameters\)'),
+        ((fl.Law("other", held, State, Gains), Mine), r'Law "other": register\(block, Parameters\)'),
+        ((fl.Law("mine", held, State, Gains), Nameless), "Nameless: "),
+        ((fl.Law("mine", held, State, Gains), "mine"), "'mine': "),
+        ((fl.Law("pi", held, State, Gains), Pi), 'Pi.kind = "pi": '),
+        ((fl.Law("my law", held, State, Gains), Spaced), 'Spaced.kind = "my law": '),
+        ((Mine,), "Mine.*Law, Vibration, Signal"),
+        ((held,), "held.*Law, Vibration, Signal"),
+        (([1, 2],), r"\[1, 2\]: .*Law, Vibration, Signal"),
     ],
 )
 def test_what_is_no_block_is_refused(given, told):
@@ -208,9 +202,9 @@ def test_a_law_that_computes_no_number_is_told():
 
     fl.register(fl.Law("mine", lost, State, Gains), Mine)
     system = BENCH.evolve({"controller.kind": "mine"})
-    with pytest.raises(fl.FrictionloopError, match='law "mine": its force command is not a number at 0 s'):
+    with pytest.raises(fl.FrictionloopError, match=r'law "mine": .* at 0 s'):
         fl.simulate(system, 0.002)
-    with pytest.raises(fl.FrictionloopError, match=r"law \"mine\": .* not a number with {'controller.kp': 0.05}"):
+    with pytest.raises(fl.FrictionloopError, match=r"law \"mine\": .*{'controller.kp': 0.05}"):
         fl.sweep(system, KPS, 0.002)
 
 
@@ -222,7 +216,7 @@ def test_what_the_compiler_does_not_know_is_told_by_its_line():
         return state, fl.ForceCommand(table["a"], 0.0)
 
     fl.register(fl.Law("mine", looks_up, State, Gains), Mine)
-    with pytest.raises(fl.FrictionloopError, match="law-mine.*" + HERE + "does not compile: .*table.*dict") as refused:
+    with pytest.raises(fl.FrictionloopError, match="law-mine.*" + HERE + ".*table.*dict") as refused:
         fl.simulate(BENCH.evolve({"controller.kind": "mine"}), 0.002)
     assert "\n" not in str(refused.value)
 
@@ -230,7 +224,7 @@ def test_what_the_compiler_does_not_know_is_told_by_its_line():
 def test_the_firmware_has_no_law_from_outside():
     fl.register(fl.Law("mine", held, State, Gains), Mine)
     system = BENCH.evolve({"controller.kind": "mine", "controller.form": "firmware"})
-    with pytest.raises(fl.FrictionloopError, match=r'controller.kind = "mine": the firmware has pi, '):
+    with pytest.raises(fl.FrictionloopError, match=r'controller.kind = "mine": .*pi, '):
         fl.simulate(system, 0.002)
 
 
@@ -253,20 +247,17 @@ def falls(amplitude_um, occluded, coefficients):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"step": falls}, HERE + "step must be compiled; decorate it with @fl.step"),
+        ({"step": falls}, HERE + "step .*@fl.step"),
         ({"step": fl.step(lambda a, o, c: 2.0 ** (-a * c.per_mm))}, HERE + "AttributeError: .*'per_mm'"),
-        ({"step": fl.step(lambda a, o, c: 1.0 + a)}, HERE + "step returned 1 at 0 um, 1.5 at 0.5 um, .*; must fall"),
-        ({"step": fl.step(lambda a, o, c: 0.5 - a)}, "must fall from 1 towards 0"),
-        ({"step": fl.step(lambda a, o, c: None)}, HERE + "step returned nothing; must return a number"),
-        ({"step": fl.step(falls), "coefficients_of": lambda f: (1.0, 2.0)}, HERE + "coefficients_of returned"),
-        ({"step": fl.step(falls), "inverse": falls}, HERE + "inverse must be compiled"),
-        ({"step": fl.step(lambda a, o, c: float("nan"))}, HERE + "step returned nan; must return a number"),
+        ({"step": fl.step(lambda a, o, c: 1.0 + a)}, HERE + "step .*1 at 0 um, 1.5 at 0.5 um"),
+        ({"step": fl.step(lambda a, o, c: 0.5 - a)}, HERE + "step .*0.5 at 0 um, 0 at 0.5 um"),
+        ({"step": fl.step(lambda a, o, c: None)}, HERE + "step .*number"),
+        ({"step": fl.step(falls), "coefficients_of": lambda f: (1.0, 2.0)}, HERE + "coefficients_of "),
+        ({"step": fl.step(falls), "inverse": falls}, HERE + "inverse .*@fl.step"),
+        ({"step": fl.step(lambda a, o, c: float("nan"))}, HERE + "step .*nan"),
         # Python stops at this root, compiled code gives no number.
-        ({"step": fl.step(lambda a, o, c: 1.0 - a + math.sqrt(1.0 - a))}, HERE + "step returned nan; must return"),
-        (
-            {"step": fl.step(lambda a, o, c: 2.0**-a - 0.2 * o * a)},
-            HERE + "step returned .*-0.3.* at 2.5 um; must fall",
-        ),
+        ({"step": fl.step(lambda a, o, c: 1.0 - a + math.sqrt(1.0 - a))}, HERE + "step .*nan"),
+        ({"step": fl.step(lambda a, o, c: 2.0**-a - 0.2 * o * a)}, HERE + "step .*-0.3.* at 2.5 um"),
     ],
 )
 def test_a_friction_law_that_cannot_run_is_refused(given, told):
@@ -314,7 +305,7 @@ def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(bel
     short = 0.02
     fl.simulate(system, short)
     wrong = system.evolve({"friction.until_um": 1.1, "friction.below": below})
-    told = rf'friction law "failing": {HERE}step returned {told}\d* um .*must be from 0 to 1'
+    told = rf'friction law "failing": {HERE}.*{told}\d* um .*0 to 1'
     with pytest.raises(fl.FrictionloopError, match=told) as refused:
         fl.simulate(wrong, short)
     assert "\n" not in str(refused.value)
@@ -339,9 +330,9 @@ FORCES: dict[str, Any] = {}
 @pytest.mark.parametrize(
     ("force", "told"),
     [
-        (lambda t: t[:-1], r"force_n returned shape \(2,\); must be that of its times, \(3,\)"),
-        (lambda t: 0.5, r"force_n returned shape \(\); must be that of its times"),
-        (lambda t: np.where(t > 1e-4, np.nan, 0.5), "force_n returned nan at 0.0002 s; must be finite"),
+        (lambda t: t[:-1], r"force_n .*\(2,\).*\(3,\)"),
+        (lambda t: 0.5, r"force_n .*\(\).*\(3,\)"),
+        (lambda t: np.where(t > 1e-4, np.nan, 0.5), "force_n .*nan at 0.0002 s"),
         (lambda t: t.nothing, "AttributeError: .*nothing"),
         (lambda t: "high", "ValueError: could not convert string to float: 'high'"),
     ],
@@ -356,9 +347,9 @@ def test_a_signal_that_fails_later_is_told_when_it_does(monkeypatch):
     monkeypatch.setitem(FORCES, "own", lambda t: np.where(t > 0.01, np.nan, 0.5))
     fl.register(Sig)
     late = BENCH.evolve({"setpoint.kind": "own"})
-    with pytest.raises(fl.FrictionloopError, match=r'signal "own": .* returned nan at 0.0102 s; must be finite'):
+    with pytest.raises(fl.FrictionloopError, match=r'signal "own": .*nan at 0.0102 s'):
         fl.simulate(late, 0.02)
-    with pytest.raises(fl.FrictionloopError, match=r'setpoint.kind = "own": its level is unknown; give force_n'):
+    with pytest.raises(fl.FrictionloopError, match=r'setpoint.kind = "own": .*force_n'):
         fl.linearise(late)
 
 
@@ -366,7 +357,7 @@ def test_a_signal_without_a_function_is_refused():
     class Silent(fl.Signal):
         kind: Literal["silent"] = "silent"
 
-    with pytest.raises(fl.FrictionloopError, match=r'signal "silent": Silent needs force_n\(self, time_s\)'):
+    with pytest.raises(fl.FrictionloopError, match=r'signal "silent": Silent .*force_n\(self, time_s\)'):
         fl.register(Silent)
 
 
@@ -381,13 +372,13 @@ def most(state, sample, dt):
 @pytest.mark.parametrize(
     ("metric", "told"),
     [
-        (fl.StreamingMetric("own", most, Most, nothing), HERE + "step must be compiled; decorate it with @fl.step"),
+        (fl.StreamingMetric("own", most, Most, nothing), HERE + "step .*@fl.step"),
         (fl.StreamingMetric("own", fl.step(lambda s, x, dt: Most(x.uu)), Most, nothing), HERE + "AttributeError: .*uu"),
-        (fl.StreamingMetric("own", fl.step(lambda s, x, dt: x.u), Most, nothing), HERE + "step returned 0.6; must"),
-        (fl.StreamingMetric("own", fl.step(most), float, nothing), "state = .*: must be a NamedTuple class"),
-        (fl.RunMetric("own", 3.0), "of = 3.0: must be a function"),
-        (fl.RunMetric("rms_error", nothing), "metric 'rms_error' is one of frictionloop; choose another name"),
-        (fl.RunMetric("own one", nothing), "must be a name of letters, digits and _"),
+        (fl.StreamingMetric("own", fl.step(lambda s, x, dt: x.u), Most, nothing), HERE + "step .*0.6"),
+        (fl.StreamingMetric("own", fl.step(most), float, nothing), "state = .*NamedTuple"),
+        (fl.RunMetric("own", 3.0), "of = 3: "),
+        (fl.RunMetric("rms_error", nothing), "metric 'rms_error' "),
+        (fl.RunMetric("own one", nothing), 'metric "own one": '),
     ],
 )
 def test_a_metric_that_cannot_run_is_refused(metric, told):
@@ -411,7 +402,7 @@ def test_a_metric_whose_value_fails_is_told_by_its_line(of, told):
 @pytest.mark.parametrize(
     ("of", "told"),
     [
-        (lambda run: run.f_a.values, r"returned shape \(10,\); must be one number per run"),
+        (lambda run: run.f_a.values, r".*\(10,\)"),
         (lambda run: run.nothing, "AttributeError: .*nothing"),
     ],
 )

@@ -60,7 +60,7 @@ def test_a_limit_of_the_force_that_no_reading_passes_is_refused():
     assert words(scaled.evolve({"board.force_limit_n": 1.96}), "safety.force_limit_n") == pytest.approx(
         [1.96], rel=1e-3
     )
-    with pytest.raises(fl.FrictionloopError, match=r"board\.force_limit_n = 2 N: the largest reading .* is 1\.966 N"):
+    with pytest.raises(fl.FrictionloopError, match=r"board\.force_limit_n = 2 N: .*1\.966 N"):
         firmware_words(scaled.evolve({"board.force_limit_n": 2.0}))
     # A zero that is not in the middle leaves more on one side, and two channels read a larger magnitude than one.
     aside = {"board.force_zero_counts": (-20000, 0), "board.force_limit_n": 3.0}
@@ -68,7 +68,7 @@ def test_a_limit_of_the_force_that_no_reading_passes_is_refused():
     across = {"board.force_axes": 2, "board.across_n_per_count": 6e-5, "board.force_limit_n": 2.5}
     assert words(scaled.evolve(across), "safety.force_limit_n") == [2.5]  # up to 2.78 N
     for changes, limit_n in ((aside, 3.17), (across, 2.79)):
-        with pytest.raises(fl.FrictionloopError, match=r"must be below that, or left out for 1\.887 N"):
+        with pytest.raises(fl.FrictionloopError, match=r"board\.force_limit_n.*1\.887 N"):
             firmware_words(scaled.evolve(changes | {"board.force_limit_n": limit_n}))
 
 
@@ -85,16 +85,12 @@ def test_it_survives_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        ("board.force_axes", 3, r"board\.force_axes = 3: must be less than or equal to 2"),
-        (
-            "board.force_zero_counts",
-            (0, 40000),
-            r"board\.force_zero_counts\.1 = 40000: must be less than or equal to 32767",
-        ),
+        ("board.force_axes", 3, r"board\.force_axes = 3: .*2"),
+        ("board.force_zero_counts", (0, 40000), r"board\.force_zero_counts\.1 = 40000: .*32767"),
         ("board.force_zero_counts", (0,), r"board\.force_zero_counts"),
-        ("board.force_n_per_count", 0.0, r"board\.force_n_per_count.* must not be 0"),
+        ("board.force_n_per_count", 0.0, r"board\.force_n_per_count"),
         ("board.ceiling_um", -1.0, r"board\.ceiling_um"),
-        ("board.ramp_s", 0.11, r"board\.ramp_s = 0\.11 s: must be less than or equal to 0\.1"),
+        ("board.ramp_s", 0.11, r"board\.ramp_s = 0\.11 s: .*0\.1"),
         ("board.ceilling_um", 1.0, r"board\.ceiling_um"),
     ],
 )

@@ -144,6 +144,5 @@ def test_no_place_for_a_cache_is_said_and_the_function_is_compiled(folder):
     (folder / "__pycache__").write_text("in the way")
     (folder / "home").write_text("in the way")
     said, result = compiled(folder, HOME=str(folder / "home"), XDG_CACHE_HOME=str(folder / "home"))
-    where = f"NUMBA_CACHE_DIR = {folder / 'cache'}, {folder / '__pycache__'}"
-    assert said.startswith(f"said: no cache of compiled code can be written, not {where}")
+    assert f"NUMBA_CACHE_DIR = {folder / 'cache'}, {folder / '__pycache__'}" in said
     assert result == "0 6.0"

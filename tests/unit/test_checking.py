@@ -1,18 +1,25 @@
-"""A controller that is there: what `check_controller` says of it, and of less gain."""
+"""A controller that is there: what `check` finds of it, of less gain, of other fingers, and of laws from outside."""
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
 from designed_notch import DESIGNED_NOTCH
+from own_laws import register_both
 
 import frictionloop as fl
 from frictionloop.analysis.margins import gain_factor
-from frictionloop.design.checking import check_controller
-from frictionloop.design.corners import broken, corners
+from frictionloop.design.controller_check import check
+from frictionloop.design.controller_findings import beyond_range, noisy, of_assumed, unbelieved
+from frictionloop.design.corners import broken, corners, moistest
+from frictionloop.design.designed_file import changed_since, read_designed, write_controller
+from frictionloop.design.over import with_longest_contact
 from frictionloop.design.requirements import Requirements
+from frictionloop.loop.blocks import forget
+from frictionloop.parameters.motion import one_stroke_a_contact
 
 LIMITS = Requirements().limits
 PI = {"controller.kind": "pi", "controller.kp": 0.05, "controller.ki": 60.0}
@@ -27,9 +34,18 @@ NYQUIST_HZ = 2500.0
 GRID = np.linspace(1.0, 2499.0, 500)
 
 
+def codes(found):
+    return {each.code for each in found.findings}
+
+
+def of(found, code):
+    (one,) = [each for each in found.findings if each.code == code]
+    return one
+
+
 @pytest.fixture(scope="module")
 def checked():
-    return check_controller(fl.bench().evolve(PI))
+    return check(fl.bench().evolve(PI))
 
 
 def test_the_factor_of_a_gain_that_is_real_and_of_one_that_turns():
@@ -74,52 +90,226 @@ def test_python_control_has_the_margins_of_a_corner(checked):
 def test_gains_that_ring_on_a_slider_are_said_not_to_hold_with_those_that_do(checked):
     assert not checked.holds
     assert {place.how for place in checked.places if place.slip_length_um == 0.0} == {"unstable"}
-    assert checked.instead["controller.ki"] / checked.instead["controller.kp"] == pytest.approx(1200.0, rel=1e-3)
-    less = check_controller(fl.bench().evolve({**PI, **checked.instead}))
-    assert less.holds and less.instead == {}
-    assert min(less.gains) == pytest.approx(1.0, abs=0.005)  # and hardly more would
+    assert checked.would_hold["controller.ki"] / checked.would_hold["controller.kp"] == pytest.approx(1200.0, rel=1e-3)
+    less = check(fl.bench().evolve({**PI, **checked.would_hold}))
+    assert less.holds and less.would_hold == {}
+    assert min(less.gain_factors) == pytest.approx(1.0, abs=0.005)  # and hardly more would
 
 
 @pytest.mark.slow
 def test_less_gain_never_turns_what_holds_into_what_does_not(checked):
     slider = fl.bench().evolve({**PI, "finger.slip_length_um": 0.0})
     for share in (1.0, 0.83, 0.31, 0.07, 0.002):
-        gains = {path: share * value for path, value in checked.instead.items()}
+        gains = {path: share * value for path, value in checked.would_hold.items()}
         assert broken(corners(slider.evolve(gains), LIMITS)) is None
-    more = {path: 1.02 * value for path, value in checked.instead.items()}
+    more = {path: 1.02 * value for path, value in checked.would_hold.items()}
     assert broken(corners(slider.evolve(more), LIMITS)) is not None
 
 
 def test_a_place_may_hold_where_another_does_not(checked):
-    for place, gain in zip(checked.places, checked.gains, strict=True):
+    for place, gain in zip(checked.places, checked.gain_factors, strict=True):
         assert (gain >= 0.999) == (place.how == "within")
 
 
 def test_the_table_lookup_has_no_loop():
-    found = check_controller(fl.bench().evolve({**ONE_PLACE, "controller.kind": "lookup"}))
-    assert found.holds and found.gains == (math.inf,)
-    assert "does not use the force" in found.notes[0]
+    found = check(fl.bench().evolve({**ONE_PLACE, "controller.kind": "lookup"}))
+    assert found.holds and found.gain_factors == (math.inf,)
+    assert "NO-LOOP" in codes(found) and not {"PEOPLE-RING", "RING-MOIST"} & codes(found)
 
 
 def test_a_force_out_of_reach_is_refused_as_by_a_design():
     with pytest.raises(fl.FrictionloopError, match="saturation is the limit"):
-        check_controller(fl.bench().evolve({"setpoint.offset_n": 2.0}))
+        check(fl.bench().evolve({"setpoint.offset_n": 2.0}))
 
 
 @pytest.mark.slow
 def test_a_limit_observer_gets_a_margin_that_holds():
     there = fl.bench().evolve({**ONE_PLACE, **LIMIT_OBSERVER, "controller.susceptibility_margin": 0.5})
-    found = check_controller(there)
+    found = check(there)
     assert not found.holds
-    assert 0.5 < found.instead["controller.susceptibility_margin"] < 2.0
-    assert check_controller(there.evolve(dict(found.instead))).holds
+    assert 0.5 < found.would_hold["controller.susceptibility_margin"] < 2.0
+    assert check(there.evolve(dict(found.would_hold))).holds
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", [DESIGNED_NOTCH, {"controller.kind": "filtered_pi", "controller.feedforward": True}])
 def test_the_gain_of_a_law_with_filters_is_that_of_kp_and_ki(law):
     there = fl.bench().evolve({**ONE_PLACE, **law})
-    found = check_controller(there)
-    factor = 0.9 * min(found.gains)
+    found = check(there)
+    factor = 0.9 * min(found.gain_factors)
     gains = {f"controller.{name}": factor * getattr(there.controller, name) for name in ("kp", "ki")}
-    assert min(check_controller(there.evolve(gains)).gains) == pytest.approx(1.0 / 0.9, rel=1e-5)
+    assert min(check(there.evolve(gains)).gain_factors) == pytest.approx(1.0 / 0.9, rel=1e-5)
+
+
+WEAK = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0})
+ON_DAHL = Requirements(slip_lengths_um=(11.5,))
+
+
+@pytest.fixture
+def outside():
+    """The bench with laws of somebody's own."""
+    register_both()
+    yield fl.bench()
+    forget()
+
+
+def test_a_dead_band_is_not_certified_by_a_slope_of_nothing(outside):
+    """Within 2 mN its slope is 0, so Ms is 1; a run swings by more than without any feedback."""
+    found = check(outside.evolve({"controller.kind": "dead_band_pi"}), ON_DAHL)
+    assert {place.how for place in found.places} == {"within"} and not found.holds and not found.holds_everywhere
+    against = of(found, "LAW-CONTRADICTS")
+    run = fl.simulate(found.system, 10.0, seed=0)
+    assert against.value == pytest.approx(1e3 * float(fl.rms_error(run))) and against.value > 1.05 * against.limit
+    assert found.rows()[1][0] == "DOES NOT HOLD" and found.would_hold == {} and found.findings[0] is against
+    assert json.loads(found.to_json())["holds"] is False
+
+
+@pytest.mark.slow
+def test_what_would_hold_of_an_integral_of_ones_own_is_that_of_the_built_in(outside):
+    own, built_in = (
+        check(outside.evolve({"controller.kind": kind, "controller.ki": 200.0, **kp}))
+        for kind, kp in (("integral", {}), ("pi", {"controller.kp": 0.0}))
+    )
+    assert not own.holds and own.would_hold == {"controller.ki": pytest.approx(built_in.would_hold["controller.ki"])}
+    assert own.would_hold["controller.ki"] == pytest.approx(200.0 * min(own.gain_factors), rel=3e-3)
+    less = check(own.system.evolve(own.would_hold))
+    assert less.holds_everywhere and less.would_hold == {} and "LAW-CONTRADICTS" not in codes(less)
+
+
+def test_people_unlike_the_finger_of_the_file_are_told_and_no_verdict_contradicts_a_count():
+    light = WEAK.evolve({"friction.susceptibility_per_um2": 1.6, "controller.model.susceptibility_per_um2": 1.6})
+    people = fl.fingers(6, 0)
+    found = check(light.evolve({"controller.ki": 60.0}), ON_DAHL, people)
+    values = [each["friction.susceptibility_per_um2"] for each in people]
+    unlike = of(found, "PEOPLE-UNLIKE")
+    assert (unlike.value, unlike.more["high"]) == (1.6, max(values)) and max(values) < 1.6
+    held = int(found.fingers["holds"].sum())
+    assert found.holds == (held == 6 and all(place.how == "within" for place in found.places[: found.asked]))
+    assert (found.rows()[1][0] == "HOLDS") == found.holds
+    assert held < 6 and of(found, "PEOPLE-HOLD").value == held and "PEOPLE-NONE" not in codes(found)
+    less = check(found.system.evolve(found.would_hold), ON_DAHL, people)
+    assert less.holds and "PEOPLE-HOLD" not in codes(less) and "PEOPLE-UNLIKE" in codes(less)
+    assert "PEOPLE-UNLIKE" not in codes(check(WEAK, ON_DAHL, people))
+
+
+def test_a_finger_that_never_lifts_stands_in_json_fully_moist():
+    strong = check(WEAK.evolve({"controller.ki": 40.0}))
+    moist = [each for each in json.loads(strong.to_json())["findings"] if each["code"] == "RING-MOIST"]
+    (at,) = moist
+    there = strong.system.evolve({"finger.slip_length_um": at["where"]["slip_length_um"]})
+    peaks = [loop.sensitivity_peak() for loop in fl.operating_band(there, occluded=(1.0,))]
+    assert at["value"] == pytest.approx(max(peaks), rel=0.01) and at["value"] > at["limit"]
+    assert at["remedy"] == {"motion.contact_s": 10.0}
+    lifted = check(strong.system.evolve(at["remedy"]))
+    assert "RING-MOIST" not in codes(lifted)
+
+
+def test_fields_of_a_place_are_those_of_the_loop_there():
+    found = check(WEAK)
+    at = [(place.slip_length_um, *place.speeds_mm_s) for place in found.places]
+    assert at[: found.asked] == [(11.5, 20.0), (0.0, 20.0)]
+    assert set(at) == {(length_um, speed) for length_um in (11.5, 0.0) for speed in (10.0, 20.0, 80.0)}
+    for place in json.loads(found.to_json())["places"]:
+        worst = place["worst"]
+        there = {"finger.slip_length_um": place["slip_length_um"], "motion.speed_mm_s": worst["speed_mm_s"]}
+        there["sensor.resonance_hz"] = 145.0 * (1 + worst.get("resonance_off", 0.0))
+        loop = fl.linearise(WEAK.evolve(there), force_n=worst["force_n"], occluded=worst["occluded"])
+        assert worst["sensitivity_peak"] == pytest.approx(loop.margins().sensitivity_peak, rel=1e-5)
+
+
+def test_friction_without_vibration_beyond_the_range_of_the_sensor_is_told():
+    top_n = WEAK.friction.nominal_n * WEAK.friction.occlusion_ratio
+    told = list(beyond_range(WEAK.evolve({"sensor.range_n": 0.9 * top_n}), Requirements()))
+    assert [(each.value, each.limit) for each in told] == [(pytest.approx(top_n), 0.9 * top_n)]
+    assert list(beyond_range(WEAK.evolve({"sensor.range_n": 1.1 * top_n}), Requirements())) == []
+    (heavy,) = beyond_range(WEAK.evolve({"sensor.range_n": 1.1 * top_n}), Requirements(loads_n=(0.4, 1.0)))
+    assert heavy.where.load_n == 1.0 and heavy.where.occluded == 1.0
+
+
+def test_what_is_as_the_bench_has_it_is_assumed_unless_it_is_given():
+    (told,) = of_assumed(fl.bench(), ())
+    assert told.more["values"]["sensor.q"] == fl.bench().sensor.q and told.value == len(told.more["values"])
+    (less,) = of_assumed(fl.bench().evolve({"sensor.cutoff_hz": 777.0}), {"sensor.q"})
+    assert set(told.more["values"]) - set(less.more["values"]) == {"sensor.cutoff_hz", "sensor.q"}
+    lifts = fl.bench().evolve({"motion.contact_s": 1.0})
+    assert (
+        "motion.lifted_s" in next(of_assumed(lifts, ())).more["values"] and "motion.lifted_s" not in told.more["values"]
+    )
+
+
+@pytest.mark.parametrize(("density", "told"), [(1e-6, 0), (1e-2, 1)])
+def test_a_command_that_is_louder_than_a_synthesis_may_make_it_is_told(density, told):
+    system = fl.bench().evolve(fl.RETUNED | {"controller.kp": 0.1, "sensor.noise_density_n_rthz": density})
+    found = list(noisy(system))
+    assert len(found) == told
+    assert [each.value for each in found] == [1e3 * fl.command_noise_rms_n(fl.linearise(system))] * told
+
+
+def test_a_law_that_believes_the_friction_of_another_load_is_told_that_of_this_one():
+    heavy = WEAK.evolve({"motion.load_n": 0.8})
+    (told,) = unbelieved(heavy)
+    there = 0.95 * 1.6**0.9
+    assert told.value == pytest.approx(there, rel=1e-3) and told.limit == 0.95
+    assert list(unbelieved(heavy.evolve(told.remedy))) == [] == list(unbelieved(WEAK))
+
+
+def test_a_finger_that_does_not_get_moist_is_told():
+    dry = WEAK.evolve({"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0})
+    assert "FINGER-DRY" in codes(check(dry, ON_DAHL))
+
+
+@pytest.mark.parametrize(("contact_s", "lifted_s"), [(5.0, 0.5), (2.0, 10.0), (30.0, 3.0)])
+def test_a_finger_that_lands_again_and_again_is_as_moist_as_contact_after_contact_leaves_it(contact_s, lifted_s):
+    bench = fl.bench().evolve({"motion.contact_s": contact_s, "motion.lifted_s": lifted_s, "friction.drying_s": 8.0})
+    friction, occluded = bench.friction, 0.0
+    for _ in range(2000):
+        occluded *= np.exp(-lifted_s / friction.drying_s)  # in the air
+        occluded = 1.0 - (1.0 - occluded) * np.exp(-contact_s / friction.occlusion_s)
+    assert moistest(friction, bench.motion) == pytest.approx(occluded, rel=1e-9)
+    never = -np.expm1(-10.0 / friction.occlusion_s)
+    assert moistest(friction, fl.bench().motion) == pytest.approx(never, rel=1e-9), "one that never lifts, after 10 s"
+
+
+def test_strokes_that_are_contacts_last_longer_where_they_are_slower():
+    lifts = fl.bench().evolve({"motion.contact_s": 2.0, "motion.lifted_s": 1.0, "motion.speed_mm_s": 30.0})
+    strokes = lifts.evolve(lifts.motion.in_contacts())
+    assert one_stroke_a_contact(strokes.motion) and not one_stroke_a_contact(lifts.motion)
+    longest = with_longest_contact(strokes, (15.0, 45.0))
+    assert longest.motion.contact_s == 4.0 and one_stroke_a_contact(longest.motion)
+    assert longest.motion.contact_s * 15.0 == strokes.motion.contact_s * strokes.motion.speed_mm_s
+    for other in (lifts, fl.bench(), fl.feasible()):
+        assert with_longest_contact(other, (15.0, 45.0)) is other
+    assert with_longest_contact(strokes, (30.0, 45.0)) is with_longest_contact(strokes, ()) is strokes
+
+
+def test_what_was_checked_is_saved_with_what_was_asked_found_and_given(tmp_path):
+    must = Requirements(1.6, slip_lengths_um=(11.5,), ends=(("sensor.q", 15.0),))
+    found, path = check(WEAK, must), tmp_path / "c.toml"
+    write_controller(found, path, {"sensor.q", "motion.load_n"})
+    table = read_designed(path)
+    assert fl.read_toml(path) == WEAK
+    assert (table.requirements, table.given) == (must, {"sensor.q", "motion.load_n"})
+    assert changed_since(fl.read_toml(path), table) == ()
+    (changed,) = changed_since(WEAK.evolve({"controller.ki": 8.0}), table)
+    assert changed.code == "SPEC-CHANGED" and changed.value == {"controller.ki": 7.0}
+    assert fl.described(path).stated == table.given
+    (again,) = fl.described(path, overrides={"controller.ki": 8.0}).findings
+    assert again == changed
+
+
+@pytest.mark.slow
+def test_a_look_at_people_that_is_stopped_keeps_those_who_were_looked_at(monkeypatch):
+    from frictionloop.design import on_fingers
+
+    seen, of_one = [], on_fingers._of
+
+    def look(*given):
+        seen.append(given)
+        if len(seen) > 3:
+            raise KeyboardInterrupt
+        return of_one(*given)
+
+    monkeypatch.setattr(on_fingers, "_of", look)
+    found = check(WEAK, ON_DAHL, fl.fingers(8, 0))
+    stopped = of(found, "STOPPED")
+    assert (stopped.value, stopped.limit) == (3, 8) and found.fingers.sizes["finger"] == 3

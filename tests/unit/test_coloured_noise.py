@@ -155,14 +155,13 @@ def test_same_bits_alone_and_among_other_lanes():
 
 @pytest.mark.parametrize("low_hz", [2500.0, 4000.0, 1e-4])
 def test_a_band_out_of_reach_is_refused(low_hz):
-    said = rf"^noise low_hz = {low_hz:g} cannot be made at 5000 Hz; accepted: from 0.005 to below 2500$"
-    with pytest.raises(FrictionloopError, match=said):
+    with pytest.raises(FrictionloopError, match=rf"^noise low_hz = {low_hz:g}: .*0.005 to below 2500$"):
         shaping_filter(ColouredNoise(low_hz=low_hz, high_hz=5000.0), RATE_HZ)
 
 
 @pytest.mark.parametrize("normals", [0.0, np.zeros(3), np.zeros((4, 9))])
 def test_too_few_normals_are_refused(normals):
-    with pytest.raises(FrictionloopError, match=r"^normals has shape .*; accepted: \(\.\.\., 10\)$"):
+    with pytest.raises(FrictionloopError, match=r"^normals .*\(\.\.\., 10\)$"):
         stationary_state(shaping_filter(ColouredNoise(), RATE_HZ), normals)
 
 

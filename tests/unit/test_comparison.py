@@ -63,11 +63,11 @@ def test_every_entrant_is_a_system(name):
 def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
     asked = []
 
-    def design_controller(*given):
+    def synthesised(*given):
         asked.append(given)
-        return Designed({"controller.kind": "lookup"})
+        return Designed({"controller.kind": "lookup"}), given[-1]
 
-    monkeypatch.setattr(synthesis, "design_controller", design_controller)
+    monkeypatch.setattr(synthesis, "synthesised", synthesised)
     assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
     assert asked == [(fl.bench(), law, Requirements(slip_lengths_um=()))]  # on the contact that it has
 
@@ -218,11 +218,11 @@ def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypa
     monkeypatch.setattr(entrants, "ENTRANTS", cheap)
     ran = short(laws=None, system=fl.bench().evolve(LATE))
     assert list(ran.laws) == ["lookup", "retuned_pi"]
-    assert list(ran.left_out) == ["limit_observer"] and "at most one control period" in ran.left_out["limit_observer"]
+    assert list(ran.left_out) == ["limit_observer"] and "delay_s = 0.0019 s: " in ran.left_out["limit_observer"]
 
 
 def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
-    monkeypatch.setattr(synthesis, "design_controller", lambda *given: pytest.fail("designed"))
+    monkeypatch.setattr(synthesis, "synthesised", lambda *given: pytest.fail("designed"))
     with pytest.raises(FrictionloopError, match="delay_s"):
         late = {"mine": lambda _: {"controller.kind": "limit_observer"}}
         short(laws=late | {"notch_pi": entrants.ENTRANTS["notch_pi"]}, system=fl.bench().evolve(LATE))
@@ -244,7 +244,7 @@ def test_cells_of_other_code_are_refused(tmp_path, monkeypatch):
     path = tmp_path / "r.h5"
     short(path, laws=["lookup"])
     monkeypatch.setattr(run, "computing", lambda: "of a law that was changed meanwhile")
-    with pytest.raises(fl.FrictionloopError, match="of another version"):
+    with pytest.raises(fl.FrictionloopError, match=r"r\.h5: .*20 mm/s"):
         short(path, resume=True, laws=["lookup"])
 
 
@@ -273,18 +273,18 @@ def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
             short(path, **{"count": 2, "laws": ["lookup"], "resume": True} | more)
         assert "\n" not in str(error.value)
 
-    refused("exists; add --resume", resume=False)
-    refused("of seed = 5, not 6", seed=6)
-    refused("of fingers = 2, not 3", count=3)
-    refused("of duration_s = 1.0, not 1.2", duration_s=1.2)
-    refused("of another bench", system=fl.bench().evolve({"controller.delay_s": 1e-4}))
+    refused("exists; --resume", resume=False)
+    refused("seed = 5, not 6", seed=6)
+    refused("fingers = 2, not 3", count=3)
+    refused("duration_s = 1.0, not 1.2", duration_s=1.2)
+    refused("bench", system=fl.bench().evolve({"controller.delay_s": 1e-4}))
     monkeypatch.setitem(entrants.ENTRANTS, "lookup", lambda system: {"controller.kind": "lookup", **MODEL})
-    refused("keeps lookup with other parameters")
+    refused(r"another lookup \(20 mm/s")
     assert path.read_bytes() == before
     fl.save(fl.simulate(fl.paper(), 0.01), tmp_path / "run.h5")
-    with pytest.raises(fl.FrictionloopError, match="keeps no comparison"):
+    with pytest.raises(fl.FrictionloopError, match=r"run\.h5: "):
         short(tmp_path / "run.h5", resume=True)
-    with pytest.raises(fl.FrictionloopError, match="needs the file"):
+    with pytest.raises(fl.FrictionloopError, match=r"^resume: "):
         short(resume=True)
     with pytest.raises(fl.FrictionloopError, match="cannot be written"):
         short(tmp_path / "nowhere" / "r.h5")
@@ -296,16 +296,16 @@ MODEL = {"controller.model.nominal_n": 0.9}
 @pytest.mark.parametrize(
     ("more", "match"),
     [
-        ({"seed": 3}, "seed = 3: is that of the fingers laws are tuned on"),
-        ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
-        ({"laws": ["lookup", "lookup"]}, "none of them twice"),
-        ({"laws": []}, "at least one law"),
-        ({"speeds": ()}, "at least one speed"),
-        ({"speeds": (20.0, 20.0)}, "none of them twice"),
-        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: must be from 2 to 500"),
+        ({"seed": 3}, "seed = 3: "),
+        ({"laws": ["retuned_ip"]}, "'retuned_ip' .*retuned_pi"),
+        ({"laws": ["lookup", "lookup"]}, "laws = 'lookup,lookup'"),
+        ({"laws": []}, "laws = ''"),
+        ({"speeds": ()}, r"speeds = \[\] mm/s: "),
+        ({"speeds": (20.0, 20.0)}, r"speeds = \[20.0, 20.0\] mm/s: "),
+        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: .*2 to 500"),
         ({"system": fl.paper()}, 'friction.kind = "gaussian": must be "finger"'),
         ({"count": 0}, "n = 0"),
-        ({"duration_s": 0.3}, "duration_s = 0.3 s: must be longer than"),
+        ({"duration_s": 0.3}, "duration_s = 0.3 s: .*0.4 s"),
     ],
     ids=str,
 )

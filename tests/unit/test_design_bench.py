@@ -96,22 +96,14 @@ def test_the_operating_point_is_the_mean_of_the_signals() -> None:
 @pytest.mark.parametrize(
     ("changes", "point", "says"),
     [
-        (
-            {"setpoint.offset_n": 1.2},
-            {},
-            r"^mean of setpoint less disturbance = 1.2 N: must be between 0.0883\d* and 0.95",
-        ),
-        ({"motion.load_n": 0.2}, {"force_n": 0.6}, r"^force_n = 0.6 N: must be between .* at motion.load_n = 0.2 N$"),
-        ({}, {"force_n": 0.3, "occluded": 1.0}, r"^force_n = 0.3 N: must be between 0.3603\d* and 1.9 "),
-        ({}, {"amplitude_um": 2.6}, r"^amplitude_um = 2.6 um: must be between 0 and 2.5$"),
-        ({}, {"occluded": 1.1}, r"^occluded = 1.1: must be between 0 "),
-        ({"motion.speed_mm_s": 1.0}, {}, r"^motion.speed_mm_s = 1 mm/s: the controller holds its output below 2$"),
-        ({"motion.load_n": 0.01}, {}, r"^motion.load_n = 0.01 N: the controller holds its output below 0.02$"),
-        (
-            {"setpoint": Recording(path="x.csv", rate_hz=1e3)},
-            {},
-            r'^setpoint.kind = "recording": its level is not known without reading it; accepted: setpoint.kind = ',
-        ),
+        ({"setpoint.offset_n": 1.2}, {}, r"^mean of setpoint less disturbance = 1.2 N: .*0.0883\d* and 0.95"),
+        ({"motion.load_n": 0.2}, {"force_n": 0.6}, r"^force_n = 0.6 N: .* at motion.load_n = 0.2 N$"),
+        ({}, {"force_n": 0.3, "occluded": 1.0}, r"^force_n = 0.3 N: .*0.3603\d* and 1.9 "),
+        ({}, {"amplitude_um": 2.6}, r"^amplitude_um = 2.6 um: .*0 and 2.5$"),
+        ({}, {"occluded": 1.1}, r"^occluded = 1.1: "),
+        ({"motion.speed_mm_s": 1.0}, {}, r"^motion.speed_mm_s = 1 mm/s: .* 2$"),
+        ({"motion.load_n": 0.01}, {}, r"^motion.load_n = 0.01 N: .* 0.02$"),
+        ({"setpoint": Recording(path="x.csv", rate_hz=1e3)}, {}, r'^setpoint.kind = "recording": .*force_n'),
     ],
 )
 def test_an_operating_point_out_of_reach_is_one_line(changes: dict, point: dict, says: str) -> None:
@@ -213,15 +205,12 @@ def test_a_loop_in_place_of_a_system() -> None:
 @pytest.mark.parametrize(
     ("act", "says"),
     [
-        (
-            lambda: retune(BENCH, least_ki=500.0),
-            r"^least_ki = 500 1/s: no PI gains with Ms <= 1.5 get there, kp = 0 ",
-        ),
-        (lambda: retune(BENCH, sensitivity_peak=1.0), r"^sensitivity_peak = 1: must be above 1"),
-        (lambda: retune([]), r"^system = \[\]: must be a System or at least one LinearLoop"),
-        (lambda: operating_band(BENCH, ()), r"^forces_n = \[\] N, occluded = \[0.0\]: needs numbers, one at least"),
+        (lambda: retune(BENCH, least_ki=500.0), r"^least_ki = 500 1/s: .*ki = 111 1/s"),
+        (lambda: retune(BENCH, sensitivity_peak=1.0), r"^sensitivity_peak = 1: .*above 1"),
+        (lambda: retune([]), r"^system = \[\]: .*System.*LinearLoop"),
+        (lambda: operating_band(BENCH, ()), r"^forces_n = \[\] N, occluded = \[0.0\]: "),
         (lambda: operating_band(BENCH, (math.nan,)), r"^forces_n = \[nan\] N"),
-        (lambda: operating_band(BENCH, occluded=(2.0,)), r"^occluded = 2: must be between 0"),
+        (lambda: operating_band(BENCH, occluded=(2.0,)), r"^occluded = 2: "),
     ],
 )
 def test_what_cannot_be_retuned_is_one_line(act: object, says: str) -> None:

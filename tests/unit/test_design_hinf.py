@@ -134,7 +134,7 @@ def test_fewer_states_are_checked_again(monkeypatch) -> None:
 
 
 def test_what_cannot_be_had_is_said_in_one_line() -> None:
-    with pytest.raises(FrictionloopError, match=r"^sensitivity_peak = 1.02: .* gets to .* resonance off by") as caught:
+    with pytest.raises(FrictionloopError, match=r"^law hinf: Ms 1\.\d+, .*resonance [+-]") as caught:
         design_hinf(BENCH, NOISE, Requirements(sensitivity_peak=1.02))
     assert "\n" not in str(caught.value)
 
@@ -161,8 +161,7 @@ def test_a_synthesis_without_a_controller_says_what_limits_and_what_to_try(monke
         raise FrictionloopError("the controller is not stable by itself")
 
     monkeypatch.setattr("frictionloop.design.hinf.synthesise", fails)
-    match = r"^law hinf: no such .* delay of 1 control periods at 5000 Hz; try .* `--law notch_pi`: .* not stable"
-    with pytest.raises(FrictionloopError, match=match):
+    with pytest.raises(FrictionloopError, match=r"^law hinf: .*delay 1 periods: .* not stable"):
         design_hinf(BENCH, NOISE)
 
 
@@ -177,16 +176,15 @@ def test_a_delay_of_too_many_states_is_refused_before_any_synthesis(periods, mon
 
     monkeypatch.setattr("frictionloop.design.hinf.synthesise", stop)
     slow = BENCH.evolve({"controller.delay_s": periods / 5000.0})
-    match = "was reached" if periods <= MOST_STATES - 8 else "controller.delay_s = .* states; it takes up to 120, "
+    match = "was reached" if periods <= MOST_STATES - 8 else "controller.delay_s = .* 0.0224 s"
     with pytest.raises(FrictionloopError, match=match):
         design_hinf(slow, NOISE)
 
 
 def test_a_sensor_too_noisy_is_told_with_the_noise_that_would_do() -> None:
     noisy = BENCH.evolve({"sensor.noise_density_n_rthz": 2.34e-4, "sensor.adc_bits": 24})
-    with pytest.raises(fl.FrictionloopError, match=r"hinf controller, and 0\.03 N is the most") as no:
+    with pytest.raises(fl.FrictionloopError, match=r"^law hinf: .* N, .* N$") as no:
         design_hinf(noisy, NOISE)
-    share = float(re.search(r"needs (\S+) times the sensor's noise", str(no.value))[1])
-    assert 0.0 < share < 1.0
-    quieter = noisy.evolve({"sensor.noise_density_n_rthz": 0.97 * share * 2.34e-4})  # told in two digits
-    design_hinf(quieter, NOISE)
+    found_n, most_n = map(float, re.findall(r"(\S+) N\b", str(no.value)))
+    assert most_n == 0.03 < found_n
+    design_hinf(noisy.evolve({"sensor.noise_density_n_rthz": 0.97 * most_n / found_n * 2.34e-4}), NOISE)

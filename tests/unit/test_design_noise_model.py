@@ -69,7 +69,7 @@ def test_fit_finds_a_filter_of_its_own_kind(level, corner, centre, width, ratio)
 def test_what_is_refused() -> None:
     with pytest.raises(FrictionloopError, match=r"^motion.kind = 'sliding'"):
         identify_noise(paper())
-    with pytest.raises(FrictionloopError, match="at least one is needed"):
+    with pytest.raises(FrictionloopError, match=r"^seeds = \[\]: "):
         identify_noise(bench(), seeds=())
-    with pytest.raises(FrictionloopError, match="at least 12 positive"):
+    with pytest.raises(FrictionloopError, match=r"^density: .* 12 "):
         fit_shaping(np.arange(1.0, 100.0), np.zeros(99))

@@ -87,7 +87,7 @@ def test_no_sections_is_a_pi() -> None:
 
 
 def test_what_is_refused_in_one_line() -> None:
-    with pytest.raises(FrictionloopError, match="not stable by itself"):
+    with pytest.raises(FrictionloopError, match=r"pole at 1\.01"):
         factorise(Quadruple(*zpk2ss([0.5], [1.01], 1.0)), 1.0, 1.0, PERIOD_S)
-    with pytest.raises(FrictionloopError, match="must be at most 6 sections, not 7"):
+    with pytest.raises(FrictionloopError, match="6 sections, not 7"):
         factorise(Quadruple(*zpk2ss([0.0] * 13, np.linspace(-0.9, 0.9, 13), 1.0)), 1.0, 1.0, PERIOD_S)

@@ -24,7 +24,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
-BENCH = ("bench", "bench-gains", "controllers", "plate", "force-sensor", "finger", "perception", "effects")
+BENCH = ("bench", "bench-gains", "controllers", "plate", "force-sensor", "findings", "finger", "perception", "effects")
 PAGES = [
     DOCS / "start.md",
     DOCS / "tutorial.md",
@@ -137,8 +137,11 @@ def test_the_reference_has_every_public_name():
 
 
 def names_of(room):
-    """Names of a room: what its ``__init__`` imports."""
-    found = vars(importlib.import_module(f"frictionloop.{room}"))
+    """Names of a room: what its ``__init__`` imports, or imports when first used."""
+    module = importlib.import_module(f"frictionloop.{room}")
+    if hasattr(module, "HOMES"):
+        return list(module.__all__)
+    found = vars(module)
     return [name for name, each in found.items() if not name.startswith("_") and not inspect.ismodule(each)]
 
 

@@ -8,15 +8,20 @@ from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
+from frictionloop.design.controller_findings import of_places
 from frictionloop.design.corners import corners
-from frictionloop.design.elsewhere import Elsewhere, elsewhere, in_words, strokes_of
+from frictionloop.design.elsewhere import Elsewhere, elsewhere, strokes_of
 from frictionloop.design.over import Over
 from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import design_controller
+from frictionloop.design.synthesis import synthesised
 
 LIMITS = Requirements().limits
 NOWHERE = Elsewhere()
 OTHERS = [(11.5, 80.0), (0.0, 10.0), (0.0, 20.0), (0.0, 80.0)]
+
+
+def where(found, how):
+    return tuple(place for place in found.places if place.how == how)
 
 
 def at(found):
@@ -28,22 +33,22 @@ def test_gains_for_a_long_contact_that_are_unstable_without_a_length_are_a_warni
     found = elsewhere(fl.bench().evolve(gains), LIMITS)
     slider = fl.bench().evolve({**gains, "finger.slip_length_um": 0.0})
     assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
-    assert at(found.where("unstable"))[-3:] == OTHERS[1:]
-    assert in_words(found.where("unstable"))[-1] == "slip length 0 um at 10, 20, 80 mm/s"
-    (line,) = found.warning()
-    assert line.startswith(
-        "UNSTABLE on slip length 11.5 um at 80 mm/s; on slip length 0 um at 10, 20, 80 mm/s."
-    ) and line.endswith("it was not designed for it.")
+    assert at(where(found, "unstable"))[-3:] == OTHERS[1:]
+    told = [each for each in of_places(found.places, 0) if each.code == "LOOP-UNSTABLE"]
+    assert {each.severity for each in told} == {"warning"} and all(each.value > 100.0 for each in told)
+    assert [(each.where.slip_length_um, each.where.speed_mm_s) for each in told][-1] == (0.0, (10.0, 20.0, 80.0))
+    assert {each.severity for each in of_places(found.places, len(found.places))} == {"error"}
 
 
 @pytest.mark.slow
 def test_a_notch_for_one_speed_is_told_not_to_hold_at_half_of_it():
     """A slower finger lags by a longer time over the same length."""
     found = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
-    assert (found.where("unstable"), found.where("near"), found.unseen) == ((), (), ())
-    assert at(found.where("beyond")) == [(11.5, 10.0)] and at(found.where("within")) == OTHERS
-    assert found.warning() == ()
-    (worst,) = found.where("beyond")
+    assert (where(found, "unstable"), where(found, "near"), found.unseen) == ((), (), ())
+    assert at(where(found, "beyond")) == [(11.5, 10.0)] and at(where(found, "within")) == OTHERS
+    (worst,) = where(found, "beyond")
+    (told,) = of_places(found.places, 0)
+    assert (told.code, told.value) == ("MS-BEYOND", worst.worst.sensitivity_peak)
     slow = {"motion.speed_mm_s": 10.0, "sensor.resonance_hz": (1 + worst.worst.off) * 145.0}
     told, slow_bench = worst.worst.sensitivity_peak, fl.bench().evolve({**DESIGNED_NOTCH, **slow})
     assert told > 2.6 and told >= 0.99 * linearise(slow_bench, force_n=0.5).margins().sensitivity_peak
@@ -53,10 +58,9 @@ def test_a_notch_for_one_speed_is_told_not_to_hold_at_half_of_it():
 def test_little_gain_holds_everywhere():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
     found = elsewhere(fl.bench().evolve(weak), LIMITS)
-    assert found.where("within") == found.places
+    assert where(found, "within") == found.places
     assert at(found.places) == [(11.5, 10.0), *OTHERS]
-    assert in_words(found.places) == ["slip length 11.5 um at 10, 80 mm/s", "slip length 0 um at 10, 20, 80 mm/s"]
-    assert found.warning() == found.unseen == ()
+    assert [*of_places(found.places, 0)] == [] and found.unseen == ()
 
 
 def test_where_nothing_else_is_there_is_nothing_to_say():
@@ -95,7 +99,7 @@ def not_held(system, speeds_mm_s=()):
 @pytest.mark.slow
 def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
     wanted = Requirements(speeds_mm_s=(10.0, 20.0), slip_lengths_um=())
-    found = design_controller(fl.bench(), "pi", wanted)
+    found = synthesised(fl.bench(), "pi", wanted)[0]
     made = fl.bench().evolve(dict(found.overrides))
     for speed in (10.0, 11.5, 13.0, 16.0, 18.0, 20.0):
         there = corners(made.evolve({"motion.speed_mm_s": speed}), LIMITS)
@@ -107,5 +111,5 @@ def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
 def test_with_a_range_the_other_contact_is_looked_at_at_its_ends():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
     found = elsewhere(fl.bench().evolve(weak), LIMITS, Over(speeds_mm_s=(15.0, 60.0)))
-    assert {(0.0, speed) for speed in (15.0, 20.0, 60.0)} <= set(at(found.where("within")))
+    assert {(0.0, speed) for speed in (15.0, 20.0, 60.0)} <= set(at(where(found, "within")))
     assert not {(11.5, 15.0), (11.5, 20.0), (11.5, 60.0)} & set(at(found.places))

@@ -205,9 +205,9 @@ def test_a_malformed_path_is_unknown(path):
         ("controller.rate_hz", 0.0, "Hz: must be greater than 0"),
         ("controller.rate_hz", None, "Hz: must be a valid number"),
         ("controller.kp", "fast", "N/N: must be a valid number"),
-        ("controller.kp", True, "N/N: must be a number, not true or false"),
-        ("setpoint.offset_n", False, "N: must be a number, not true or false"),
-        ("controller.model.table_size", True, ": must be a number, not true or false"),
+        ("controller.kp", True, "N/N: must be a number"),
+        ("setpoint.offset_n", False, "N: must be a number"),
+        ("controller.model.table_size", True, ": must be a number"),
         ("controller.model.table_size", -1, ": must be greater than or equal to 0"),
         ("controller.model.table_size", 2.5, ": must be a valid integer"),
         ("sensor.noise_rms_n", -1e-5, "N: must be greater than or equal to 0"),
@@ -222,7 +222,7 @@ def test_a_bad_value_names_path_value_unit_and_what_is_accepted(path, bad, accep
 @pytest.mark.parametrize(
     ("overrides", "told"),
     [
-        ({"controller.model.table_size": 1}, "table_size must be 0 (exact inverse) or at least 2"),
+        ({"controller.model.table_size": 1}, "table_size must be 0 or at least 2"),
         ({"setpoint.start_hz": 100.0}, "start_hz and stop_hz must differ"),
         ({"setpoint": fl.Steps().model_dump() | {"times_s": (0.0, 1.0)}}, "one level per time"),
         ({"setpoint": fl.Steps().model_dump() | {"times_s": (), "levels_n": ()}}, "one level per time"),

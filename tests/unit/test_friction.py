@@ -67,7 +67,7 @@ def test_a_force_is_a_number():
 
 @pytest.mark.parametrize("bad", [[np.nan], [0.1, np.inf], [], "x"])
 def test_no_band_for_a_disturbance_that_is_none(bad):
-    with pytest.raises(fl.FrictionloopError, match=r"^disturbance_n "):
+    with pytest.raises(fl.FrictionloopError, match=r"^disturbance_n\b"):
         fl.reachable(fl.paper(), bad)
 
 

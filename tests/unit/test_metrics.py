@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -231,7 +232,7 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
 
 
 def test_a_run_without_its_system_has_no_bound():
-    with pytest.raises(fl.FrictionloopError, match="carries no System"):
+    with pytest.raises(fl.FrictionloopError, match="'system'"):
         fl.r2_bound(RUN.drop_attrs())
 
 
@@ -239,12 +240,12 @@ def test_a_run_without_its_system_has_no_bound():
 @pytest.mark.parametrize("mask", [[True], np.ones(51, dtype=bool), True])
 def test_a_mask_is_as_long_as_the_run(metric, mask):
     run = fl.simulate(fl.paper(), 0.01)
-    with pytest.raises(fl.FrictionloopError, match=r"^mask: has shape .* must be one bool per control period"):
+    with pytest.raises(fl.FrictionloopError, match=rf"^mask: .*{re.escape(str(np.shape(mask)))}.*\(50,\)"):
         metric(run, mask)
 
 
 def test_a_mask_keeps_something():
-    with pytest.raises(fl.FrictionloopError, match="keeps no control period"):
+    with pytest.raises(fl.FrictionloopError, match=r"^mask: "):
         fl.rms_error(fl.simulate(fl.paper(), 0.01), np.zeros(50))
 
 

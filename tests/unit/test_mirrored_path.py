@@ -53,3 +53,11 @@ def test_a_pause_turns_no_force():
     force_n, measured_n = felt(fl.bench(), path)[1500:, :2].T
     assert force_n.min() > 0.3
     assert measured_n.min() > 0.2
+
+
+@pytest.mark.parametrize("speed", [0.005, 0.15])
+def test_a_finger_that_begins_backwards_on_the_plate_is_believed_once_its_skin_is_stretched(speed):
+    loop = fl.Stepper(fl.bench().evolve(QUIET))
+    path = [fl.Movement(-speed * k / 5000, -speed, 0.5) for k in range(1, 1501)]
+    seen = [loop.tick(1.2, each) for each in path]
+    assert min(each.force for each in seen if each.valid) > 0.2

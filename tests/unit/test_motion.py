@@ -158,8 +158,8 @@ def test_seeds_drift_apart():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"reversal_s": 5.0}, r"reversal_s = 5 s leaves no stroke of 60 mm at 20 mm/s: must be at most 4\.8"),
-        ({"contact_s": 0.05}, r"contact_s = 0\.05 s is shorter than landing and lift-off: .* at least 0\.1"),
+        ({"reversal_s": 5.0}, r"reversal_s = 5 s .*at most 4\.8, or stroke_mm at least 62\.5"),
+        ({"contact_s": 0.05}, r"contact_s = 0\.05 s: .*at least 0\.1"),
         ({"load_n": -1.0}, "greater than 0"),
         ({"speed_mm_s": 0.0}, "greater than 0"),
         ({"load_drift": 0.5}, "less than 0.5"),

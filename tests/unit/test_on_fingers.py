@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli.check_fingers import _room, lowered_rows, rows
+from frictionloop.design import controller_design
+from frictionloop.design.controller_design import controller
 from frictionloop.design.corners import MET, band_of, corners
 from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
-from frictionloop.design.requirements import Requirements
+from frictionloop.design.people_findings import of_fingers
+from frictionloop.design.requirements import Designed, Requirements
 
 PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})
 PEOPLE = fl.fingers(8, 0)
@@ -97,44 +97,51 @@ def test_a_law_of_higher_order_has_its_own_response():
         assert mine.sensitivity_peak / mine.limit == pytest.approx(alone.excess, rel=0.01)
 
 
-def test_gains_for_all_name_how_many_were_looked_at_and_each_reason_why_others_were_not():
+def test_what_was_found_on_fingers_is_told_with_the_worst_and_the_gains_for_all():
     light, weak = PEOPLE[1] | {"motion.load_n": 0.001}, PEOPLE[2] | {"friction.nominal_n": 0.1}
     found = check_fingers(PI, [PEOPLE[5], light, weak, weak], FEW)
-    said = " ".join(" ".join(row) for row in rows(found, PI, "seed 0", "slip length 11.5 um", ""))
-    assert said.startswith("NOT ON ALL FINGERS the limits hold on 0 of 1 that can be looked at, of 4 fingers of seed 0")
-    assert "3 cannot be looked at: 2 as no force asked for" in said
-    assert "1 as motion.load_n = 0.001 N" in said and "on all 1 the limits hold with" in said
-    calm = PI.evolve({"controller.kp": 0.0, "controller.ki": 2.0})
-    found = check_fingers(calm, [PEOPLE[5], light, weak, weak], FEW)
-    said = " ".join(" ".join(row) for row in rows(found, calm, "seed 0", "slip length 11.5 um", ""))
-    assert said.startswith("on fingers the limits hold on all 1 that can be looked at, of 4 fingers of seed 0")
+    told = {each.code: each for each in of_fingers(found, lambda factor: {"controller.ki": factor * 20.0})}
+    assert {"PEOPLE-HOLD", "PEOPLE-WORST", "PEOPLE-GAIN", "PEOPLE-UNSEEN"} <= set(told)
+    assert (told["PEOPLE-HOLD"].value, told["PEOPLE-HOLD"].severity) == (0, "error")
+    assert (told["PEOPLE-UNSEEN"].value, told["PEOPLE-UNSEEN"].more["fingers"]) == (3, 4)
+    assert told["PEOPLE-UNSEEN"].more["reason"] == str(found.unseen.values[2])
+    least = float(np.nanmin(found.gain_factor))
+    assert told["PEOPLE-GAIN"].remedy == {"controller.ki": pytest.approx(20.0 * least)}
+    assert told["PEOPLE-WORST"].where.finger == 0
+    assert told["PEOPLE-WORST"].value == pytest.approx(float(np.nanmax(found.sensitivity_peak)))
 
 
-def test_gains_for_those_who_can_be_served_are_named_where_others_need_less():
-    found = check_fingers(PI, PEOPLE[:3], FEW).assign(gain_factor=("finger", [0.3, 0.6, 0.8]))
-
-    def said(*reached: bool) -> str:
-        here = found.assign(in_reach=("finger", list(reached)))
-        return " ".join(" ".join(row) for row in rows(here, PI, "seed 0", "slip length 11.5 um", ""))
-
-    assert "1 cannot be given" in said(False, True, True)
-    assert "; it cannot be given every force asked for" in said(False, True, True)  # the worst finger, the first
-    assert "; it cannot be given every force asked for" not in said(True, False, False)
-    assert re.search("on the 2 others the limits hold with `[^`]+`, 0.6 times the gain", said(False, True, True))
-    assert "2 cannot be given" in said(True, False, False) and "others the limits" not in said(True, False, False)
-    assert "others the limits" not in said(True, True, True)
+def test_gains_for_nine_in_ten_are_told_beside_those_for_all():
+    many = np.linspace(0.3, 0.75, 10)
+    few = check_fingers(PI, PEOPLE[:1], FEW)
+    found = few.isel(finger=np.zeros(10, int)).assign_coords(finger=np.arange(10))
+    found = found.assign(gain_factor=("finger", many), holds=("finger", np.zeros(10, bool)), in_reach=found.holds)
+    gains = [each for each in of_fingers(found, lambda factor: {}) if each.code == "PEOPLE-GAIN"]
+    assert [(each.more["share"], each.value) for each in gains] == [(100.0, 0.3), (90.0, pytest.approx(many[1]))]
 
 
-def test_a_design_that_was_lowered_says_which_gains_those_who_can_be_served_bear():
-    found = check_fingers(PI, PEOPLE[:3], FEW).assign(in_reach=("finger", [False, True, True]))
+@pytest.mark.slow  # a design and two looks at people
+def test_a_design_for_people_has_gains_that_hold_on_all_of_them():
+    people, must = fl.fingers(6, 0), Requirements(slip_lengths_um=(11.5,))
+    plain = controller(fl.bench(), "pi", must)
+    many = check_fingers(plain.system, people, must)
+    found = controller(fl.bench(), "pi", must, people)
+    assert found.holds and bool(found.fingers["holds"].all()) and found.rows()[1][0] == "HOLDS"
+    assert found.lowered_by == pytest.approx(float(many["gain_factor"].min()), rel=1e-3)
+    assert found.lowered_by < 1.0
+    assert float(found.fingers["gain_factor"].min()) == pytest.approx(1.0, rel=2e-3)
+    (lowered,) = [each for each in found.findings if each.code == "LOWERED"]
+    assert lowered.more == {"held": int(many["holds"].sum()), "fingers": 6}
+    assert found.system.controller.ki == pytest.approx(found.lowered_by * plain.system.controller.ki, rel=1e-3)
 
-    def said(*factors: float) -> str:
-        here = found.assign(gain_factor=("finger", list(factors)))
-        return " ".join(" ".join(row) for row in lowered_rows(here, PI, 0.5, "seed 0", "slip length 11.5 um", ""))
 
-    assert "on the 2 others the limits hold with the gains for the finger of the file" in said(0.5, 1.3, 2.0)
-    assert re.search("on the 2 others the limits hold with `[^`]+`, 0.8 times those", said(0.5, 0.8, 2.0))
-    assert "others the limits" not in said(0.5, 0.501, 2.0)
+def test_gains_too_small_to_be_felt_are_not_lowered_to(monkeypatch):
+    hard = check_fingers(PI, PEOPLE[:3], FEW).assign(gain_factor=("finger", [0.8, 0.01, np.nan]))
+    monkeypatch.setattr(controller_design, "check_fingers", lambda *_: hard)
+    before = Designed({"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 40.0})
+    found, factor, (why,) = controller_design._for_fingers(fl.bench(), before, PEOPLE[:3], FEW)
+    assert found is before and factor == 1.0
+    assert (why.code, why.value) == ("NOT-LOWERED", pytest.approx(0.4, rel=1e-3))
 
 
 def test_ctrl_c_keeps_the_fingers_that_were_looked_at():
@@ -149,11 +156,3 @@ def test_ctrl_c_keeps_the_fingers_that_were_looked_at():
     with pytest.raises(KeyboardInterrupt) as at_once:
         check_fingers(PI, Stopped([PEOPLE[0] | {"motion.load_n": 0.001}] * 2), FEW)
     assert not isinstance(at_once.value, FingersInterrupted)
-
-
-@pytest.mark.parametrize(
-    ("gain", "said"), [(1.0, "with a higher gain"), (1.91, "may be 1.91 times as high"), (np.inf, "")]
-)
-def test_what_is_said_of_the_room_that_is_left_on_all_fingers(gain, said):
-    told = _room(gain)
-    assert said in told and "∞" not in told and " 1 times" not in told and bool(told) == bool(said)

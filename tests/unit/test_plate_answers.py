@@ -1,37 +1,22 @@
-"""What a builder is told: the parts agree with each other, and the command prints them."""
+"""What a builder is told of a plate: the parts agree with each other."""
 
 from __future__ import annotations
 
-import json
 import math
+import tomllib
 
 import pytest
-from cyclopts import App
 
-from frictionloop.cli.design_plate import ARGUMENTS, EXAMPLES, command
-from frictionloop.cli.flags import gather
-from frictionloop.hardware.plate.answers import plate_answers, plate_for
+import frictionloop as fl
+from frictionloop.hardware.plate.answers import plate, plate_for
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import FrictionloopError
 
 PAPER = PlateDesign().evolve({"drive.resonance_hz": 46e3})
 
 
-@pytest.fixture
-def plate(capsys):
-    """Return a function that calls the command as the program does."""
-    app = App(name="plate", default_parameter=None)
-    app.default(command)
-
-    def run(*tokens):
-        app(gather(list(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
-        return capsys.readouterr().out
-
-    return run
-
-
 def test_the_printed_frequency_and_amplitude():
-    found = plate_answers(PAPER)
+    found = plate(PAPER)
     assert found.vibration.bandwidth_hz == pytest.approx(100.0, rel=1e-13)
     assert found.electronics.levels == 391
     assert found.electronics.carrier_hz == 36e6 / 783
@@ -44,8 +29,8 @@ def test_the_printed_frequency_and_amplitude():
 
 def test_a_timer_that_misses_the_resonance_costs_amplitude():
     """1/sqrt(1 + (2 df/(f0/Q))^2) of a resonance curve, and a thirtieth of the ticks misses more."""
-    fine = plate_answers(PAPER).electronics
-    coarse = plate_answers(PAPER.evolve({"carrier.timer_hz": 1.2e6})).electronics
+    fine = plate(PAPER).electronics
+    coarse = plate(PAPER.evolve({"carrier.timer_hz": 1.2e6})).electronics
     for each in (fine, coarse):
         curve = 1 / math.sqrt(1 + (2 * each.detuning_hz / (46e3 / 230)) ** 2)
         assert each.detuned_gain == pytest.approx(curve, rel=1e-12)
@@ -54,7 +39,7 @@ def test_a_timer_that_misses_the_resonance_costs_amplitude():
 
 
 def test_more_q_takes_less_power_and_bandwidth_in_proportion():
-    low, high = (plate_answers(PAPER.evolve({"drive.quality_factor": q})) for q in (230.0, 460.0))
+    low, high = (plate(PAPER.evolve({"drive.quality_factor": q})) for q in (230.0, 460.0))
     assert low.effort.power_w == pytest.approx(2 * high.effort.power_w, rel=1e-12)
     assert low.vibration.bandwidth_hz == pytest.approx(2 * high.vibration.bandwidth_hz, rel=1e-12)
     assert high.finger.amplitude_on_touch < low.finger.amplitude_on_touch
@@ -64,7 +49,7 @@ def test_what_is_wanted_is_what_one_gets():
     wanted = plate_for(PAPER, frequency_hz=40e3, bandwidth_hz=150.0)
     changed = PAPER.evolve({"geometry.thickness_mm": wanted.thickness_mm, "drive.resonance_hz": None})
     changed = changed.evolve({"drive.quality_factor": wanted.quality_factor})
-    got = plate_answers(changed).vibration
+    got = plate(changed).vibration
     assert got.resonance_hz == pytest.approx(40e3, rel=1e-9)
     assert got.bandwidth_hz == pytest.approx(150.0, rel=1e-9)
     assert wanted.nearest.nodal_lines == 11  # 39.08 kHz in the table of the research notes, E
@@ -74,68 +59,63 @@ def test_what_is_wanted_is_what_one_gets():
     assert math.isnan(nothing.quality_factor)
 
 
-def test_the_command_prints_json(plate):
-    found = json.loads(plate("--drive.quality-factor", "150", "--drive.resonance_hz=46000", "--json"))
-    assert found["design"]["drive"]["quality_factor"] == 150
-    assert found["answers"]["vibration"]["bandwidth_hz"] == pytest.approx(46e3 / 300, rel=1e-12)
-    assert found["wanted"] == {"nearest": None, "thickness_mm": None, "quality_factor": None}
-    assert (found["readings"], found["carrier"]) == ([], [])
-    found = json.loads(
-        plate("--frequency-hz", "46000", "--bandwidth-hz=100", "--readings", "--check-carrier", "--json")
-    )
-    assert found["wanted"]["nearest"]["nodal_lines"] == 12
-    assert found["wanted"]["quality_factor"] == 230
-    assert sorted(each["agrees"] for each in found["readings"])[-1] == ["thickness", "lines"]
-    assert all(each["largest"] <= each["allowed"] for each in found["carrier"])
+def test_a_wanted_frequency_is_answered_at_its_nearest_mode():
+    found = plate(frequency_hz=38e3)
+    assert found.vibration.mode == found.wanted.nearest
+    assert found.design.geometry.nodal_lines == found.wanted.nearest.nodal_lines != 12
+    assert plate(overrides={"geometry.nodal_lines": 12}, frequency_hz=38e3).vibration.mode.nodal_lines == 12
 
 
-def test_the_command_prints_a_summary(plate):
-    text = plate("--frequency-hz", "46000", "--bandwidth-hz", "100", "--readings", "--check-carrier")
-    for words in ("46.26 kHz", "12 lines on 140 mm", "nearest mode", "as printed: thickness, frequency", "band-pass"):
-        assert words in text
-    assert "as printed" not in plate()
+def test_the_block_is_that_with_a_finger_on_and_a_bench_of_the_loop():
+    found = plate()
+    shown = str(found)
+    block = tomllib.loads(shown[shown.index("[plate]") :])["plate"]
+    bench = fl.bench().evolve({"plate": block})
+    assert bench.plate.q == pytest.approx(found.finger.quality_on_touch, rel=1e-5)
+    assert bench.plate.max_amplitude_um == pytest.approx(2.5 * found.finger.amplitude_on_touch, rel=1e-5)
 
 
-@pytest.mark.parametrize(("hz", "unit", "mm"), [("46000", "mm", 1.0), ("1700", "mm", 1.0), ("1660", "um", 1e-3)])
-def test_a_thickness_is_printed_in_its_unit(plate, hz, unit, mm):
-    asked = ("--frequency-hz", hz, "--geometry.nodal-lines", "12")
-    (row,) = (line.split() for line in plate(*asked).splitlines() if line.startswith("thickness"))
-    told = json.loads(plate(*asked, "--json"))["wanted"]["thickness_mm"]
-    assert row[2] == unit
-    assert float(row[1]) * mm == pytest.approx(told, rel=5e-3)
+def test_figures_with_a_finger_on_are_those_of_the_plate_that_a_finger_makes_so():
+    """Measured with the finger on: the Q and the amplitude of the block, whose bare plate is the one they came from."""
+    bare = plate()
+    touched = {"quality_factor": bare.plate["q"], "max_amplitude_um": bare.plate["max_amplitude_um"]}
+    on = plate(overrides={"drive.finger_on": True, **{f"drive.{name}": value for name, value in touched.items()}})
+    assert on.plate == pytest.approx(bare.plate) and on.effort.voltage_v == pytest.approx(bare.effort.voltage_v)
+    assert on.design.drive.quality_factor == pytest.approx(230.0)
+    with pytest.raises(FrictionloopError, match=r"drive\.quality_factor = 2000: must be below \d+, or"):
+        plate(overrides={"drive.finger_on": True, "drive.quality_factor": 2000.0})
 
 
-def test_the_examples_run(plate):
-    calls = [line.split("design plate", 1)[1].split() for line in EXAMPLES.splitlines() if "design plate" in line]
-    assert len(calls) > 2
-    for call in calls:
-        assert plate(*call)
-    assert ARGUMENTS
+def test_a_carrier_outside_the_band_or_beside_the_resonance_is_a_finding():
+    assert plate().findings == ()
+    (band,) = plate(overrides={"carrier.band_high_hz": 30e3}).findings
+    assert (band.code, band.more["high"]) == ("CARRIER-BAND", 30.0) and band.limit < 0.5
+    (off,) = plate(overrides={"drive.quality_factor": 2000.0}).findings
+    assert off.code == "CARRIER-OFF" and off.value == pytest.approx(plate().electronics.detuning_hz)
+
+
+def test_readings_and_the_simulated_carrier_stand_where_they_are_asked_for():
+    found = plate(frequency_hz=46e3, bandwidth_hz=100.0, readings=True, check_carrier=True)
+    assert (found.wanted.nearest.nodal_lines, found.wanted.quality_factor) == (12, 230)
+    assert sorted(each.agrees for each in found.readings)[-1] == ("thickness", "lines")
+    assert all(each.largest <= each.allowed for each in found.carrier)
+    assert {"block", "figures"} == set(found.tables()) - {"the paper's plate", "off the first-order envelope, %"}
+    assert (plate().readings, plate().carrier) == ((), ())
 
 
 @pytest.mark.parametrize(
-    "tokens, said",
+    ("overrides", "asked", "said"),
     [
-        (("--drive.quality-factor", "0"), "drive.quality_factor = 0: must be greater than 0.5"),
-        (("--geometry.nodal-lines", "60"), "nodal_lines = 60: must be a whole number from 2 to 47"),
-        (("--geometry.thick", "3"), "unknown parameter 'geometry.thick'; did you mean geometry.thickness_mm"),
-        (("--frequency-hz", "1e6"), "frequency_hz = 1e+06 Hz: must be at most"),
-        (("--bandwidth-hz", "0"), "bandwidth_hz = 0.0 Hz: must be a finite number above 0"),
-        (("--carrier.timer-hz", "1000"), "timer_hz = 1000 Hz: must be at least"),
+        ({"drive.quality_factor": 0}, {}, "drive.quality_factor = 0: must be greater than 0.5"),
+        ({"geometry.nodal_lines": 60}, {}, "nodal_lines = 60: must be a whole number from 2 to 47"),
+        ({"geometry.thick": 3}, {}, "unknown parameter 'geometry.thick'; did you mean geometry.thickness_mm"),
+        ({}, {"frequency_hz": 1e6}, "frequency_hz = 1e+06 Hz: must be at most"),
+        ({}, {"bandwidth_hz": 0.0}, "bandwidth_hz = 0 Hz: must be a finite number above 0"),
+        ({"carrier.timer_hz": 1000.0}, {}, "timer_hz = 1000 Hz: must be at least"),
     ],
 )
-def test_bad_input_is_one_line(plate, tokens, said):
+def test_bad_input_is_one_line(overrides, asked, said):
     with pytest.raises(FrictionloopError) as error:
-        plate(*tokens)
+        plate(overrides=overrides, **asked)
     assert str(error.value).startswith(said)
     assert "\n" not in str(error.value)
-
-
-def test_a_wanted_frequency_is_answered_at_its_nearest_mode(plate):
-    found = json.loads(plate("--frequency-hz", "38000", "--json"))
-    mode = found["answers"]["vibration"]["mode"]
-    assert mode == found["wanted"]["nearest"] and found["design"]["geometry"]["nodal_lines"] == mode["nodal_lines"]
-    off = abs(mode["frequency_hz"] / 38000 - 1)
-    assert f"{100 * off:.2g} % above the 38.00 kHz asked for" in " ".join(plate("--frequency-hz", "38000").split())
-    given = json.loads(plate("--frequency-hz", "38000", "--geometry.nodal-lines", "12", "--json"))
-    assert given["answers"]["vibration"]["mode"]["nodal_lines"] == 12

@@ -32,7 +32,7 @@ def test_a_gain_keeps_thirty_bits(value):
 
 @pytest.mark.parametrize("value", [2.0**31, -(2.0**31), 2.0**31 - 2.0**-10, math.inf, math.nan])
 def test_a_gain_that_does_not_fit_is_named(value):
-    with pytest.raises(FrictionloopError, match=r"^controller\.kp = .*: must be less than 2\^31 in magnitude"):
+    with pytest.raises(FrictionloopError, match=r"^controller\.kp = .*: .*2\^31"):
         to_gain(value, "controller.kp")
 
 
@@ -43,7 +43,7 @@ def test_q28_is_the_nearest(value):
 
 @pytest.mark.parametrize("value", [8.0, -8.1, math.nan, math.inf])
 def test_what_q28_does_not_hold_is_named(value):
-    with pytest.raises(FrictionloopError, match=r"^force = .*: must be from -8 to 8 to fit the firmware$"):
+    with pytest.raises(FrictionloopError, match=r"^force = .*: .*-8 to 8"):
         to_q28(value, "force")
 
 

@@ -9,12 +9,10 @@ import pytest
 import frictionloop as fl
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.reach import Missed, missed
-from frictionloop.cli.controller_holds import beyond_reach
-from frictionloop.cli.controller_text import turn
-from frictionloop.cli.saved_controller import instead_of
 from frictionloop.design import synthesis
-from frictionloop.design.corners import occlusions
-from frictionloop.design.requirements import feedforward
+from frictionloop.design.controller_findings import out_of_reach
+from frictionloop.design.corners import corners, occlusions
+from frictionloop.design.requirements import Requirements, feedforward
 
 BENCH = {
     "plate.max_amplitude_um": 2.0,
@@ -31,7 +29,7 @@ def bench(amplitude_n: float) -> fl.System:
 
 @pytest.mark.slow
 def test_a_force_that_no_amplitude_leaves_counts_as_the_nearest_that_it_does():
-    found = synthesis.design_controller(bench(0.3), "pi").corners
+    found = synthesis.synthesised(bench(0.3), "pi", Requirements())[0].corners
     dry = [each.loop.elements.force_n for each in found if each.loop.elements.occluded == 0.0]
     (beyond,) = missed(bench(0.3))
     assert (beyond.force_n, beyond.instead_n) == (pytest.approx(0.2), pytest.approx(min(dry)))
@@ -41,7 +39,7 @@ def test_where_none_can_be_had_the_design_is_refused_before_any_search(monkeypat
     monkeypatch.setitem(synthesis.SYNTHESES, "notch_pi", lambda *_: pytest.fail("it searched"))
     weak = bench(0.02).evolve({"setpoint.offset_n": 0.2})
     with pytest.raises(fl.FrictionloopError, match="saturation is the limit") as refused:
-        synthesis.design_controller(weak)
+        synthesis.synthesised(weak, "notch_pi", Requirements())
     more_um, less_n = (
         float(each) for each in re.search(r"than (\S+) um .* below (\S+) N", str(refused.value)).groups()
     )
@@ -56,35 +54,19 @@ def test_the_force_evaluated_in_place_of_another_is_that_of_the_loops():
     (beyond,) = missed(system, states)
     evaluated = [loop.elements for loop in operating_band(system, occluded=states)]
     assert min(each.force_n for each in evaluated if each.occluded > 0) == pytest.approx(beyond.instead_n, rel=1e-12)
-    assert instead_of([system], states) == [
-        "0.3 N is out of reach of a moist finger (occluded 39%): 0.401 N is evaluated in its place.",
-        "`frictionloop sweep FILE --fingers 100` says how many fingers can be given these forces.",
-    ]
 
 
-def test_a_verdict_names_the_fingers_a_force_is_out_of_reach_of_and_what_to_change():
-    system = bench(0.2)
-    states = occlusions(system)
-    (name, said), (_, ask), (_, many) = beyond_reach([system], states)
-    assert name == "OUT OF REACH"
-    assert said.startswith("0.3 N of a moist finger (occluded 39%): 0.401 N is looked at, near the least")
-    assert "Ask for more" in ask and "max_amplitude_um" in ask and "sweep FILE --fingers" in many
-    assert beyond_reach([system.evolve({"setpoint.offset_n": 0.65, "setpoint.amplitude_n": 0.1})], states) == []
-    too_much = beyond_reach([system.evolve({"setpoint.offset_n": 0.95, "setpoint.amplitude_n": 0.3})], [0.0])
-    assert "Ask for less" in too_much[1][1] and "max_amplitude_um" not in too_much[1][1]
-
-
-def test_over_speeds_the_least_force_is_that_of_the_speed_with_most_friction():
-    tilt = {"friction.speed_slope": -0.15}
-    slow, fast = (bench(0.2).evolve(tilt | {"motion.speed_mm_s": speed}) for speed in (10.0, 60.0))
-    state = occlusions(slow)[-1]
-    least_n = {each.motion.speed_mm_s: missed(each, [state])[0].instead_n for each in (slow, fast)}
-    worst = max(least_n, key=least_n.__getitem__)
-    assert min(least_n.values()) < max(least_n.values())
-    said = f"0.3 N of a moist finger (occluded 39%): {least_n[worst]:.3g} N at {worst:g} mm/s is looked at"
-    assert beyond_reach([slow, fast], [state])[0][1].startswith(said)
-    same = [each.evolve({"friction.speed_slope": 0.0}) for each in (slow, fast)]
-    assert "mm/s" not in beyond_reach(same, [state])[0][1]
+def test_a_force_out_of_reach_is_told_with_the_nearest_where_that_is_worst():
+    """Over speeds the least force is that of the speed with most friction."""
+    tilt = bench(0.2).evolve({"friction.speed_slope": -0.15, "controller.kind": "pi", "controller.ki": 5.0})
+    over = Requirements(speeds_mm_s=(10.0, 60.0), slip_lengths_um=(11.5,)).over(2, 1)
+    state = occlusions(tilt)[-1]
+    least_n = [missed(each, [state])[0].instead_n for each in over.systems(tilt)]
+    (told,) = out_of_reach(corners(tilt, {0.0: 1.7}, over))
+    assert (told.code, told.value, told.where.occluded) == ("FORCE-REACH", pytest.approx(0.3), state)
+    assert told.limit == pytest.approx(max(least_n)) and min(least_n) < max(least_n)
+    fine = tilt.evolve({"setpoint.offset_n": 0.75, "setpoint.amplitude_n": 0.05})
+    assert list(out_of_reach(corners(fine, {0.0: 1.7}, over))) == []
 
 
 def test_a_force_and_the_nearest_have_digits_that_tell_them_apart():
@@ -92,14 +74,9 @@ def test_a_force_and_the_nearest_have_digits_that_tell_them_apart():
     assert Missed(0.3, 0.401234, 0.0).in_words == ("0.3", "0.401")
 
 
-@pytest.mark.parametrize(("margin", "said"), [(58.4, "58 lag"), (-35.8, "36 lead"), (float("inf"), "∞")])
-def test_a_phase_margin_says_its_direction(margin, said):
-    assert turn(margin) == said
-
-
 def test_no_feed_forward_where_the_set_point_reaches_the_believed_friction():
     bench = fl.bench()
     assert feedforward(bench) == (True, ())
     forward, (why,) = feedforward(bench.evolve({"setpoint.offset_n": 0.9}))
-    assert not forward and "the set-point reaches 1 N, and controller.model.nominal_n" in why
+    assert not forward and (why.code, why.value) == ("FORWARD-CLIPPED", 1.0)
     assert feedforward(bench.evolve({"setpoint.offset_n": 0.9, "controller.model.nominal_n": 1.3}))[0]

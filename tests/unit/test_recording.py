@@ -660,16 +660,16 @@ def test_a_variable_of_xarray_is_a_signal(array):
 
 
 WRONG = {
-    "no unit": (over([0, 1, 2], None), r'times rise by 1 without a unit: array.time.attrs\["units"\] = "ms"'),
-    "a gap": (over([0.0, 0.01, 0.02, 0.05], values=(0.3,) * 4), "rows missing in the times: 2 before index 3;"),
-    "jitter": (over([0.0, 0.01, 0.021]), "steps up to 4.8 % off, most before index 1"),
-    "falling": (over([0.02, 0.01, 0.0]), r"times no later than the row before: index 1: 0.01 s and 1 more"),
-    "hours": (over([0, 1, 2], "h"), "whose times are in h: must be in s, ms, us, ns or min"),
-    "text": (over(["a", "b", "c"], None), "whose times are .U1: must be numbers"),
-    "no times": (xr.DataArray([0.3, 0.5], dims="time"), "over 'time' without times: array.assign_coords"),
-    "dimension": (over([0.0, 0.01, 0.02]).rename(time="t"), "over 't': must be over 'time'; array.rename"),
+    "no unit": (over([0, 1, 2], None), r'rise by 1 .*attrs\["units"\]'),
+    "a gap": (over([0.0, 0.01, 0.02, 0.05], values=(0.3,) * 4), "2 before index 3;"),
+    "jitter": (over([0.0, 0.01, 0.021]), "4.8 % off, .*before index 1"),
+    "falling": (over([0.02, 0.01, 0.0]), r"index 1: 0.01 s and 1 more"),
+    "hours": (over([0, 1, 2], "h"), "in h: .*s, ms, us, ns, min"),
+    "text": (over(["a", "b", "c"], None), "<U1: .*numbers"),
+    "no times": (xr.DataArray([0.3, 0.5], dims="time"), "array.assign_coords"),
+    "dimension": (over([0.0, 0.01, 0.02]).rename(time="t"), "'t': .*'time'"),
     "one sample": (over([0.0], values=(0.3,)), "less than two samples"),
-    "two dimensions": (over([0.0, 0.01, 0.02]).expand_dims("trial"), "over 'trial', 'time': must be numbers over one"),
+    "two dimensions": (over([0.0, 0.01, 0.02]).expand_dims("trial"), r"\(1, 3\) over 'trial', 'time'"),
 }  # fmt: skip
 
 
@@ -684,7 +684,7 @@ def test_a_variable_with_wrong_times_says_what_is_wrong(name):
 
 @pytest.mark.parametrize("array", [[0.3, 0.5], np.array([0.3, 0.5])])
 def test_an_array_without_a_rate_is_refused(array):
-    with pytest.raises(FrictionloopError, match="an array needs its rate"):
+    with pytest.raises(FrictionloopError, match="rate_hz"):
         paper().evolve({"disturbance": array})
 
 
@@ -695,9 +695,7 @@ def test_samples_of_a_variable_take_its_rate_and_refuse_another():
         == Samples(values_n=array, rate_hz=100)
         == Samples(values_n=(0.3, 0.5, 0.4), rate_hz=100)
     )
-    with pytest.raises(
-        FrictionloopError, match="rate_hz = 50 contradicts the array's times, whose rate is 100; give none"
-    ):
+    with pytest.raises(FrictionloopError, match=r"rate_hz = 50: .*100"):
         Samples(values_n=array, rate_hz=50)
     counted = over([0, 1, 2], None)  # no unit: the rate settles it
     assert Samples(values_n=counted, rate_hz=50).rate_hz == 50
@@ -709,10 +707,10 @@ def test_samples_of_a_variable_take_its_rate_and_refuse_another():
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        (over([0.0, 0.01, 0.02], force_units="dyn"), "in dyn: must be in N, mN, cN, uN, kN, gf, kgf or lbf"),
-        (np.ones((3, 2)), r"float64 of shape \(3, 2\): must be numbers over one dimension"),
-        (np.ones(3, complex), "must be numbers over one dimension"),
-        (np.array([1.0, np.nan]), "values_n.1 = nan: must be a finite number"),
+        (over([0.0, 0.01, 0.02], force_units="dyn"), "in dyn: .*N, mN, cN, uN, kN, gf, kgf, lbf"),
+        (np.ones((3, 2)), r"values_n = .*float64 of shape \(3, 2\)"),
+        (np.ones(3, complex), "values_n = .*complex128"),
+        (np.array([1.0, np.nan]), "values_n.1 = nan: "),
     ],
 )
 def test_an_array_that_is_no_force_is_refused(values, said):

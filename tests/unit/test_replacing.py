@@ -96,8 +96,7 @@ def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
     """A rename would put a file where root's /dev/null was."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    said = r"pipe: cannot be written \(it is a device or a pipe, not a file\)$"
-    with pytest.raises(FrictionloopError, match=said), replacing(pipe) as beside:
+    with pytest.raises(FrictionloopError, match=f"^{pipe}: .*pipe$"), replacing(pipe) as beside:
         beside.write_text("new")
     assert pipe.is_fifo() and os.listdir(tmp_path) == ["pipe"]
 
@@ -105,8 +104,7 @@ def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
 def test_a_link_is_not_followed_and_said(old):
     link = old.with_name("link.txt")
     link.symlink_to(old)
-    said = rf"link.txt: cannot be written \(it is a link to {old}; name"
-    with pytest.raises(FrictionloopError, match=said), replacing(link) as beside:
+    with pytest.raises(FrictionloopError, match=f"^{link}: .* {old}; "), replacing(link) as beside:
         beside.write_text("new")
     assert link.is_symlink() and old.read_text() == "old"
 

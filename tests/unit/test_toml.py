@@ -159,23 +159,17 @@ def test_numbers_carry_their_units():
 
 WHOLE = fl.to_toml(fl.paper())
 BAD_FILES = {
-    "a newer version's": (WHOLE.replace("schema = 1", "schema = 2"), "schema = 2 is newer"),
+    "a newer version's": (WHOLE.replace("schema = 1", "schema = 2"), "schema = 2: "),
     "no schema number": (WHOLE.replace("schema = 1", 'schema = "one"'), "schema = 'one'"),
     "not TOML": ("kp = = 3", "is not TOML"),
-    "a block twice": (WHOLE + "\n[plate]\n", "each [block] stands once: put its lines there"),
+    "a block twice": (WHOLE + "\n[plate]\n", "each [block] "),
     "an unfinished line": (WHOLE[: WHOLE.index('"log') + 3], "is not TOML"),
     "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
-    "a law that was removed": (
-        'preset = "bench"\ncontroller.kind = "tracker"\ncontroller.load_hz = 100.0',
-        "controller.kind = 'tracker' was removed, since quick steps made it ring; take 'notch_pi'",
-    ),
-    "a reference that is no law": (
-        'preset = "bench"\ncontroller.kind = "oracle"\ncontroller.preview = true',
-        "controller.kind = 'oracle' is no law: this reference is studies/oracle.py",
-    ),
+    "a law that was removed": ('preset = "bench"\n[controller]\nkind = "tracker"\nload_hz = 100.0', "take 'notch_pi'"),
+    "a reference that is no law": ('preset = "bench"\n[controller]\nkind = "oracle"\npreview = true', "'notch_pi'"),
     "a law under another name": (
         'preset = "bench"\ncontroller.kind = "open_loop"',
-        "controller.kind = 'open_loop' is no kind; open loop is 'lookup'",
+        "open loop is 'lookup'",
     ),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
     "nothing": ("", "is empty; accepted: preset = "),
@@ -184,18 +178,18 @@ BAD_FILES = {
     "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s = 0.0002 s"),
     "a misspelt name where all else is missing": (
         "[plate]\ncutof_hz = 3",
-        "unknown parameter 'plate.cutof_hz'; did you mean plate.cutoff_hz (Hz)",
+        "'plate.cutof_hz'; did you mean plate.cutoff_hz (Hz)",
     ),
-    "a block alone": ("[controller]\nkp = 3", 'setpoint is missing; with preset = "paper" a file needs only'),
+    "a block alone": ("[controller]\nkp = 3", 'setpoint is missing; preset = "paper"'),
     "a misspelt empty block": ('preset = "paper"\n[controler]', "'controler'; did you mean controller"),
-    "a bool": ('preset = "paper"\ncontroller.kp = true', "controller.kp = True N/N: must be a number"),
-    "a bool in a whole file": (WHOLE.replace("kp = 10.0", "kp = true"), "controller.kp = True N/N: must be a number"),
+    "a bool": ('preset = "paper"\ncontroller.kp = true', "controller.kp = True N/N: "),
+    "a bool in a whole file": (WHOLE.replace("kp = 10.0", "kp = true"), "controller.kp = True N/N: "),
     "a list as preset": ("preset = [1]", "preset = [1] is unknown"),
     "a negative tau": (
         WHOLE.replace("susceptibility_per_um2 = 0.38", "susceptibility_per_um2 = -0.38"),
         "friction.susceptibility_per_um2 = -0.38 um^-2: must be greater than 0",
     ),
-    "a NaN": ('preset = "paper"\ncontroller.kp = nan', "controller.kp = nan N/N: must be a finite number"),
+    "a NaN": ('preset = "paper"\ncontroller.kp = nan', "controller.kp = nan N/N: "),
     "an unknown kind": (WHOLE.replace('"log_sweep"', '"chirp"'), "setpoint"),
     "no kind": (WHOLE.replace('kind = "log_sweep"\n', ""), "setpoint"),
 }
@@ -239,7 +233,7 @@ def test_unreadable_files(tmp_path):
         fl.read_toml(tmp_path)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(fl.FrictionloopError, match=r"binary\.toml: is no text in UTF-8"):
+    with pytest.raises(fl.FrictionloopError, match=r"binary\.toml: .*UTF-8"):
         fl.read_toml(binary)
 
 
@@ -331,14 +325,10 @@ def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ('preset = "bench"'.encode("utf-16"), "is no text in UTF-8 (byte 0); accepted: a text file, saved as UTF-8"),
-        (b"", 'is empty; accepted: preset = "paper" and what differs, or all blocks'),
-        (b"# nothing yet\n", 'is empty; accepted: preset = "paper" and what differs, or all blocks'),
-        (
-            b'preset = "bench"\nmotion.speed_mm_s = [30, 100]\n',
-            "motion.speed_mm_s = [30, 100] mm/s: must be a valid number; several values are for frictionloop sweep "
-            "--over, a range of speeds for design controller --speeds 30,100",
-        ),
+        ('preset = "bench"'.encode("utf-16"), "UTF-8 (byte 0)"),
+        (b"", 'is empty; accepted: preset = "paper"'),
+        (b"# nothing yet\n", 'is empty; accepted: preset = "paper"'),
+        (b'preset = "bench"\nmotion.speed_mm_s = [30, 100]\n', "sweep --over, design controller --speeds 30,100"),
     ],
 )
 def test_files_of_another_kind_say_what_they_are(tmp_path, content, said):

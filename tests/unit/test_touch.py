@@ -228,9 +228,7 @@ def test_lanes_have_the_bits_of_a_single_step(lanes):
 def test_strokes_that_the_sensors_do_not_follow_are_refused():
     check_follows(Sliding(), Touch())
     check_follows(Strokes(speed_mm_s=500.0), Touch())
-    with pytest.raises(FrictionloopError, match=r"^motion\.speed_mm_s = 501 mm/s: .*\.fastest_mm_s = 500 mm/s$"):
+    with pytest.raises(FrictionloopError, match=r"^motion\.speed_mm_s = 501 mm/s: .*\.fastest_mm_s = 500$"):
         check_follows(Strokes(speed_mm_s=501.0), Touch())
-    with pytest.raises(
-        FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255 mm long; make the stroke"
-    ):
+    with pytest.raises(FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255$"):
         check_follows(Strokes(stroke_mm=300.0), Touch())

@@ -128,10 +128,10 @@ def test_a_controller_with_the_table_of_another_law():
 
 
 def test_a_table_that_does_not_fall_is_refused():
-    for table, says in (((1.0, 2.0, 0.0), "must fall"), ((2.0, 1.0), "must fall")):
-        with pytest.raises(fl.FrictionloopError, match=says):
+    for table in ((1.0, 2.0, 0.0), (2.0, 1.0)):
+        with pytest.raises(fl.FrictionloopError, match="table_um2"):
             fl.bench().evolve({"controller.model.table_um2": table, "controller.model.table_size": 3})
-    with pytest.raises(fl.FrictionloopError, match="needs a table_size"):
+    with pytest.raises(fl.FrictionloopError, match=r"table_um2 .*table_size = 2"):
         fl.bench().evolve({"controller.model.table_um2": (1.0, 0.0)})
 
 

@@ -44,8 +44,7 @@ def touch_spectrum(system: System, setpoint_share: float = 1.0) -> Spectrum:
     friction, motion, setpoint = system.friction, system.motion, system.setpoint
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
         raise FrictionloopError(
-            f'friction.kind = "{friction.kind}", motion.kind = "{motion.kind}": a spectrum of touch needs "finger" and '
-            '"strokes"'
+            f'friction.kind = "{friction.kind}", motion.kind = "{motion.kind}": needs "finger", "strokes"'
         )
     force = asked(system).mean_n
     per_load = friction.load_exponent * force / motion.load_n

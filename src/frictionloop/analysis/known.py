@@ -71,7 +71,6 @@ def check_known(system: System) -> None:
         raised = aged_step(age_s, ageing_coefficients(friction)) - 1.0
         if raised > STATIC_SHARE:
             raise FrictionloopError(
-                f"friction.static_ratio = {friction.static_ratio:g}: raises the limit by {raised:.2g} at "
-                f"motion.speed_mm_s = {motion.speed_mm_s:g}, which the linear analysis does not know; "
-                f"must be below {STATIC_SHARE:g}"
+                f"friction.static_ratio = {friction.static_ratio:g}: ages by {raised:.2g}, at most {STATIC_SHARE:g}; "
+                f"motion.speed_mm_s = {motion.speed_mm_s:g}"
             )

@@ -152,7 +152,7 @@ def jacobian(step: LawStep, point: Array, what: str) -> Array:
     centre, size = step(point), sizes(point)
     columns = [_column(step, point, centre, j, size[j], out) for j in range(point.size)]
     if any(column is None for column in columns):
-        raise FrictionloopError(f"{what}: its step is not smooth at rest, so it has no linear analysis; simulate it")
+        raise FrictionloopError(f"{what}: not smooth at rest; simulate it")
     return np.column_stack([column for column in columns if column is not None])
 
 

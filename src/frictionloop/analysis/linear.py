@@ -160,7 +160,7 @@ def check_pi(system: System) -> PiController:
     """Return the controller of a System, refusing one that has no kp and ki."""
     controller = system.controller
     if not is_pi(controller):
-        raise FrictionloopError(f'controller.kind = "{controller.kind}": has no kp and ki; must be "pi" for this')
+        raise FrictionloopError(f'controller.kind = "{controller.kind}": must be "pi" here')
     return controller
 
 

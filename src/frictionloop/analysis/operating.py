@@ -9,7 +9,7 @@ from frictionloop.parameters import FingerFriction, Friction, LogSweep, Recordin
 from frictionloop.parameters.sources import ColouredNoise
 from frictionloop.physics.friction import Held, amplitude_for, friction_force, held, is_gaussian
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.source import EffectSource
 
 NOISE_BAND = 2.0
@@ -43,7 +43,7 @@ def law_at(system: System, occluded: float = 0.0) -> Friction | Held:
         For a w out of range, or a finger so slow or so light that the controller holds its output.
     """
     if not 0 <= occluded <= 1:
-        raise FrictionloopError(f"occluded = {occluded:g}: must be between 0 (just landed) and 1 (after long contact)")
+        raise must_be("occluded", occluded, "between 0 (just landed) and 1 (after long contact)")
     motion, friction = system.motion, system.friction
     if isinstance(motion, Strokes):
         _check_slides(system, motion)
@@ -96,29 +96,20 @@ def check_reach(system: System) -> None:
     if wanted.high_n <= low or wanted.low_n >= high:
         ends = dict.fromkeys(f"{force_n:.3g}" for force_n in (wanted.low_n, wanted.high_n))
         raise FrictionloopError(
-            f"system: saturation is the limit: set-point less disturbance is {' to '.join(ends)} "
-            f"N, and vibration can leave only {low:.3g} to {high:.3g} N{_under(system)}"
-            + (_would_reach(system, wanted, low) if wanted.high_n <= low else "; ask for less")
+            f"system: {' to '.join(ends)} N asked, {low:.3g} to {high:.3g} N in reach{_under(system)}"
+            + (_would_reach(system, wanted, low) if wanted.high_n <= low else "; ask for less"),
+            "OUT-OF-REACH",
         )
 
 
 def _would_reach(system: System, wanted: Asked, low_n: float) -> str:
-    """Return which amplitude, or which finger, has forces that are below the reach; "" where neither is known."""
+    """Return which amplitude, and which finger, has the highest force; "" where neither is known."""
     friction = system.friction
     if wanted.high_n <= 0.0 or not (isinstance(friction, FingerFriction) and isinstance(system.motion, Strokes)):
         return ""
-
-    def takes(force_n: float, largest: str = "") -> str:
-        amplitude_um = float(amplitude_for(force_n, law_at(system)))
-        plate = [f"more than {amplitude_um:.3g} um{largest}"] if amplitude_um > 0.0 else []
-        own = f"a finger of friction.nominal_n below {friction.nominal_n * force_n / low_n:.3g} N"
-        return ", or ".join([*plate, own])
-
-    said = takes(wanted.high_n, " (max_amplitude_um of plate and controller.model)")
-    said = f"it takes {said}, told to controller.model.nominal_n too"
-    if 0.0 < wanted.low_n < wanted.high_n:
-        said = f"for the highest of these {said}; for all of them {takes(wanted.low_n)}"
-    return f"; {said}: `frictionloop sweep FILE --fingers 100` says how many people bring one"
+    amplitude_um = float(amplitude_for(wanted.high_n, law_at(system)))
+    plate = f"{amplitude_um:.3g} um" if amplitude_um > 0.0 else "no amplitude"
+    return f"; takes {plate}, or friction.nominal_n below {friction.nominal_n * wanted.high_n / low_n:.3g} N"
 
 
 def operating_amplitude_um(
@@ -127,11 +118,11 @@ def operating_amplitude_um(
     """Return the amplitude of an operating point given as amplitude, as force, or not at all (`linearise`)."""
     low, high = reach_n(system, law)
     if amplitude_um is not None and force_n is not None:
-        raise FrictionloopError("operating point: give amplitude_um or force_n, not both")
+        raise FrictionloopError("give amplitude_um or force_n, not both")
     if amplitude_um is not None:
         largest = _largest_um(system)
         if not 0 <= amplitude_um <= largest:
-            raise FrictionloopError(f"amplitude_um = {amplitude_um:g} um: must be between 0 and {largest:g}")
+            raise must_be("amplitude_um", amplitude_um, f"between 0 and {largest:g}", "um")
         return float(amplitude_um)
     name, force = "force_n", force_n
     if force is None and isinstance(system.motion, Strokes):
@@ -139,7 +130,7 @@ def operating_amplitude_um(
     if force is None:
         force = (low + high) / 2
     if not low <= force <= high:
-        raise FrictionloopError(f"{name} = {force:g} N: must be between {low:.6g} and {high:g}{_under(system)}")
+        raise must_be(name, force, f"between {low:.6g} and {high:g}{_under(system)}", "N")
     return float(amplitude_for(force, law))
 
 
@@ -170,13 +161,8 @@ def _band(source: Any, name: str) -> Asked:
     if isinstance(source, Steps):
         levels = source.levels_n
         return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))
-    if isinstance(source, Recording) and not source.remove_mean:
-        raise FrictionloopError(
-            f'{name}.kind = "recording": its level is not known without reading it; accepted: {name}.kind = "sine" or '
-            '"constant" at its level, or in Python force_n or amplitude_um'
-        )
-    if not hasattr(source, "offset_n"):
-        raise FrictionloopError(f'{name}.kind = "{source.kind}": its level is unknown; give force_n or amplitude_um')
+    if not hasattr(source, "offset_n") or (isinstance(source, Recording) and not source.remove_mean):
+        raise FrictionloopError(f'{name}.kind = "{source.kind}": give force_n or amplitude_um')
     swing = 0.0
     if isinstance(source, Sine | LogSweep):
         swing = abs(source.amplitude_n)

@@ -9,7 +9,7 @@ import numpy as np
 from frictionloop.analysis.elements import Elements
 from frictionloop.analysis.sampled import SampledPlant
 from frictionloop.analysis.state_space import Array, Complex, StateSpace
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 Reading = Literal["sampled", "held", "lag", "printed"]
 """How time is treated: "sampled", exact at the sampling instants; the others read equation (2) in continuous time
@@ -36,7 +36,7 @@ def checked_frequency(frequency_hz: Array, nyquist_hz: float) -> Array:
     inside = (frequency_hz > 0) & (frequency_hz <= nyquist_hz * (1 + 1e-12))
     if not np.all(inside):
         worst = frequency_hz[~inside].flat[0]
-        raise FrictionloopError(f"frequency_hz = {worst:g} Hz: must be above 0 and at most {nyquist_hz:g}")
+        raise must_be("frequency_hz", worst, f"above 0 and at most {nyquist_hz:g}", "Hz")
     return frequency_hz
 
 

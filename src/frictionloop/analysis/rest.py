@@ -113,10 +113,8 @@ def rest_of(system: System, loop: Elements, plant: SampledPlant) -> Rest:
         if not saturated:
             return Rest(controller.kind, step, point)
     if saturated:
-        raise FrictionloopError(
-            f"{what}: it is saturated at rest at {loop.force_n:.3g} N, where it has no linear analysis"
-        )
-    raise FrictionloopError(f"{what}: it does not come to rest at {loop.force_n:.3g} N, so it has no linear analysis")
+        raise FrictionloopError(f"{what}: saturated at {loop.force_n:.3g} N, no linear analysis")
+    raise FrictionloopError(f"{what}: no rest at {loop.force_n:.3g} N, no linear analysis")
 
 
 def _beginnings(step: LawStep, first: Array, wanted: float, plant: SampledPlant) -> Any:

@@ -68,8 +68,7 @@ class SampledPlant:
         late = self.delay_states
         if late > LONGEST_DELAY:
             raise FrictionloopError(
-                f"controller.delay_s = {late * self.period_s:g} s is {late} control periods; "
-                f"the linear analysis takes up to {LONGEST_DELAY}"
+                f"controller.delay_s = {late * self.period_s:g} s: {late} periods, at most {LONGEST_DELAY}"
             )
         size = len(self.transition)
         # Column 0 is u[k], column i is u[k-i].

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 ROUNDS, CLOSE, ENOUGH, FALL = 500, 1e-7, 1e-3, 0.2
 """Newton steps at most, the gap to the least power at which they end, the gap at which rounding may end them, and how
@@ -156,25 +156,25 @@ def _least(width: Array, kernels: Array, power: Array, ceiling: float) -> Array:
             if share < 1e-9 and barrier * total <= ENOUGH * float(width @ loud):
                 return level
         level = level + share * move
-    raise FrictionloopError("waterbed_bound: the search for the least residual did not converge")
+    raise FrictionloopError("waterbed_bound: did not converge")
 
 
 def check_spectrum(frequency: Array, power: Array, peak: float, nyquist_hz: float) -> None:
     """Refuse bands, a density or a largest |S| that `waterbed_bound` does not take."""
     if not (math.isfinite(peak) and peak > 1):
-        raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.7")
+        raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.7")
     if frequency.ndim != 1 or frequency.shape != power.shape or frequency.size < 1:
         raise FrictionloopError(
             f"frequency_hz, psd: have shapes {frequency.shape} and {power.shape}; must be one row each, of equal length"
         )
     if not (np.all(np.diff(frequency) > 0) and frequency[0] > 0 and frequency[-1] <= nyquist_hz):
-        raise FrictionloopError(f"frequency_hz: must rise from above 0 to at most nyquist_hz = {nyquist_hz:g} Hz")
+        raise FrictionloopError(f"frequency_hz: must rise, at most {nyquist_hz:g} Hz")
     if not (np.all(np.isfinite(power)) and np.all(power >= 0) and np.any(power > 0)):
-        raise FrictionloopError("psd: must be finite, not negative, and above 0 somewhere")
+        raise FrictionloopError("psd: finite, not negative, not 0")
 
 
 def _check_plant(delay_periods: int, zeros: Sequence[complex]) -> None:
     if delay_periods < 1:
-        raise FrictionloopError(f"delay_periods = {delay_periods:g}: must be at least 1, that of sampling")
+        raise must_be("delay_periods", delay_periods, "at least 1, that of sampling")
     if len(zeros) and not float(np.min(np.abs(np.asarray(zeros)))) > 1:
         raise FrictionloopError("zeros: must lie outside the unit circle")

@@ -154,6 +154,12 @@ def write_figures(option: str, folder: Path, figures: Mapping[str, Figure]) -> N
             beside.write_bytes(content)
 
 
+def write_figure(path: Path, figure: Figure) -> None:
+    """Write one figure, in the form that its name ends with."""
+    with replacing(path) as beside:
+        figure.savefig(beside, format=path.suffix[1:])
+
+
 def write_csv(path: Path, table: Any) -> None:
     """Write rows, or a DataFrame, as a table."""
     import pandas  # type: ignore[import-untyped]

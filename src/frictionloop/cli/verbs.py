@@ -10,6 +10,7 @@ from frictionloop.cli import (
     compare,
     design_check,
     design_controller,
+    design_limits,
     design_plate,
     design_sensor,
     device,
@@ -82,6 +83,7 @@ app.command(
             "plate": _verb(design_plate),
             "controller": _verb(design_controller),
             "check": _verb(design_check),
+            "limits": _verb(design_limits),
         },
     )
 )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from frictionloop.parameters import Model
-from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities import must_be, trees
 from frictionloop.quantities.arithmetic import fma, step
 from frictionloop.quantities.brief import Brief, brief
 
@@ -42,7 +42,7 @@ def clamp_of(model: Model) -> Clamp:
         For what is no model.
     """
     if not isinstance(model, Model):
-        raise FrictionloopError(f"model = {model!r:.60}: must be a controller's model, such as controller.model")
+        raise must_be("model", model, f"model = {model!r}: must be controller.model")
     return Clamp(model.floor_n, model.nominal_n)
 
 

@@ -25,7 +25,5 @@ def law_of(controller: Any) -> Law:
     """Return the law that a controller's parameters are for."""
     if controller.kind not in LAWS:
         accepted = ", ".join(LAWS)
-        raise FrictionloopError(
-            f"controller.kind = {controller.kind!r}: is no control law, but must be one of {accepted}"
-        )
+        raise FrictionloopError(f"controller.kind = {controller.kind!r}: accepted {accepted}")
     return LAWS[controller.kind]

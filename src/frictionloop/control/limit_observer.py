@@ -62,10 +62,7 @@ class LimitObserverController(Timing):
     @model_validator(mode="after")
     def _one_period(self) -> Self:
         if self.delay_s * self.rate_hz > 1.0 + 1e-9:
-            raise ValueError(
-                f"delay_s = {self.delay_s:g} s: must be at most one control period, {1.0 / self.rate_hz:g} s, under a "
-                "limit observer"
-            )
+            raise ValueError(f"delay_s = {self.delay_s:g} s: at most one period, {1.0 / self.rate_hz:g} s")
         return self
 
 
@@ -108,9 +105,7 @@ def limit_rows(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: 
         For a model without resonance, or one for which no observer settles.
     """
     if model.resonance_hz <= 0.0:
-        raise FrictionloopError(
-            "controller.model.resonance_hz = 0 Hz: a limit observer needs the resonance of the force sensor, above 0"
-        )
+        raise FrictionloopError("controller.model.resonance_hz = 0 Hz: must be above 0")
     try:
         return tuple(_row(model, rate_hz, lag, bandwidth_hz, spring_noise) for lag in (0.0, LONGEST))  # type: ignore[return-value]
     except (np.linalg.LinAlgError, ValueError) as error:

@@ -1,6 +1,7 @@
 """Gains that hold over one operating grid: slip length, speed, load, moisture, resonance, people.
 
-controller  check  limits     find a controller, look at one that is there, see what limits the bench
+controller  check             find a controller, look at one that is there
+plate  sensor                 size the parts: from dimensions to figures, or back (PlateDesign, SensorDesign)
 Requirements                  what must hold
 retune  retune_notch  design_hinf   the syntheses by themselves, on loops of your own
 """
@@ -12,6 +13,7 @@ from frictionloop.quantities.lazily import lazily
 HOMES = {
     "controller_design": "ControllerDesign controller",
     "controller_check": "Check check",
+    "bench_limits": "BenchLimits LimitedPart limits",
     "requirements": "Requirements",
     "designed_file": "DesignedTable changed_since read_designed write_controller",
     "on_fingers": "check_fingers",
@@ -19,6 +21,11 @@ HOMES = {
     "notch": "Notched retune_notch",
     "pi_synthesis": "Retuned retune",
     "run_diagnosis": "Diagnosis diagnose",
+    ".hardware.plate.answers": "PlateAnswers plate",
+    ".hardware.sensor.answers": "SensorAnswers sensor",
+    ".hardware.sensor.netlist": "to_spice write_spice",
+    ".parameters.plate_design": "PlateDesign",
+    ".parameters.sensor_design": "SensorDesign",
 }
 __getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.levels import at_levels
@@ -54,7 +55,7 @@ class Check(Result):
     gain_factors: tuple[float, ...]
     """Factor on the loop gain up to which, with every smaller one, the limits hold, for each place."""
     would_hold: Mapping[str, float]
-    """Overrides with which they hold at all places; empty where they do already, or none were found."""
+    """Overrides with which they hold at all places and on all fingers; empty where they do, or none were found."""
     people: LoopGains | None = None
     """On how many other people it comes close to ringing; None without a finger."""
     fingers: xr.Dataset | None = None
@@ -72,14 +73,22 @@ class Check(Result):
 
     def rows(self) -> list[Row]:
         """Return the law and its gains, the verdict, and what would hold."""
-        held = sum(place.how == "within" for place in self.places)
-        verdict = ("HOLDS", self.grid)
-        if self.fingers is not None and not self.holds:
-            on = f"{int(self.fingers['holds'].sum())} of {self.fingers.sizes['finger']} fingers"
-            verdict = ("DOES NOT HOLD", f"on {on}; {self.grid}")
-        if any(place.how != "within" for place in self.places[: self.asked]):
-            verdict = ("DOES NOT HOLD", f"{held} of {len(self.places)} slip lengths and speeds; {self.grid}")
+        verdict = ("HOLDS", self.grid) if self.holds else ("DOES NOT HOLD", f"{self._beyond_on()}; {self.grid}")
         return [(self.law, gains_said(self.system)), verdict, *self._room()]
+
+    def _beyond_on(self) -> str:
+        """Return on how many of what was looked at it does not, the first of places, a run and people that fails."""
+        beyond = sum(place.how != "within" for place in self.places)
+        if any(place.how != "within" for place in self.places[: self.asked]):
+            return f"at {beyond} of {len(self.places)} slip lengths and speeds"
+        if self.contradicted or self.fingers is None:
+            return "in a simulated run"
+        return f"on {int((~self.fingers['holds']).sum())} of {self.fingers.sizes['finger']} fingers"
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether a simulated run says otherwise than the margins of a law from outside."""
+        return any(each.code == "LAW-CONTRADICTS" for each in self.findings)
 
     @property
     def grid(self) -> str:
@@ -92,12 +101,17 @@ class Check(Result):
         said += [f"slip {between(min(lengths), max(lengths), 'um')}"] if lengths else []
         forces = [each.loop.elements.force_n for each in found]
         said += [between(min(forces), max(forces), "N")]
+        if loads:
+            mu = [force / load for force, load in zip(forces, loads, strict=True)]
+            said[-1] += f" (coefficient {between(min(mu), max(mu))})"
         said += [f"load {between(min(loads), max(loads), 'N')}"] if len(set(loads)) > 1 else []
         off = max(each.off for each in found)
         return ", ".join([*said, *([f"resonance up to {100 * off:.3g} % off"] if off else [])])
 
     def _room(self) -> Iterator[Row]:
         gain = min(self.gain_factors)
+        if self.contradicted:
+            return
         if self.would_hold:
             left = abs(at_mean(self.system.evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
             yield (
@@ -208,12 +222,13 @@ def judged(
         people_findings.of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
         stopped,
         controller_findings.of_bench(there, found, must),
-        controller_findings.of_people(seen, there.controller.kind, fingers is not None),
+        controller_findings.of_people(seen, there.controller.kind, fingers is not None, must.finger_gain),
         controller_findings.of_signals(system),
         controller_findings.of_assumed(system, {*given, *(("motion.load_n",) if must.loads_n else ())}),
         more.unseen,
     )
     everyone = fingers is None or bool(fingers["holds"].all())
+    least = min(*factors, math.inf if fingers is None else float(np.nanmin(fingers["gain_factor"].values)))
     return Check(
         system=system,
         requirements=must,
@@ -221,7 +236,7 @@ def judged(
         places=places,
         asked=len(own),
         gain_factors=factors,
-        would_hold={} if within else _would_hold(there, min(factors)),
+        would_hold={} if within and everyone else _would_hold(there, least),
         people=seen,
         fingers=fingers,
         findings=tuple(told),

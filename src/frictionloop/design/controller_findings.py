@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -159,14 +160,18 @@ def noisy(system: System) -> Iterator[Finding]:
         yield Finding("NOISE-COMMAND", value=1e3 * command_n, unit="mN", limit=1e3 * COMMAND_NOISE_N)
 
 
-def of_people(people: LoopGains | None, law: str, looked_at: bool) -> Iterator[Finding]:
-    """Yield on how many people a loop comes close to ringing, and that none were looked at one by one."""
-    if people is None:
+def of_people(people: LoopGains | None, law: str, looked_at: bool, gain: float | None) -> Iterator[Finding]:
+    """Yield on how many people a loop comes close to ringing, and that none were looked at one by one.
+
+    Nothing where a finger was measured, whose loop ``gain`` over the believed one it bears.
+    """
+    if people is None or (gain is not None and gain <= people.critical):
         return
-    remedy = "--law limit_observer" if people.many and law != "limit_observer" else ""
-    more = {"people": people.people, "loop_gain": people.critical}
-    severity: Any = "warning" if people.many else "note"
-    yield Finding("PEOPLE-RING", severity, 100.0 * people.share, "%", MOST_PEAK, remedy=remedy, more=more)
+    if math.isfinite(people.critical):  # else no gain makes it ring
+        remedy = "--law limit_observer" if people.many and law != "limit_observer" else ""
+        more = {"people": people.people, "loop_gain": people.critical}
+        severity: Any = "warning" if people.many else "note"
+        yield Finding("PEOPLE-RING", severity, 100.0 * people.share, "%", MOST_PEAK, remedy=remedy, more=more)
     if not looked_at:
         yield Finding("PEOPLE-NONE", remedy="--fingers 100")
 

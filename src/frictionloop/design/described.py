@@ -11,6 +11,8 @@ from frictionloop.findings import Finding
 from frictionloop.parameters import System, preset, read_toml
 from frictionloop.parameters.files import start_of
 from frictionloop.parameters.unit_sanity import differing, named_by, unusual
+from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
 from frictionloop.sensing.touch import check_follows
 
 
@@ -38,7 +40,7 @@ def described(
     preset_name
         Preset without a file: paper, feasible or bench.
     overrides
-        Values by dotted name.
+        Values by dotted name; ``friction.coefficient`` is friction over load, in place of ``friction.nominal_n``.
     law
         Law that a controller is to be designed for, which sets some of what it believes.
 
@@ -47,8 +49,8 @@ def described(
     FrictionloopError
         As `read_toml` and ``System.evolve``, or a finger that the controller cannot follow.
     """
-    own = dict(overrides or {})
     base = preset(preset_name) if file is None else read_toml(file)
+    own = _in_newtons(base, dict(overrides or {}))
     system = base.evolve(own)
     check_follows(system.motion, system.touch)  # a run would refuse it, after a design of some minutes
     start, changes = (None, {}) if file is None else start_of(file)
@@ -59,6 +61,21 @@ def described(
     found += changed_since(system, table) if table is not None and law is None else ()
     stated = {*(_flat(changes) if start else ()), *own, *(table.given if table else ())}
     return Described(system, frozenset(stated), tuple(found))
+
+
+COEFFICIENT = "friction.coefficient"
+"""Friction over load: taken in place of ``friction.nominal_n``, and told to the controller's model."""
+
+
+def _in_newtons(base: System, overrides: dict[str, Any]) -> dict[str, Any]:
+    """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0."""
+    if COEFFICIENT not in overrides:
+        return overrides
+    mu = number(COEFFICIENT, overrides.pop(COEFFICIENT), "", ABOVE_0)
+    load_n = overrides.get("friction.reference_load_n", getattr(base.friction, "reference_load_n", None))
+    if load_n is None:
+        raise must_be("friction.kind", base.friction.kind, '"finger" for a coefficient')
+    return {"friction.nominal_n": mu * load_n, "controller.model.nominal_n": mu * load_n} | overrides
 
 
 def _flat(changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -102,6 +102,6 @@ def open_stretches(plants: Plants, peaks: Sequence[float], kp: float) -> list[tu
     return [(float(end), float(start)) for end, start in zip(reached, closed[:, 0], strict=False) if start > end]
 
 
-def gains_reached(kp: float, ki: float) -> str:
+def gains_reached(least_ki: float, kp: float, ki: float) -> str:
     """Return how far a search for gains got."""
-    return f"least_ki: no gains within Ms, farthest kp = {kp:.3g}, ki = {ki:.4g} 1/s"
+    return f"least_ki = {least_ki:g} 1/s: no gains within Ms, farthest kp = {kp:.3g}, ki = {ki:.4g} 1/s"

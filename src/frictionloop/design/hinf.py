@@ -153,7 +153,7 @@ def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, flo
         command_n = _command_noise_n(system, plants, law)
         if not command_n <= COMMAND_NOISE_N:
             raise FrictionloopError(
-                f"law hinf: noise makes {command_n:.3g} N of command, most {COMMAND_NOISE_N:g} N; try notch_pi",
+                f"law hinf: command noise {command_n:.3g} N, most {COMMAND_NOISE_N:g} N",
                 NOT_HELD,
             )
 

@@ -10,7 +10,7 @@ from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.sampled import sample
 from frictionloop.parameters import SuspendedSensor
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities import FrictionloopError, Lti, must_be
 from frictionloop.sensing.force_sensor import linearise_sensor
 
 MOST = 0.5
@@ -53,16 +53,14 @@ class Lean(NamedTuple):
             return [*self.ends]
         sensor = loop.system.sensor
         if not isinstance(sensor, SuspendedSensor):
-            raise FrictionloopError(
-                f'q_error = {self.q_error:g}: sensor.kind = "{sensor.kind}" has no resonance; needs "suspended"'
-            )
+            raise FrictionloopError(f'q_error = {self.q_error:g}: needs sensor.kind = "suspended"')
         return [*(("sensor.q", sensor.q * factor) for factor in (1.0 - self.q_error, 1.0 + self.q_error)), *self.ends]
 
     def checked(self) -> Lean:
         """Return itself; refuses a share outside 0 to 0.5."""
         for name, share in self.shares.items():
             if not 0.0 <= share <= MOST:
-                raise FrictionloopError(f"{name} = {share:g}: must be from 0 to {MOST:g}, e.g. 0.05")
+                raise must_be(name, share, f"from 0 to {MOST:g}, e.g. 0.05")
         return self
 
 

@@ -159,9 +159,9 @@ def limit_observer(system: System, wanted: Requirements) -> Designed:
         A bench without springs under its sensor, or margins that it cannot hold: the line says where.
     """
     if not isinstance(system.sensor, SuspendedSensor):
-        raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": a limit observer needs a "suspended" one')
+        raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": must be "suspended"')
     if not (isinstance(system.motion, Strokes) and hasattr(system.friction, "susceptibility_per_um2")):
-        raise FrictionloopError("system: a limit observer is designed for a finger that strokes")
+        raise FrictionloopError("limit_observer: needs a finger that strokes")
     margin = float(f"{max(wanted.gain_of(system) / BORNE, 1.0):.3g}")
     own = {"controller.kind": "limit_observer", "controller.susceptibility_margin": margin}
     there = system.evolve(own)  # a delay that does not fit is refused here

@@ -49,7 +49,7 @@ def loop_gain(system: System) -> float:
         (dF/da)/(du/da) = (F/u) (tau/tau_model), u the command at which F is reached
 
     over lowest, mean and highest force asked for, just landed and moist. Where one is out of reach the command stays at
-    its limit, and nothing can ring. A law that commands a logarithm sees tau over the tau that it believes.
+    its limit, and nothing can ring. A law that commands a logarithm sees tau over that of the model.
     """
     model, margin, found = system.controller.model, getattr(system.controller, "susceptibility_margin", None), []
     largest_um = min(system.plate.max_amplitude_um, model.max_amplitude_um)
@@ -60,7 +60,7 @@ def loop_gain(system: System) -> float:
             square = math.log(law.nominal_n / force_n) / tau if force_n > 0.0 else math.inf
             if 0.0 <= square <= most:
                 command_n = model.nominal_n * math.exp(-model.susceptibility_per_um2 * square)
-                gain = 1.0 / margin if margin else force_n / command_n
+                gain = 1.0 if margin else force_n / command_n
                 found.append(gain * tau / model.susceptibility_per_um2)
     return max(found, default=math.nan)
 

@@ -68,7 +68,7 @@ def identify_noise(system: System, seeds: Sequence[int] = (0, 1, 2, 3)) -> Noise
     if not isinstance(system.motion, Strokes):
         raise FrictionloopError(f"motion.kind = {system.motion.kind!r}: friction noise is identified from 'strokes'")
     if not len(seeds):
-        raise FrictionloopError("seeds = []: at least one is needed to identify the friction noise")
+        raise FrictionloopError("seeds = []: must name one")
     law, force = law_at(system, 0.0), asked(system).mean_n
     amplitude = operating_amplitude_um(system, law, None, float(np.clip(force, *reach_n(system, law))))
     stretches = [part for seed in seeds for part in _stretches(plain_stroke(system, amplitude, RUN_S, seed))]
@@ -93,12 +93,12 @@ def fit_shaping(frequency_hz: Array, density: Array) -> Quadruple:
     """
     inside = frequency_hz <= HIGHEST_HZ
     if inside.sum() < 12 or not np.all(np.isfinite(density[inside]) & (density[inside] > 0)):
-        raise FrictionloopError("density: needs at least 12 positive, finite values up to 200 Hz to fit a filter to")
+        raise FrictionloopError("density: needs 12 values above 0 up to 200 Hz")
     f, level = _thinned(frequency_hz[inside], density[inside])
     gain, phase = np.sqrt(level), np.zeros(f.size)  # of the minimum phase, which SLICOT finds
     A, B, C, D, _, info = slicot().sb10yd(0, 1, STATES, gain, phase, 2 * math.pi * f, 1e-9)
     if info:
-        raise FrictionloopError(f"no filter fits the spectrum of the friction noise: SLICOT ends with {info}")
+        raise FrictionloopError(f"noise spectrum: no filter fits (SLICOT {info})")
     return Quadruple(A, B[:, None], C[None, :], np.array([[D]]))
 
 
@@ -124,9 +124,7 @@ def _spectrum(stretches: Sequence[Array], rate_hz: float) -> xr.DataArray:
     longest = max((part.size for part in stretches), default=0)
     segment = min(round(SEGMENT_S * rate_hz), longest)
     if segment < SHORTEST_S * rate_hz:
-        raise FrictionloopError(
-            f"the strokes hold {longest / rate_hz:g} s of steady sliding at most: at least {SHORTEST_S:g} s are needed"
-        )
+        raise FrictionloopError(f"strokes: {longest / rate_hz:g} s of steady sliding, least {SHORTEST_S:g} s")
     long_enough = [part for part in stretches if part.size >= segment]
     found = [welch(part, rate_hz, nperseg=segment, detrend="linear") for part in long_enough]
     # A straight line taken out leaves nothing to see in the two lowest bins of a Hann window.

@@ -19,7 +19,7 @@ from frictionloop.design.notch_search import NotchSearch
 from frictionloop.design.plants import Plants, shifted, stiffened
 from frictionloop.loop.progress import step as progress
 from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def retune_notch(
     _, kp, ki = fine.gains(x, refine=True)
     found = _result(fine, x, kp, ki, overdrive)
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found, points, limits), UNFOUND)
+        raise FrictionloopError(_too_little(found, points, limits, least_ki), UNFOUND)
     return found
 
 
@@ -120,9 +120,7 @@ def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
 def _resonance_hz(system: System) -> float:
     sensor = system.sensor
     if not isinstance(sensor, SuspendedSensor):
-        raise FrictionloopError(
-            f"sensor.kind = {sensor.kind!r}: has no resonance for a notch, which needs 'suspended'; law pi does without"
-        )
+        raise FrictionloopError(f"sensor.kind = {sensor.kind!r}: must be 'suspended' for a notch")
     return sensor.resonance_hz
 
 
@@ -134,16 +132,16 @@ def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: fl
         limits = {0.0: sensitivity_peak, resonance_error: sensitivity_peak}
     for error, peak in limits.items():
         if not (math.isfinite(peak) and peak > 1):
-            raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.5")
+            raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.5")
         if not 0 <= error <= 0.5:
-            raise FrictionloopError(f"resonance_error = {error:g}: must be from 0 to 0.5, e.g. 0.05")
+            raise must_be("resonance_error", error, "from 0 to 0.5, e.g. 0.05")
     if not limits:
         raise FrictionloopError("sensitivity_peak = {}: needs one limit at least, e.g. {0.05: 1.5}")
     return limits
 
 
-def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float]) -> str:
+def _too_little(found: Notched, points: Sequence[LinearLoop], limits: Mapping[float, float], least_ki: float) -> str:
     """Return what limits: the resonance if springs that follow at once would do, the delay and the lags if not."""
     stiff = Plants.of([stiffened(loop) for loop in points], found.overdrive)
     ki = best_gains(stiff, [min(limits.values())] * len(points)).ki
-    return f"{gains_reached(found.kp, found.ki)}; without the resonance ki = {ki:.4g} 1/s"
+    return f"{gains_reached(least_ki, found.kp, found.ki)}; without the resonance ki = {ki:.4g} 1/s"

@@ -24,6 +24,8 @@ STARTS = [
     for share in (0.01, 0.1, 0.4)
 ]
 """Notches looked at before the best is refined: centre over resonance, width, depth over width."""
+WIDEST = 10.0
+"""Largest width of a notch that is looked at, the one that the controller takes."""
 REFINED = 120
 """Most notches that are looked at to refine it."""
 
@@ -55,7 +57,7 @@ class NotchSearch:
     def notch(self, x: Array) -> tuple[float, float, float]:
         """Return Hz, depth and width, inside what the parameters of the controller take."""
         hz = min(self.resonance_hz * math.exp(x[0]), 0.45 * self.plants.rate_hz)
-        width = min(math.exp(x[1]), 10.0)
+        width = min(math.exp(x[1]), WIDEST)
         return hz, width * min(math.exp(x[2]), 1.0), width
 
     def behind(self, x: Array) -> Plants:

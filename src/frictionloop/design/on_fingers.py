@@ -49,16 +49,16 @@ class _Found(NamedTuple):
 
 
 ABOUT = {
-    "sensitivity_peak": ("1", "Ms where it is farthest beyond its limit, infinite if the loop is unstable"),
+    "sensitivity_peak": ("1", "Ms farthest beyond its limit"),
     "limit": ("1", "largest Ms there"),
-    "gain_factor": ("1", "factor on the loop gain up to which the limits hold everywhere, with every smaller one"),
+    "gain_factor": ("1", "gain factor that still holds"),
     "slip_length_um": ("um", "slip length there"),
     "speed_mm_s": ("mm/s", "speed there"),
     "load_n": ("N", "mean load there"),
     "force_n": ("N", "friction force there"),
     "occluded": ("1", "how far occlusion has come there"),
     "resonance_off": ("1", "share by which the resonance is off there"),
-    "in_reach": ("", "whether all forces asked for can be had; the nearest of them counts in place of others"),
+    "in_reach": ("", "whether all forces are in reach"),
     "unseen": ("", "why a finger was not looked at"),
 }
 """Variables of `check_fingers`, with units and meaning."""
@@ -105,7 +105,7 @@ def check_fingers(
     """
     must = wanted or Requirements()
     if not len(people):
-        raise FrictionloopError("people: needs one finger at least, such as fl.fingers(100, 0)")
+        raise FrictionloopError("people: needs one at least, as fl.fingers(100, 0)")
     found: list[_Found] = []
     with progress_bar("margins of fingers", len(people), progress) as bar:
         try:
@@ -120,7 +120,7 @@ def check_fingers(
                 raise
             raise FingersInterrupted(_dataset(found)) from None
     if all(each.unseen for each in found):
-        raise FrictionloopError(f"no finger can be looked at; the first: {found[0].unseen}")
+        raise FrictionloopError(f"people: none can be looked at: {found[0].unseen}")
     return _dataset(found)
 
 
@@ -139,7 +139,7 @@ def _of(there: System, wanted: Requirements) -> _Found:
     # With its command at a limit the loop is open: what a law would do there says nothing of its gains.
     cases = cases_of(there, wanted.limits, over, wanted.lean, _asked_for)
     if not cases:
-        raise FrictionloopError("no force asked for is in reach of this finger, so the command stays at its limit")
+        raise FrictionloopError("no force asked for in reach")
     loops, limits = [loop for loop, _, _ in cases], np.array([limit for _, _, limit in cases])
     plants = Plants.of(loops, fine=False)
     laws = laws_on(plants.frequency_hz, loops)

@@ -17,7 +17,7 @@ from frictionloop.design.plants import Plants
 from frictionloop.design.worst_few import WorstFew
 from frictionloop.findings import Condition
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -83,7 +83,7 @@ def retune(
     _, kp, ki = WorstFew().gains(Plants.of(points), peaks, None, refine=True)
     found = Retuned(kp, ki, tuple(loop.with_gains(kp, ki) for loop in points))
     if ki <= max(least_ki, 0.0):
-        raise FrictionloopError(_too_little(found), UNFOUND)
+        raise FrictionloopError(_too_little(found, least_ki), UNFOUND)
     return found
 
 
@@ -92,16 +92,16 @@ def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]
     peaks = [sensitivity_peak] * loops if isinstance(sensitivity_peak, float | int) else list(sensitivity_peak)
     for peak in peaks:
         if not (math.isfinite(peak) and peak > 1):
-            raise FrictionloopError(f"sensitivity_peak = {peak:g}: must be above 1, e.g. 1.5")
+            raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.5")
     if len(peaks) != loops:
-        raise FrictionloopError(f"sensitivity_peak = {peaks}: must be one number, or one for each of {loops} loops")
+        raise FrictionloopError(f"sensitivity_peak = {peaks}: one number, or {loops}")
     return peaks
 
 
-def _too_little(found: Retuned) -> str:
+def _too_little(found: Retuned, least_ki: float) -> str:
     loop, _ = found.worst
     grid = loop.search_grid()
     peak_hz = grid[np.argmax(np.abs(loop.responses(grid)["S"]))]
     at = loop.elements
     where = Condition(force_n=at.force_n, occluded=at.occluded)
-    return f"{gains_reached(found.kp, found.ki)}, |S| peaks at {peak_hz:.3g} Hz, {where}"
+    return f"{gains_reached(least_ki, found.kp, found.ki)}, |S| peaks at {peak_hz:.3g} Hz, {where}"

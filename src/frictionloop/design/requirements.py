@@ -14,7 +14,7 @@ from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
 """How Ms - 1 may grow with the resonance off by 0, e and 2 e: 1.7, 2.0 and 2.6."""
@@ -38,7 +38,7 @@ class Requirements:
     finger_gain: float | None = None
     """Loop gain over the believed one up to which Ms is at most `MOST_PEAK`; None: ``controller.model.gain_spread``."""
     sensor_error: float = 0.0
-    """Share by which the pole of the sensor's electronics may be off, 0 to 0.5, as of the next; the same limits hold."""
+    """Share by which the pole of the electronics may be off, 0 to 0.5, as of the next; the same limits hold."""
     delay_error: float = 0.0
     gain_error: float = 0.0
     """Of the sensor's sensitivity."""
@@ -49,20 +49,18 @@ class Requirements:
 
     def __post_init__(self) -> None:
         if not 1.0 < self.sensitivity_peak <= 10.0:
-            raise FrictionloopError(f"sensitivity_peak = {self.sensitivity_peak:g}: must be above 1, up to 10")
+            raise must_be("sensitivity_peak", self.sensitivity_peak, "above 1, up to 10")
         if not 0.0 <= self.resonance_error <= 0.25:
-            raise FrictionloopError(f"resonance_error = {self.resonance_error:g}: must be from 0 to 0.25, e.g. 0.05")
+            raise must_be("resonance_error", self.resonance_error, "from 0 to 0.25, e.g. 0.05")
         self.lean.checked()
         if self.finger_gain is not None and not 1.0 <= self.finger_gain <= 10.0:
-            raise FrictionloopError(f"finger_gain = {self.finger_gain:g}: must be from 1 to 10, e.g. 1.5")
+            raise must_be("finger_gain", self.finger_gain, "from 1 to 10, e.g. 1.5")
         if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
-            raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0, e.g. (20.0, 60.0)")
+            raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0")
         if not all(0.0 < each < float("inf") for each in self.loads_n):
-            raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0, e.g. (0.4, 1.2)")
+            raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0")
         if not all(0.0 <= each <= 1000.0 for each in self.slip_lengths_um or ()):
-            raise FrictionloopError(
-                f"slip_lengths_um = {self.slip_lengths_um}: must be from 0 to 1000, e.g. (0.0, 30.0)"
-            )
+            raise FrictionloopError(f"slip_lengths_um = {self.slip_lengths_um}: from 0 to 1000")
 
     @property
     def lean(self) -> Lean:

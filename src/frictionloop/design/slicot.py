@@ -68,7 +68,7 @@ def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Ar
     with threadpool_limits(1):
         a, b, c, singular, kept, _, info = slicot().ab09ad("C", "B", "N", choose, *sizes, *_copies(A, B, C), 0.0)
     if info:
-        raise FrictionloopError(f"a system that is not stable cannot be balanced: SLICOT ends with {info}")
+        raise FrictionloopError(f"unstable system: not balanced (SLICOT {info})")
     return Quadruple(a[:kept, :kept], b[:kept], c[:, :kept], D), singular
 
 
@@ -87,7 +87,7 @@ def synthesise(plant: Quadruple) -> tuple[Quadruple, float]:
     """
     moved = bilinear(plant)
     if min(np.abs(moved.D[:-1, -1]).max(), np.abs(moved.D[-1, :-1]).max()) < 1e-12:
-        raise FrictionloopError("the H-infinity synthesis needs a weight on the command and a noise in the reading")
+        raise FrictionloopError("H-infinity needs command weight and noise")
     # One thread: the matrices are small, and more of them take 2 to 30 times as long.
     with threadpool_limits(1):
         _, first = _keeping(moved, ONE_NORM, 1e6)
@@ -121,7 +121,7 @@ def _copies(*matrices: Array) -> list[Array]:
 
 def _check(info: int) -> None:
     if info:
-        raise FrictionloopError(f"the H-infinity synthesis does not converge: SLICOT ends with {info}")
+        raise FrictionloopError(f"H-infinity does not converge (SLICOT {info})")
 
 
 def slicot() -> Any:

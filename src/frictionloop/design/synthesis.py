@@ -14,6 +14,7 @@ from frictionloop.design.held import CHECKED, ENDS, LOADS, Synthesis, check_plac
 from frictionloop.design.leaning import leaning
 from frictionloop.design.loop_gains import loop_gains
 from frictionloop.design.notch import retune_notch
+from frictionloop.design.notch_search import WIDEST
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.design.plants import shifted
 from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, springs_told
@@ -37,8 +38,10 @@ def notch_pi(system: System, wanted: Requirements) -> Designed:
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     told = springs_told(system)
-    set_here = (Finding("MODEL-SET", value=told),) if told else ()
-    return Designed({**found.overrides, "controller.feedforward": forward, **told}, findings + more + set_here)
+    more += (Finding("MODEL-SET", value=told),) if told else ()
+    if found.notch_width >= WIDEST:
+        more += (Finding("GAIN-BOUND", value="notch_width", limit=WIDEST),)
+    return Designed({**found.overrides, "controller.feedforward": forward, **told}, findings + more)
 
 
 def pi(system: System, wanted: Requirements) -> Designed:
@@ -146,10 +149,7 @@ def _plain(system: System) -> System:
 def _check_notch(system: System) -> None:
     sensor, nyquist_hz = system.sensor, system.controller.rate_hz / 2.0
     if isinstance(sensor, SuspendedSensor) and not sensor.resonance_hz < nyquist_hz:
-        raise FrictionloopError(
-            f"sensor.resonance_hz = {sensor.resonance_hz:g} Hz: a notch must lie below half of controller.rate_hz, "
-            f"{nyquist_hz:g} Hz"
-        )
+        raise FrictionloopError(f"sensor.resonance_hz = {sensor.resonance_hz:g} Hz: must be below {nyquist_hz:g} Hz")
 
 
 def _spectrum(system: System, share: float) -> tuple[Spectrum | None, tuple[Finding, ...]]:

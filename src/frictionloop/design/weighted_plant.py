@@ -32,7 +32,7 @@ MOST_STATES = 120
 class Weights:
     """How much each signal of the generalised plant counts.
 
-    The contact is believed so fast that little lead is spent on it: for Dahl and slider. Chosen by a search on
+    The contact is believed so fast that little lead is spent on it, at any slip length. Chosen by a search on
     simulated fingers (studies/pages/beliefs.md).
     """
 
@@ -90,7 +90,5 @@ def check_order(plant: SampledPlant, delay_s: float, shaping_states: int = STATE
     others = len(plant.transition) + 1 + shaping_states  # 1: the integrator
     if others + late > MOST_STATES:
         raise FrictionloopError(
-            f"controller.delay_s = {delay_s:g} s: is {late} control periods, which give the plant of the synthesis "
-            f"{others + late} states; it takes up to {MOST_STATES}, "
-            f"controller.delay_s up to {(MOST_STATES - others) * plant.period_s:g} s"
+            f"controller.delay_s = {delay_s:g} s: at most {(MOST_STATES - others) * plant.period_s:g} s"
         )

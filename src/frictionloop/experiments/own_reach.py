@@ -15,11 +15,13 @@ from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.session import guided
-from frictionloop.parameters import System
+from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError
 
 EVENT = "reach"
 """Name in the log."""
+FINGER = "finger.toml"
+"""Bench with what the strokes tell of the finger, in the folder of a session: a design takes its gain spread."""
 
 
 def own_reach(kept: Folder, engine: Engine, shown: Respondent, system: System, seed: int) -> tuple[Protocol, System]:
@@ -55,6 +57,7 @@ def own_reach(kept: Folder, engine: Engine, shown: Respondent, system: System, s
         _log(kept, "before", reach)
         for name, value in reach.changes.items():
             kept.log("adjusted", time=now(), what=name, value=value, why="own reach")
+        write_toml(system.evolve(reach.changes), kept.path / FINGER, given=reach.changes)
     else:
         reach = Reach(*(first[name] for name in Reach._fields))
     plan, factor = fitted(kept.protocol, reach)

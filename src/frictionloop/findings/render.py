@@ -36,9 +36,10 @@ def lines(result: Result, everything: bool = False) -> list[Line]:
     for name, frame in tables if everything else tables[:1]:
         found += [[], *([[(name, "bold")]] if everything else []), *_table(frame)]
     told = result.findings if everything else result.findings[:WORST]
-    found += [[]] if told else []
-    found += _findings(told, everything)
     left = len(result.findings) - len(told)
+    room = LINES - len(found) - 1 - (left > 0)
+    found += [[]] if told else []
+    found += _findings(told, len(told) + 99 if everything else room)
     found += [[(f"{left} more: --all", "dim")]] if left else []
     return found
 
@@ -55,7 +56,7 @@ def _table(frame: pd.DataFrame) -> Iterator[Line]:
     """Yield a table with its numbers to the right."""
     columns = [[str(frame.index.name or ""), *(str(each) for each in frame.index)]]
     columns += [[str(head), *map(shown, frame[head].tolist())] for head in frame.columns]
-    left = [True, *(frame[head].dtype == object and _words(frame[head]) for head in frame.columns)]
+    left = [True, *(_words(frame[head]) for head in frame.columns)]
     widths = [max(map(len, column)) for column in columns]
     for k, cells in enumerate(zip(*columns, strict=True)):
         padded = [c.ljust(w) if at else c.rjust(w) for c, w, at in zip(cells, widths, left, strict=True)]
@@ -66,15 +67,16 @@ def _words(column: Any) -> bool:
     return all(isinstance(each, str) for each in column)
 
 
-def _findings(told: Sequence[Finding], everything: bool) -> Iterator[Line]:
-    """Yield a line for each finding, cut where the terminal ends; with ``everything`` whole."""
+def _findings(told: Sequence[Finding], most: int) -> Iterator[Line]:
+    """Yield findings, broken where the terminal ends; the last of them cut to a line where they need more than most."""
     width = max((len(each.code) for each in told), default=0) + GAP
-    for each in told:
-        severity, room = f"{each.severity:<8}", WIDTH - 8 - width
-        said = str(each)
-        parts = textwrap.wrap(said, room) if everything else [textwrap.shorten(said, room, placeholder=" ...")]
+    wrapped = [textwrap.wrap(str(each), WIDTH - 8 - width) for each in told]
+    for k in range(len(told) - 1, -1, -1):
+        if sum(map(len, wrapped)) > most:
+            wrapped[k] = [textwrap.shorten(str(told[k]), WIDTH - 8 - width, placeholder=" ...")]
+    for each, parts in zip(told, wrapped, strict=True):
         for k, part in enumerate(parts):
-            head = severity if k == 0 else " " * 8
+            head = f"{each.severity:<8}" if k == 0 else " " * 8
             yield [(head, STYLE[str(each.severity)]), ((each.code if k == 0 else "").ljust(width), ""), (part, "")]
 
 
@@ -85,7 +87,7 @@ def fragment(result: Result) -> str:
     for name, frame in result.tables().items():
         parts.append(f"<h4>{escape(name)}</h4>{_table_html(frame)}")
     told = "".join(
-        f'<tr title="{escape(entry(each.code).explanation)}"><td>{each.severity}</td><td>{each.code}</td>'
+        f'<tr title="{escape(entry(each.code).explanation)}"><td>{each.severity}</td><td><code>{each.code}</code></td>'
         f"<td>{escape(str(each))}</td></tr>"
         for each in result.findings
     )
@@ -105,6 +107,7 @@ PAGE = """<!doctype html><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #1a1a1a }}
 table {{ border-collapse: collapse; margin: 1em 0 }} th, td {{ padding: .2em 1em .2em 0; text-align: left;
 border-bottom: 1px solid #e6e6e6; vertical-align: top; font-variant-numeric: tabular-nums }}
+code {{ white-space: nowrap }}
 </style><h1>{title}</h1>{body}
 """
 

@@ -88,11 +88,21 @@ class Result:
         return fragment(self)
 
 
+def toml_table(name: str, values: Mapping[str, Any]) -> pd.DataFrame:
+    """Return a block as a table whose lines are TOML, for a file that describes a bench."""
+    import pandas as pd
+
+    said = [f"= {json.dumps(float(f'{each:.6g}') if isinstance(each, float) else each)}" for each in values.values()]
+    return pd.DataFrame({"": said}, index=list(values)).rename_axis(f"[{name}]")
+
+
 def plain(value: Any) -> Any:  # noqa: PLR0911
     """Return a value as JSON holds it."""
     if isinstance(value, Condition):
         return plain(value.values)
-    if hasattr(value, "to_dict") and not hasattr(value, "data_vars"):
+    if hasattr(value, "data_vars"):  # xarray, whose datasets are mappings too
+        return {str(name): plain(value[name].values) for name in [*value.coords, *value.data_vars]}
+    if hasattr(value, "to_dict"):
         return plain(value.to_dict())
     if isinstance(value, Mapping):
         return {str(name): plain(each) for name, each in value.items()}
@@ -102,9 +112,6 @@ def plain(value: Any) -> Any:  # noqa: PLR0911
         return plain(value._asdict())
     if is_dataclass(value) and not isinstance(value, type):
         return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
-    if hasattr(value, "data_vars"):  # xarray
-        names = [*value.coords, *value.data_vars]
-        return {str(name): plain(value[name].values) for name in names}
     if isinstance(value, (list, tuple, set, frozenset)):
         return [plain(each) for each in value]
     if hasattr(value, "tolist"):  # NumPy

@@ -26,8 +26,9 @@ def shown(value: Any, digits: int = 3) -> str:  # noqa: PLR0911
         return str(value)
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if 0.9 <= value < 1.0:
-        return f"{value:.{digits}f}"
+    if 0.9 <= value < 1.0 - 1e-6:
+        near = f"{value:.{digits}f}"
+        return near if near.startswith("1") else near.rstrip("0")
     return f"{value:.{digits}g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 

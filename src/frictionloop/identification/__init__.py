@@ -6,6 +6,7 @@ from frictionloop.identification.bench import Bench, bench
 from frictionloop.identification.bench_file import to_toml
 from frictionloop.identification.calibration import Calibration, weights
 from frictionloop.identification.carrier_drift import CarrierDrift, carrier_drift
+from frictionloop.identification.certified import certified_corners
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channels import channel, rate_of
 from frictionloop.identification.compare import Change, compare
@@ -99,6 +100,7 @@ __all__ = [
     "amplitude_protocol",
     "band_rms",
     "bench",
+    "certified_corners",
     "channel",
     "dynamic_range_db",
     "exponent_for_r2",

@@ -52,7 +52,7 @@ def metrics(run: xr.Dataset, mask: Any = None) -> dict[str, float]:
     if "time" not in getattr(run, "dims", ()):
         grid = isinstance(run, xr.Dataset)
         given = "a grid, whose variables are metrics already" if grid else f"a {type(run).__name__}"
-        raise FrictionloopError(f"run is {given}: must be a run of fl.simulate, or of fl.load")
+        raise FrictionloopError(f"run is {given}: must be a run of fl.simulate")
     keep = mask if mask is not None else run["scored"].values if "scored" in run else np.ones(run.sizes["time"], bool)
     # What is felt of a finger that is none says little, and costs half a second of imports.
     felt = system_of(run).motion.kind == "strokes"

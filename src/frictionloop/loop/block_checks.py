@@ -38,7 +38,7 @@ def check_law(law: Law, parameters: Any) -> None:
     check_shape(what, "gains", law.gains)
     fields: tuple[str, ...] = law.gains._fields  # type: ignore[attr-defined]
     if fields[-2:] != Clamp._fields:
-        raise FrictionloopError(f"{what}: gains are {', '.join(fields)}; the last two must be low and high, the clamp")
+        raise FrictionloopError(f"{what}: gains {', '.join(fields)} must end with low, high")
     law_rows(law)
     check_function(what, "step", law.step)
     if law.begin is not None:
@@ -46,7 +46,7 @@ def check_law(law: Law, parameters: Any) -> None:
     for name in fields[:-2] if law.gains_of is None else ():
         if name not in parameters.model_fields and not hasattr(parameters, name):
             known = ", ".join(parameters.model_fields)
-            raise FrictionloopError(f"{what}: gain {name!r} is no parameter; must be one of {known}, or give gains_of")
+            raise FrictionloopError(f"{what}: gain {name!r}: accepted {known}, or gains_of")
     controller = default(parameters)
     if controller is not None:
         _try_law(what, law, controller)
@@ -97,14 +97,14 @@ def _try_shares(what: str, law: Vibration, given: Any, occluded: float) -> None:
     told = UNTOLD not in shares
     if told and not (abs(shares[0] - 1) < 1e-6 and all(0 <= b <= a for a, b in pairwise(shares))):
         found = ", ".join(f"{share:g} at {a:g} um" for a, share in zip(AMPLITUDES_UM, shares, strict=True))
-        raise FrictionloopError(f"{what}: {place(law.step)}: step returned {found}; must fall from 1 towards 0")
+        raise FrictionloopError(f"{what}: {place(law.step)}: step returned {found}; must fall from 1")
 
 
 def check_metric(metric: StreamingMetric | RunMetric) -> None:
     """Refuse a metric that cannot run."""
     what = f'metric "{metric.name}"'
     if not str(metric.name).isidentifier():
-        raise FrictionloopError(f"{what}: must be a name of letters, digits and _")
+        raise FrictionloopError(f"{what}: accepted letters, digits, _")
     check_function(what, "of", metric.of)
     if isinstance(metric, StreamingMetric):
         check_shape(what, "state", metric.state)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.arithmetic import is_compiled
 from frictionloop.quantities.blame import place, theirs
 
@@ -47,23 +47,21 @@ def tried_step(what: str, step: Any, *given: Any) -> Any:
 def check_shape(what: str, name: str, shape: Any) -> None:
     """Refuse what is not a class of named tuples."""
     if not (isinstance(shape, type) and hasattr(shape, "_fields")):
-        raise FrictionloopError(f"{what}: {name} = {shape!r:.60}: must be a NamedTuple class of numbers")
+        raise must_be(f"{what}: {name}", shape, "a NamedTuple class of numbers")
 
 
 def check_function(what: str, name: str, function: Any, compiled: bool = False) -> None:
     """Refuse what cannot be called, is not compiled where it must be, or raises where nobody can be told."""
     if not callable(function):
-        raise FrictionloopError(f"{what}: {name} = {function!r:.60}: must be a function")
+        raise must_be(f"{what}: {name}", function, "a function")
     if compiled and not is_compiled(function):
-        raise FrictionloopError(f"{what}: {place(function)}: {name} must be compiled; decorate it with @fl.step")
+        raise FrictionloopError(f"{what}: {place(function)}: {name} needs @fl.step")
     if is_compiled(function):
         code = function.py_func.__code__
         raised = [each.offset for each in dis.get_instructions(code) if each.opname == "RAISE_VARARGS"]
         if raised:
             line = next(line for start, end, line in code.co_lines() if start <= raised[0] < end)
-            raise FrictionloopError(
-                f"{what}: {code.co_filename}, line {line}: compiled code cannot raise or assert; return numbers"
-            )
+            raise FrictionloopError(f"{what}: {code.co_filename}, line {line}: compiled code cannot raise")
 
 
 def check_returned(what: str, name: str, function: Any, value: Any, shape: Any) -> None:

@@ -77,10 +77,7 @@ def register(block: Any, parameters: Any = None) -> None:
         METRICS[block.name] = block
         what, name = "metric", block.name
     else:
-        raise FrictionloopError(
-            f"{block!r:.60}: must be a fl.Law or fl.Vibration with its parameters, a subclass of fl.Signal, "
-            "a fl.StreamingMetric or a fl.RunMetric"
-        )
+        raise FrictionloopError(f"{block!r:.60}: accepted Law, Vibration, Signal, StreamingMetric, RunMetric")
     _registered[what, name] = (block, parameters)
     _warn_of_python(block)
 
@@ -128,10 +125,7 @@ def _described(block: Any, parameters: Any) -> list[Any]:
 
 def _check_kind(block: Any, parameters: Any) -> None:
     if parameters is None or kind_of(parameters) != block.kind:
-        raise FrictionloopError(
-            f'{type(block).__name__} "{block.kind}": give its parameter class, register(block, Parameters), '
-            f'with kind: Literal["{block.kind}"] = "{block.kind}"'
-        )
+        raise FrictionloopError(f'{type(block).__name__} "{block.kind}": register(block, Parameters) with this kind')
 
 
 def _check_hashable(block: Any) -> None:
@@ -148,7 +142,6 @@ def _warn_of_python(block: Any) -> None:
     step = getattr(block, "step", None)
     if isinstance(block, Law) and step is not None and not is_compiled(step):
         warnings.warn(
-            f'law "{block.kind}": {place(step)}: is plain Python and runs some hundred times slower than compiled; '
-            "decorate it with @fl.step if it only computes with numbers",
+            f'law "{block.kind}": {place(step)}: plain Python, hundred times slower than @fl.step',
             stacklevel=3,
         )

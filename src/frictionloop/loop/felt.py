@@ -16,7 +16,7 @@ from frictionloop.loop.simulate import traced
 from frictionloop.loop.timing import is_finite
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 LEAST_PLAIN = 1e-6
 """Index of a plain stroke below which it varies by rounding alone (assumed)."""
@@ -82,7 +82,7 @@ def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 
         For an amplitude that is not finite, or as ``simulate``.
     """
     if not is_finite(amplitude_um):
-        raise FrictionloopError(f"amplitude_um = {amplitude_um!r} um: must be a finite number")
+        raise must_be("amplitude_um", amplitude_um, "a finite number", "um")
     (run,) = traced([system], [seed], duration_s, amplitude_um)
     return run
 
@@ -162,8 +162,5 @@ def relative_index(run: xr.Dataset, mask: Any = None) -> float:
             residual[part] = force[part] - line(part)
     of_plain = _index(residual, plain, mask)
     if of_plain < LEAST_PLAIN:
-        raise FrictionloopError(
-            "the plain stroke of this finger varies by nothing (no tremor, roughness or drift): there is nothing to "
-            "compare with; perceptual_index stands by itself"
-        )
+        raise FrictionloopError("the plain stroke varies by nothing")
     return perceptual_index(run, mask) / of_plain

@@ -143,11 +143,11 @@ def _checked(system: System | Sequence[System]) -> tuple[System, ...]:
     for each in systems:
         check_system(each)
         if not moves(each):
-            raise FrictionloopError('motion.kind = "sliding": nobody can move this finger; must be "strokes"')
+            raise FrictionloopError('motion.kind = "sliding": must be "strokes"')
     if not 0 < len(systems) <= LANES:
         raise FrictionloopError(f"systems: {len(systems)} of them; must be 1 to {LANES}")
     if len(systems) > 1 and any(structure(each) != structure(systems[0]) for each in systems[1:]):
-        raise FrictionloopError("systems: must differ in numbers alone to run together")
+        raise FrictionloopError("systems: must differ in numbers alone")
     return systems
 
 

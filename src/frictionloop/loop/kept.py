@@ -55,17 +55,14 @@ def resumed(
         return np.full((len(names), int(np.prod(grid.shape))), np.nan)
     kept = load(path)
     if kept.attrs.get("fingerprint") != key:
-        raise FrictionloopError(
-            f"{path}: holds another sweep (system, points, seeds, times or metrics differ); choose another"
-        )
+        raise FrictionloopError(f"{path}: holds another sweep; choose another")
     if kept.attrs.get("code") != code:
         raise FrictionloopError(
-            f"{path}: its points were computed by other code (frictionloop {kept.attrs.get('version')}, or a library "
-            "it uses); choose another file, or start over without resume"
+            f"{path}: computed by other code (frictionloop {kept.attrs.get('version')}); start over"
         )
     for name in names:
         if name not in kept or kept[name].shape != grid.shape or kept[name].dtype.kind != "f":
-            raise FrictionloopError(f"{path}: is damaged (metric {name!r} is missing, or not one number per run)")
+            raise FrictionloopError(f"{path}: is damaged (metric {name})")
     return np.array([kept[name].values.ravel() for name in names])
 
 

@@ -27,9 +27,7 @@ def kept(run: xr.Dataset, mask: Any) -> Any:
     mask = run["scored"].values if mask is None else mask
     keep = np.asarray(mask, dtype=bool)
     if keep.shape != run["time"].shape:
-        raise FrictionloopError(
-            f"mask: has shape {keep.shape}; must be one bool per control period, shape {run['time'].shape}"
-        )
+        raise FrictionloopError(f"mask: shape {keep.shape}; must be {run['time'].shape}")
     if not keep.any():
         raise FrictionloopError("mask: keeps no control period to score")
     return keep
@@ -37,7 +35,7 @@ def kept(run: xr.Dataset, mask: Any) -> Any:
 
 def no_run(run: Any) -> FrictionloopError:
     """Return the error of what is no run."""
-    return FrictionloopError(f"run: {type(run).__name__} is no run; must be what fl.simulate or fl.load returned")
+    return FrictionloopError(f"run: {type(run).__name__} is no run of fl.simulate")
 
 
 def scored_from(run: xr.Dataset, from_s: float) -> xr.Dataset:

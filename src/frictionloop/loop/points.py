@@ -18,7 +18,7 @@ from frictionloop.loop.step_times import STEP_TIMES
 from frictionloop.loop.timing import check_seed, is_finite, periods_in
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import FrictionloopError, must_be, unit_of
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,7 @@ def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
     elif isinstance(seeds, int | np.integer) and not isinstance(seeds, bool):
         found = tuple(range(seeds))
     if not found or len(set(found)) < len(found):
-        raise FrictionloopError(
-            f"seeds = {seeds!r}: must be a positive count or a list of different whole numbers >= 0"
-        )
+        raise must_be("seeds", seeds, "a positive count or a list of different whole numbers >= 0")
     return found
 
 
@@ -83,14 +81,14 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
     A list may name its dimension with an attribute ``dim``.
     """
     if not isinstance(points, (Mapping, Sequence)):
-        raise FrictionloopError(f"points = {points!r}: must be {{path: values, ...}} or a list of such overrides")
+        raise must_be("points", points, "{path: values, ...} or a list of such overrides")
     if len(points) == 0:
-        raise FrictionloopError("points: a sweep needs at least one point: a path with values, or an override")
+        raise FrictionloopError("points: needs one at least")
     if isinstance(points, Mapping):
         axes = {path: np.atleast_1d(np.asarray(values)) for path, values in points.items()}
         for path, axis in axes.items():
             if axis.ndim != 1 or axis.size == 0:
-                raise FrictionloopError(f"{path}: a sweep needs a list of at least one value, got shape {axis.shape}")
+                raise FrictionloopError(f"{path}: needs a list, got shape {axis.shape}")
         values = itertools.product(*(axis.tolist() for axis in axes.values()))
         overrides = tuple(dict(zip(axes, point, strict=True)) for point in values)
         return Points(axes, overrides, _seeds(seeds), gridded=True)
@@ -125,14 +123,10 @@ def structures_of(
         periods = periods_in(changed, duration_s)
         scored = is_finite(score_from_s) and 0 <= score_from_s < duration_s
         if not (scored and round(score_from_s * changed.controller.rate_hz) < periods):
-            raise FrictionloopError(
-                f"score_from_s = {score_from_s!r} s: must be at least 0 and below duration_s = {duration_s!r} s"
-            )
+            raise must_be("score_from_s", score_from_s, f"at least 0 and below duration_s = {duration_s!r} s", "s")
         stepped = [name for name in names if getattr(METRICS[name], "tally", None) is STEP_TIMES]
         if stepped and changed.setpoint.kind != "steps":
-            raise FrictionloopError(
-                f"metric {stepped[0]}: needs steps to follow; setpoint.kind is {changed.setpoint.kind!r}, not 'steps'"
-            )
+            raise FrictionloopError(f"metric {stepped[0]}: needs setpoint.kind 'steps', not {changed.setpoint.kind!r}")
         for source in (changed.setpoint, changed.disturbance):
             # A file that is missing or too short is found now, not when its tile runs.
             rate = changed.controller.rate_hz

@@ -93,9 +93,7 @@ def system_of(run: xr.Dataset) -> System:
     try:
         tree = json.loads(run.attrs["system"])
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
-        raise FrictionloopError(
-            "this Dataset carries no System (attribute 'system'); use one from simulate() or load()"
-        ) from None
+        raise FrictionloopError("Dataset carries no System (attribute 'system')") from None
     return System.from_tree(tree, "run: ")
 
 
@@ -192,7 +190,7 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
             f"{path}: cannot be read as a run file ({type(error).__name__}: {str(error).splitlines()[0]})"
         ) from None
     if "schema" not in run.attrs:
-        raise FrictionloopError(f"{path}: is not a run file of frictionloop (no attribute 'schema')")
+        raise FrictionloopError(f"{path}: is no run file (attribute 'schema')")
     schema = run.attrs["schema"]
     check_schema(int(schema) if isinstance(schema, np.integer) else schema, f"{path}: ")
     for name in run.data_vars:

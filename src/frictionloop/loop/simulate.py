@@ -119,7 +119,6 @@ def no_number(system: System, where: str) -> FrictionloopError:
                 share = float(law.step(a, occluded, given))
                 if math.isnan(share) or share < 0.0:
                     return FrictionloopError(
-                        f'friction law "{friction.kind}": {place(law.step)}: step returned {share:g} at {a:g} um '
-                        f"(occluded {occluded:g}) {where}; must be from 0 to 1"
+                        f'friction law "{friction.kind}": {place(law.step)}: {share:g} at {a:g} um {where}; not 0 to 1'
                     )
-    return FrictionloopError(f'law "{c.kind}": its force command is not a number {where}')
+    return FrictionloopError(f'law "{c.kind}": command is no number {where}')

@@ -44,7 +44,7 @@ def step_times(run: xr.Dataset) -> list[StepTime]:
     """
     kind = system_of(run).setpoint.kind
     if kind != "steps":
-        raise FrictionloopError(f"step_times: needs steps to follow; setpoint.kind is {kind!r}, not 'steps'")
+        raise FrictionloopError(f"step_times: needs setpoint.kind 'steps', not {kind!r}")
     time, r, f = (run[name].values for name in ("time", "f_r", "f_a"))
     scored = run["scored"].values if "scored" in run else np.ones(r.size, dtype=bool)
     starts = np.flatnonzero(np.diff(r)) + 1

@@ -14,10 +14,11 @@ from frictionloop.loop.simulate import no_number
 from frictionloop.loop.timing import check_seed, is_finite
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion, heading_step
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.brief import Brief, brief
 from frictionloop.quantities.normals import BLOCK
 from frictionloop.sensing.measurement import Measurement
+from frictionloop.sensing.touch import TouchState
 
 _UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's affair
 _NONE = np.zeros(0)
@@ -132,7 +133,7 @@ class Stepper(metaclass=Brief):
             For a command that is not finite, a motion, a disturbance that is over, or friction that is no number.
         """
         if not is_finite(amplitude_command):
-            raise FrictionloopError(f"amplitude_command = {amplitude_command!r} um: must be a finite number")
+            raise must_be("amplitude_command", amplitude_command, "a finite number", "um")
         k, tile = self._period, self._tile
         if motion is not None:
             self._move(motion)
@@ -157,17 +158,21 @@ class Stepper(metaclass=Brief):
 
     def _move(self, motion: Movement) -> None:
         if not moves(self.system):
-            raise FrictionloopError('motion: nobody moves on this plant; leave it out, or take motion.kind "strokes"')
+            raise FrictionloopError('motion: needs motion.kind "strokes"')
         if not all(is_finite(value) for value in motion) or motion[2] < 0:
-            raise FrictionloopError(f"motion = {motion!r}: must be finite, with load_n at least 0")
+            raise must_be("motion", motion, "finite, with load_n at least 0")
         fastest = 1e-3 * self.system.touch.position.fastest_mm_s
         if abs(motion[1]) > fastest:
             raise FrictionloopError(
-                f"motion.speed_m_s = {motion[1]:g} m/s: the position sensor follows up to {fastest:g} m/s "
-                "(touch.position.fastest_mm_s)"
+                f"motion.speed_m_s = {motion[1]:g} m/s: at most {fastest:g} m/s (touch.position.fastest_mm_s)"
             )
         position, speed, load = motion
         rows, direction = self._tile.slab.view("motion_next"), heading_step(speed, self._view[ROW["motion"].direction])
         told = {"position": position, "speed": speed, "load": load, "direction": direction, "place": position}
         for name, value in told.items():
             rows[Motion._fields.index(name), 0] = value
+        if self._period == 0:  # what was measured before was of the system's own strokes, its skin stretched by these
+            known, heading = self._tile.slab.view("touch")[:, 0], heading_step(speed, 1.0)
+            before, plays_m = TouchState(*known), 2.0 * self._view[ROW["touch_coefficients"].developed_m]
+            missing_m = before.missing if heading == before.direction else plays_m
+            known[:] = TouchState(position, speed, load, missing_m, 0.0, heading, abs(speed))

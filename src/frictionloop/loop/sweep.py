@@ -25,7 +25,7 @@ from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile
 from frictionloop.loop.timing import periods_in
 from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System, check_system
-from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.blame import place, theirs
 from frictionloop.quantities.brief import Brief
 
@@ -134,7 +134,7 @@ def sweep(
 
 def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:
     if isinstance(metrics, str) or not isinstance(metrics, Iterable | None):
-        raise FrictionloopError(f"metrics = {metrics!r}: must be a list of names, e.g. ['r2_identity']")
+        raise must_be("metrics", metrics, "a list of names, e.g. ['r2_identity']")
     names = tuple(DEFAULT_METRICS if metrics is None else metrics)
     if not names or any(name not in list(METRICS) for name in names):
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")
@@ -216,6 +216,6 @@ def _values_of_runs(
                 raise theirs(f'metric "{name}"', metric.of, error) from error
             if value.size != 1:
                 where, shape = place(metric.of), value.shape
-                raise FrictionloopError(f'metric "{name}": {where}: returned shape {shape}; must be one number per run')
+                raise FrictionloopError(f'metric "{name}": {where}: shape {shape}; one number per run')
             found[name].append(float(value.ravel()[0]))
     return found

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.parameters import System, check_system
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import whole
 
 
@@ -29,21 +29,21 @@ def periods_in(system: System, duration_s: float) -> int:
     check_system(system)
     rate = system.controller.rate_hz
     if not (is_finite(duration_s) and duration_s > 0):
-        raise FrictionloopError(f"duration_s = {duration_s!r} s: must be a positive number")
+        raise must_be("duration_s", duration_s, "a positive number", "s")
     if duration_s * rate > 2**53:
-        raise FrictionloopError(f"duration_s = {duration_s!r} s: has too many control periods to count, shorten it")
+        raise FrictionloopError(f"duration_s = {duration_s:g} s: is too long")
     periods = round(duration_s * rate)
     if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
         near = max(periods, 1) / rate
         raise FrictionloopError(
-            f"duration_s = {duration_s!r} s is not a whole number of control periods "
-            f"at controller.rate_hz = {rate:g} Hz; nearest: {near!r} s"
+            f"duration_s = {duration_s} s: no whole number of periods at controller.rate_hz = {rate:g} Hz; "
+            f"nearest: {near} s"
         )
     for name in ("setpoint", "disturbance"):
         source = getattr(system, name)
         longest, field = source.longest_s, "sweep_s" if source.kind == "log_sweep" else "longest_s"
         if duration_s > longest * (1 + 1e-12):
-            cure = f"; accepted: {name}.sweep_s = {duration_s:g}, or a signal without an end (--{name}.kind constant)"
+            cure = f"; accepted: {name}.sweep_s = {duration_s:g}, or --{name}.kind constant"
             raise FrictionloopError(
                 f"duration_s = {duration_s:g} s runs past the end of {name}.{field} = {longest:g} s"
                 + (cure if field == "sweep_s" else "")
@@ -64,6 +64,5 @@ def check_memory(needed_bytes: int, what: str) -> None:
         return
     if needed_bytes > free:
         raise FrictionloopError(
-            f"{what} needs {needed_bytes / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free; "
-            "shorten duration_s, or use sweep(), which keeps metrics instead of traces"
+            f"{what}: {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB free; shorten duration_s or sweep()"
         )

@@ -50,7 +50,7 @@ def recovered(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> tupl
     except FileNotFoundError:
         raise FrictionloopError(f"{path}: cannot be read (no such file)") from None
     if is_held(Path(path)):
-        raise FrictionloopError(f"{path}: a process that lives records into it, or reads it; end that one first")
+        raise FrictionloopError(f"{path}: in use by another process")
     if unfinished(path) is None:
         raise FrictionloopError(f"{path}: is no unfinished recording")
     with h5py.File(path, "r", swmr=True) as file:

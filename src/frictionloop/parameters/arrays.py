@@ -25,10 +25,10 @@ def in_newtons(values: Any) -> Any:
     unit = getattr(values, "attrs", {}).get("units", "N")
     of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
     if of != "N":
-        raise ValueError(f"in {unit}: must be in N, mN, cN, uN, kN, gf, kgf or lbf, or numbers without a unit")
+        raise ValueError(f"in {unit}: accepted N, mN, cN, uN, kN, gf, kgf, lbf")
     if array.ndim != 1 or array.dtype.kind not in "iuf":
         over = f" over {', '.join(map(repr, values.dims))}" if hasattr(values, "dims") else ""
-        raise ValueError(f"{array.dtype} of shape {array.shape}{over}: must be numbers over one dimension")
+        raise ValueError(f"{array.dtype} of shape {array.shape}{over}: needs numbers, one dimension")
     return (factor * array).tolist()
 
 
@@ -49,7 +49,7 @@ def with_rate(values: Mapping[str, Any]) -> Mapping[str, Any]:
         return values
     rate_hz = _rate_of(array, given_hz)
     if known and abs(given_hz - rate_hz) > EVEN * rate_hz:
-        raise ValueError(f"rate_hz = {given_hz:g} contradicts the array's times, whose rate is {rate_hz:g}; give none")
+        raise ValueError(f"rate_hz = {given_hz:g}: the array's own is {rate_hz:g}")
     return {**values, "rate_hz": rate_hz}
 
 
@@ -57,11 +57,9 @@ def _rate_of(array: Any, given_hz: Any) -> float:
     """Return the rate in Hz of the times of a variable over one dimension."""
     (dimension,) = array.dims
     if dimension != "time":
-        raise ValueError(
-            f"an array over {dimension!r}: must be over 'time'; array.rename({dimension}=\"time\") names it"
-        )
+        raise ValueError(f"an array over {dimension!r}: must be over 'time'")
     if "time" not in array.coords:
-        raise ValueError("an array over 'time' without times: array.assign_coords(time=times_s) gives them")
+        raise ValueError("an array over 'time' without times: array.assign_coords(time=times_s)")
     time_s = _seconds(array.coords["time"], given_hz)
     if time_s.size < 2:
         raise ValueError("an array of less than two samples")
@@ -69,7 +67,7 @@ def _rate_of(array: Any, given_hz: Any) -> float:
     uneven = uneven_in(time_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None:
         said = uneven.said(lambda row: f"index {row}: {time_s[row]:g} s")
-        raise ValueError(f"{said}; accepted: even steps (most are {usual_s:g} s), or array.values with a rate_hz")
+        raise ValueError(f"{said}; accepted: even steps (most are {usual_s:.4g} s)")
     return float(f"{(time_s.size - 1) / (time_s[-1] - time_s[0]):.9g}")
 
 
@@ -79,17 +77,14 @@ def _seconds(time: Any, given_hz: Any) -> np.ndarray:
     if times.dtype.kind in "mM":
         return np.asarray((times - times[:1]) / np.timedelta64(1, "s"), dtype=float)
     if times.dtype.kind not in "iuf":
-        raise ValueError(f"an array whose times are {times.dtype}: must be numbers, datetime64 or timedelta64")
+        raise ValueError(f"times are {times.dtype}: accepted numbers, datetime64, timedelta64")
     said = time.attrs.get("units")
     of, factor = UNITS.get(known_unit(str(said or "s")) or "", ("", 1.0))
     if of != "s":
-        raise ValueError(f"an array whose times are in {said}: must be in s, ms, us, ns or min")
+        raise ValueError(f"times in {said}: accepted s, ms, us, ns, min")
     step = float(np.median(np.diff(times))) if times.size > 1 else 0.0
     if said is None and step >= SLOWEST_S:
         if given_hz is not None:
             return np.asarray(times / step / given_hz, dtype=float)
-        raise ValueError(
-            f'an array whose times rise by {step:g} without a unit: array.time.attrs["units"] = "ms" (or "s") says '
-            "it, or a rate_hz"
-        )
+        raise ValueError(f'times rise by {step:.6g} without a unit: array.time.attrs["units"]')
     return factor * np.asarray(times, dtype=float)

@@ -15,7 +15,7 @@ from frictionloop.quantities import FrictionloopError, unit_of
 
 def _no_bool(value: Any) -> Any:
     if isinstance(value, bool):
-        raise ValueError("must be a number, not true or false")
+        raise ValueError("must be a number, no boolean")
     return value
 
 
@@ -66,7 +66,7 @@ class Block(BaseModel, metaclass=BlockType):
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Refuse: a block is a value."""
-        raise FrictionloopError(f"{type(self).__name__}.{name}: a block is frozen; evolve returns a changed copy")
+        raise FrictionloopError(f"{type(self).__name__}.{name}: frozen; evolve returns a copy")
 
     def __delattr__(self, name: str) -> None:
         """Refuse as `__setattr__` does."""

@@ -11,7 +11,7 @@ from frictionloop.parameters.block import Block, Number, Positive, Whole
 
 def _is_there(value: float) -> float:
     if value == 0:
-        raise ValueError("must not be 0: without a force there is no loop")
+        raise ValueError("must not be 0")
     return value
 
 

@@ -40,11 +40,11 @@ CONTROLLERS = Kinds(
         "limit_observer": "frictionloop.control.limit_observer:LimitObserverController",
     },
     gone={
-        "oracle": "is no law: this reference is studies/oracle.py of the source; take 'notch_pi' for a law",
-        "tracker": "was removed, since quick steps made it ring; take 'notch_pi' (frictionloop design controller)",
+        "oracle": "is no law; take 'notch_pi'",
+        "tracker": "was removed; take 'notch_pi'",
         "observer": "was removed; take 'limit_observer'",
-        "super_twisting": "was removed; take 'limit_observer' (examples/sliding_mode.py is a sliding mode)",
-        "open_loop": "is no kind; open loop is 'lookup': the table alone makes an amplitude of the set-point",
+        "super_twisting": "was removed; take 'limit_observer'",
+        "open_loop": "is no kind; open loop is 'lookup'",
     },
 )
 Controller = Annotated[Timing, CONTROLLERS]

@@ -13,7 +13,7 @@ from frictionloop.parameters import presets
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.file_lines import with_line
 from frictionloop.parameters.system import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 if TYPE_CHECKING:
     pass
@@ -132,7 +132,7 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
     except OSError as error:
         raise FrictionloopError(f"{where}cannot be read ({error.strerror or error})") from None
     except UnicodeDecodeError as error:
-        said = f"is no text in UTF-8 (byte {error.start}); accepted: a text file, saved as UTF-8"
+        said = f"is no UTF-8 (byte {error.start})"
         raise FrictionloopError(f"{where}{said}") from None
     except tomllib.TOMLDecodeError as error:
         twice = "; each [block] stands once: put its lines there" * ("twice" in str(error))
@@ -146,11 +146,9 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
 def check_schema(schema: Any, where: str) -> None:
     """Refuse a file that a newer version of the package has written."""
     if not isinstance(schema, int):
-        raise FrictionloopError(f"{where}schema = {schema!r:.60}: must be a whole number, at most {SCHEMA}")
+        raise must_be(f"{where}schema", schema, f"a whole number, at most {SCHEMA}")
     if schema > SCHEMA:
-        raise FrictionloopError(
-            f"{where}schema = {schema!r} is newer than this version reads (up to {SCHEMA}); update frictionloop"
-        )
+        raise FrictionloopError(f"{where}schema = {schema}: this version reads up to {SCHEMA}")
 
 
 def _from_here(tree: dict[str, Any], folder: Path) -> dict[str, Any]:

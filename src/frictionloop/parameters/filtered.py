@@ -20,9 +20,9 @@ def _stable(section: tuple[float, ...]) -> tuple[float, ...]:
     *_, a1, a2 = section
     largest = max(section, key=abs)
     if abs(largest) > 2.0:
-        raise ValueError(f"coefficient {largest:g} must be from -2 to 2, which Q31 with a shift can hold")
+        raise ValueError(f"coefficient {largest:g}: must be from -2 to 2")
     if not (abs(a2) < 1.0 and abs(a1) < 1.0 + a2):
-        raise ValueError(f"a1 = {a1:g}, a2 = {a2:g} is unstable: |a2| must be below 1 and |a1| below 1 + a2")
+        raise ValueError(f"a1 = {a1:g}, a2 = {a2:g}: unstable, needs |a2| < 1, |a1| < 1 + a2")
     return section
 
 
@@ -95,7 +95,5 @@ class NotchPiController(FeedForward):
     @model_validator(mode="after")
     def _is_a_notch(self) -> Self:
         if self.notch_depth > self.notch_width:
-            raise ValueError(
-                f"notch_depth = {self.notch_depth:g}: must be at most notch_width, {self.notch_width:g}, else a peak"
-            )
+            raise ValueError(f"notch_depth = {self.notch_depth:g}: at most notch_width, {self.notch_width:g}")
         return self

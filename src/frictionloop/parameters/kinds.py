@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
 
-OWN = ", or a kind of your own after fl.register (--use FILE on the command line)"
+OWN = ", or a kind of your own (fl.register)"
 """What else a block may be."""
 
 
@@ -72,9 +72,9 @@ class Kinds:
             raise FrictionloopError(f"{model!r}: must be a subclass of fl.{self.base.__name__}")
         kind = kind_of(model)
         if kind in self.names and kind not in self.outside:
-            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": is a kind of frictionloop; choose another name')
+            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": taken; choose another name')
         if not kind.isidentifier():
-            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": must be a name of letters, digits and _')
+            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": accepted letters, digits, _')
 
     def carried(self, values: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
         """Return what a block of another kind takes over from the values of the old one.
@@ -125,8 +125,8 @@ class Kinds:
 def kind_of(model: type[Block]) -> str:
     """Return the kind of a parameter class."""
     if not (isinstance(model, type) and issubclass(model, Block)):
-        raise FrictionloopError(f"{model!r:.60}: must be a parameter class, such as a subclass of fl.Timing")
+        raise FrictionloopError(f"{model!r:.60}: must be a parameter class")
     field = model.model_fields.get("kind")
     if field is None or not isinstance(field.default, str):
-        raise FrictionloopError(f'{model.__name__}: needs a kind, as in kind: Literal["mine"] = "mine"')
+        raise FrictionloopError(f"{model.__name__}: needs a kind")
     return field.default

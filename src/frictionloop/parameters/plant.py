@@ -13,7 +13,7 @@ from frictionloop.parameters.kinds import Kinds
 
 def _halved(ticks: int) -> int:
     if 0 < ticks < 4:
-        raise ValueError("must be 0 (pulses of any width) or at least 4 ticks")
+        raise ValueError("must be 0 or at least 4")
     return ticks
 
 

@@ -47,8 +47,10 @@ class PlateGeometry(Block):
 class PlateDrive(Block):
     """How the resonance is driven."""
 
+    finger_on: bool = False
+    """Whether quality_factor and max_amplitude_um are those with a finger on the plate."""
     quality_factor: Annotated[Number, Field(gt=0.5)] = 230.0
-    """Q of the mode without a finger (assumed: gives the envelope of 100 Hz of Sec. 2.2 at 46 kHz)."""
+    """Q of the mode (assumed: gives the envelope of 100 Hz of Sec. 2.2 at 46 kHz)."""
     resonance_hz: Positive | None = None
     """Measured resonance; left out, the mode's own by the exact theory."""
     detuning_hz: Number = 0.0

@@ -43,10 +43,10 @@ class Population(Description):
         if self.correlation:
             matrix = self.matrix()
             if matrix.shape != (len(names), len(names)):
-                raise ValueError(f"correlation must have {len(names)} rows and columns, one for each value")
+                raise ValueError(f"correlation must have {len(names)} rows and columns")
             even = np.allclose(matrix, matrix.T) and np.allclose(np.diag(matrix), 1.0)
             if not even or float(np.linalg.eigvalsh(matrix).min()) < -1e-6:
-                raise ValueError("correlation must be that of numbers: symmetric, 1 on its diagonal, never negative")
+                raise ValueError("correlation: symmetric, 1 on its diagonal, not negative")
         return self
 
     def matrix(self) -> np.ndarray:

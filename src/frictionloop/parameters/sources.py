@@ -79,7 +79,7 @@ class LogSweep(Signal):
     @model_validator(mode="after")
     def _two_frequencies(self) -> Self:
         if self.start_hz == self.stop_hz:
-            raise ValueError("start_hz and stop_hz must differ (use kind 'sine' for one frequency)")
+            raise ValueError("start_hz and stop_hz must differ")
         return self
 
 
@@ -166,7 +166,7 @@ class Recording(Signal):
     @model_validator(mode="after")
     def _one_rate(self) -> Self:
         if self.rate_hz is not None and self.resample_hz is not None:
-            raise ValueError("rate_hz takes rows one after another, resample_hz goes by their times; give one of them")
+            raise ValueError("rate_hz and resample_hz: give one")
         return self
 
     @model_validator(mode="after")
@@ -209,9 +209,7 @@ class Sources(Kinds):
         if not isinstance(getattr(value, "values", value), (np.ndarray, list, tuple)):
             return super().sampled(value)
         if not hasattr(value, "coords"):
-            text = (
-                "an array needs its rate: fl.Samples(values_n=array, rate_hz=1000), or xarray's time in even steps of s"
-            )
+            text = "an array needs its rate_hz"
             raise PydanticCustomError("array", "{text}", {"text": text})
         return {"kind": "samples", "values_n": value}
 

@@ -67,15 +67,15 @@ class System(Description):
     def _moves(self) -> Self:
         for block, kind in (("friction", self.friction.kind), ("finger", self.finger.kind)):
             if kind in ("finger", "skin") and self.motion.kind == "sliding":
-                raise ValueError(f'{block}.kind = "{kind}" needs a speed and a load: motion.kind must be "strokes"')
+                raise ValueError(f'{block}.kind = "{kind}": needs motion.kind = "strokes"')
         return self
 
     @model_validator(mode="after")
     def _has_a_place(self) -> Self:
         if self.disturbance.kind == "effect":
-            raise ValueError('disturbance.kind = "effect": an effect is a set-point; must be another kind')
+            raise ValueError('disturbance.kind = "effect": is a set-point')
         if self.setpoint.kind == "effect" and self.motion.kind == "sliding":
-            raise ValueError('setpoint.kind = "effect" needs a place: motion.kind must be "strokes"')
+            raise ValueError('setpoint.kind = "effect": needs motion.kind = "strokes"')
         return self
 
     @model_validator(mode="after")

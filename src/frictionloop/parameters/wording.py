@@ -66,7 +66,7 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
     path = ".".join(map(str, first["loc"]))
     if first["type"] == "missing":
         whole = path in system.model_fields and bool(kinds_of(system, path))
-        hint = '; with preset = "paper" a file needs only what differs' if whole else ""
+        hint = '; preset = "paper" completes a file' if whole else ""
         return f"{path or 'system'} is missing{hint}"
     if first["type"] in ("model_type", "dict_type"):
         return f"{path} = {_shown(first['input'])}: must be a table of values"
@@ -77,8 +77,8 @@ def explain(system: Model, error: ValidationError, tree: Mapping[str, Any]) -> s
         return f"{path}: {message}" if path else message
     unit = f" {unit_of(path)}" if unit_of(path) else ""
     if isinstance(first["input"], (list, tuple)) and first["type"] == "float_type":
-        message += "; several values are for frictionloop sweep --over"
-        message += ", a range of speeds for design controller --speeds 30,100" if path.endswith("speed_mm_s") else ""
+        message += "; several values: sweep --over"
+        message += ", design controller --speeds 30,100" if path.endswith("speed_mm_s") else ""
     return f"{path} = {_shown(first['input'])}{unit}: {message}{meant_instead(path, first['input'])}"
 
 

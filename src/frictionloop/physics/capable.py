@@ -15,7 +15,7 @@ from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.physics.vibration import vibrated_step
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import number
 
 ALL_BUT_A_TWENTIETH = 1.645
@@ -57,7 +57,7 @@ def reach(
     for name, value, unit in (("max_amplitude_um", max_amplitude_um, "um"), ("contact_s", contact_s, "s")):
         number(name, value, unit, 0.0)
     if not contacts >= 1.0:
-        raise FrictionloopError(f"contacts = {contacts:g}: must be at least 1")
+        raise must_be("contacts", contacts, "at least 1")
     friction, motion = _block(FingerFriction, "friction", values), _block(Strokes, "motion", values)
     y = max_amplitude_um / float(halving_amplitude_um(friction.susceptibility_per_um2))
     reached = occlusion_after(friction, contact_s, motion.lifted_s, contacts)
@@ -107,7 +107,7 @@ def capable(
         For a value out of its range.
     """
     if not 0 < low_n <= high_n < math.inf:
-        raise FrictionloopError(f"low_n = {low_n!r} N, high_n = {high_n!r} N: must be above 0, and low not above high")
+        raise must_be(f"low_n = {low_n!r} N, high_n", high_n, "above 0, and low not above high", "N")
     sides = (ALL_BUT_A_TWENTIETH, -ALL_BUT_A_TWENTIETH) if load_moves else (0.0, 0.0)
     # The low force is missed under a heavy load, the high one under a light load.
     ends = [

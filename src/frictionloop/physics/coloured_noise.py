@@ -55,8 +55,7 @@ def shaping_filter(noise: ColouredNoise, rate_hz: float) -> Array:
     """
     if not _LOWEST * rate_hz <= noise.low_hz < rate_hz / 2:
         raise FrictionloopError(
-            f"noise low_hz = {noise.low_hz:g} cannot be made at {rate_hz:g} Hz; "
-            f"accepted: from {_LOWEST * rate_hz:g} to below {rate_hz / 2:g}"
+            f"noise low_hz = {noise.low_hz:g}: accepted {_LOWEST * rate_hz:g} to below {rate_hz / 2:g}"
         )
     zeros, poles = _zeros_and_poles(noise, rate_hz)
     half = len(poles) // 2

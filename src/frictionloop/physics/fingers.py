@@ -117,7 +117,7 @@ def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Finge
     for each in population.value:
         if each.path not in drawn or UNIFORM.get(each.path, (0.0,))[0] < 0:
             known = ", ".join(path for path in drawn if UNIFORM.get(path, (0.0,))[0] >= 0)
-            raise FrictionloopError(f"population: path = {each.path!r}: fingers have no such value; accepted: {known}")
+            raise FrictionloopError(f"population: path = {each.path!r}: accepted: {known}")
     # Each value keeps its own column of the noise, so a finger changes in what was measured alone.
     own = z[:, [COLUMNS.index(each.path) for each in population.value]] @ population.root().T
     for finger, row in zip(found, own, strict=True):

@@ -139,6 +139,6 @@ def reachable(system: System, disturbance_n: np.ndarray | float = 0.0) -> Band:
     check_system(system)
     disturbance = numbers("disturbance_n", disturbance_n, "N")
     if disturbance.size == 0:
-        raise FrictionloopError("disturbance_n is empty: must hold at least one force in N")
+        raise FrictionloopError("disturbance_n: needs one force at least")
     floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
     return Band(floor + float(disturbance.max()), system.friction.nominal_n + float(disturbance.min()))

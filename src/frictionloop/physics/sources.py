@@ -73,9 +73,7 @@ def _computed(source: Signal, rate_hz: float) -> Sampler:
         except Exception as error:
             raise theirs(what, type(source).force_n, error) from error
         if forces.shape != times.shape:
-            raise FrictionloopError(
-                f"{what}: {where}: force_n returned shape {forces.shape}; must be that of its times, {times.shape}"
-            )
+            raise FrictionloopError(f"{what}: {where}: force_n has shape {forces.shape}, times {times.shape}")
         if not np.all(np.isfinite(forces)):
             wrong = int(np.flatnonzero(~np.isfinite(forces))[0])
             raise FrictionloopError(
@@ -94,8 +92,7 @@ def _recorded(recording: Recording, rate_hz: float) -> Sampler:
     def take(start: int, stop: int) -> np.ndarray:
         if stop >= samples.size:
             raise FrictionloopError(
-                f"{recording.path}: the recording ends before the run; duration_s (--duration-s) must be at most "
-                f"{(samples.size - 1) / rate_hz:.9g} s"
+                f"{recording.path}: duration_s must be at most {(samples.size - 1) / rate_hz:.9g} s"
             )
         return samples[start : stop + 1]
 

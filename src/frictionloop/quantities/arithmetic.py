@@ -58,7 +58,7 @@ def step(function: Any) -> Any:
         For what is no Python function.
     """
     if not isinstance(function, FunctionType):
-        raise FrictionloopError(f"step: {function!r:.60} is no Python function; use it as a decorator, @fl.step")
+        raise FrictionloopError(f"step: {function!r} is no Python function")
     return _Step(function, targetoptions={**_OPTIONS, "nopython": True})
 
 

@@ -76,4 +76,4 @@ def check_known(option: str, names: Iterable[str], there: Iterable[str]) -> None
 def check_each_once(option: str, what: str, names: Sequence[str]) -> None:
     """Refuse no name at all, or one given twice; ``what`` they name is in the line."""
     if not names or len(set(names)) < len(names):
-        raise FrictionloopError(f"{option} = {','.join(names)!r}: must name at least one {what}, none of them twice")
+        raise FrictionloopError(f"{option} = {','.join(names)!r}: {what} names, each once")

@@ -125,6 +125,6 @@ def compile_c(signature: Any, function: Any, name: str) -> Any:
     except RuntimeError:  # Numba found no folder
         folder = Path(function.__code__.co_filename).parent / "__pycache__"
         asked = f"NUMBA_CACHE_DIR = {config.CACHE_DIR}, " if config.CACHE_DIR else ""
-        _warn_of_no_cache(f"no cache of compiled code can be written, not {asked}{folder} nor one in the home folder")
+        _warn_of_no_cache(f"no cache of compiled code: {asked}{folder} cannot be written")
     compiled.compile()
     return compiled

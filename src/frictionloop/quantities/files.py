@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop.quantities.units import FrictionloopError, must_be
 
 if sys.platform == "win32":
     fcntl = None
@@ -59,11 +59,11 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 def check_target(path: Path) -> None:
     """Refuse a file that must not be replaced: a rename puts a file where a link or root's /dev/null was."""
     if not path.name:
-        raise FrictionloopError(f"path = {str(path)!r}: must be the name of a file")
+        raise must_be("path", str(path), "the name of a file")
     if path.is_symlink() and not _leads_to_device(path):
-        raise FrictionloopError(f"{path}: cannot be written (it is a link to {os.path.realpath(path)}; name that file)")
+        raise FrictionloopError(f"{path}: is a link to {os.path.realpath(path)}; name that file")
     if _leads_to_device(path):
-        raise FrictionloopError(f"{path}: cannot be written (it is a device or a pipe, not a file)")
+        raise FrictionloopError(f"{path}: is a device or a pipe")
 
 
 def _leads_to_device(path: Path) -> bool:

@@ -87,4 +87,4 @@ def _beside(folder: str) -> Path:
     for place in (package / f"_{folder}", package.parents[1] / folder):
         if place.is_dir():
             return place
-    raise FrictionloopError(f"{folder}: is not part of this installation of frictionloop; reinstall it")
+    raise FrictionloopError(f"{folder}: missing; reinstall frictionloop")

@@ -33,7 +33,7 @@ def must_be(name: str, value: object, accepted: str, unit: str = "", code: str =
     >>> str(must_be("speeds_mm_s", 0.0, "above 0, e.g. 20", "mm/s"))
     'speeds_mm_s = 0 mm/s: must be above 0, e.g. 20'
     """
-    said = f"{value:g}" if isinstance(value, float) else repr(value)
+    said = f"{value:g}" if isinstance(value, float) else f"{value!r:.80}"
     return FrictionloopError(f"{name} = {' '.join(filter(None, (said, unit)))}: must be {accepted}", code)
 
 

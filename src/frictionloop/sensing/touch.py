@@ -133,12 +133,10 @@ def check_follows(motion: Sliding | Strokes, touch: Touch) -> None:
         return
     if motion.speed_mm_s > touch.position.fastest_mm_s:
         raise FrictionloopError(
-            f"motion.speed_mm_s = {motion.speed_mm_s:g} mm/s: the position sensor follows up to "
-            f"touch.position.fastest_mm_s = {touch.position.fastest_mm_s:g} mm/s"
+            f"motion.speed_mm_s = {motion.speed_mm_s:g} mm/s: above "
+            f"touch.position.fastest_mm_s = {touch.position.fastest_mm_s:g}"
         )
     if motion.stroke_mm > touch.load.length_mm:
         raise FrictionloopError(
-            f"motion.stroke_mm = {motion.stroke_mm:g} mm: the plate between the load cells is "
-            f"touch.load.length_mm = {touch.load.length_mm:g} mm long; make the stroke shorter, or give the length of "
-            "your plate"
+            f"motion.stroke_mm = {motion.stroke_mm:g} mm: above touch.load.length_mm = {touch.load.length_mm:g}"
         )

@@ -135,7 +135,7 @@ VERBS_WITHOUT_A_LOOP = [
     (("design", "sensor", "--noise-rms-n", "0"), "noise_rms_n = 0 N: must be a positive number"),
     (("design", "sensor", "--electrodes.gap", "3"), "did you mean electrodes.gap_um (um)"),
     (("design", "sensor", "--spice", "x.txt"), "spice = 'x.txt': must end in .cir"),
-    (("design", "plate", "--frequency-hz", "-5"), "frequency_hz = -5.0 Hz: must be a finite number above 0"),
+    (("design", "plate", "--frequency-hz", "-5"), "frequency_hz = -5 Hz: must be a finite number above 0"),
     (("design", "plate", "--bandwidth-hz", "nan"), "bandwidth_hz = nan Hz: must be a finite number above 0"),
     (("design", "plate", "--geometry.thick", "3"), "did you mean geometry.thickness_mm (mm)"),
     (("design", "plate", "extra"), "extra: not expected here"),

@@ -63,8 +63,7 @@ def arrived(
     some = protocol.able(system, people, speed_mm_s)
     if not some.any():
         raise FrictionloopError(
-            f"fingers = {count}: none can be given {protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} "
-            "mm/s; more fingers or another bench is needed"
+            f"fingers = {count}: none can be given {protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
         )
     able = Fingers(each for each, counts in zip(people, some, strict=True) if counts)
     shown = [prepared(effect, system.evolve(each).evolve(law), speed_mm_s) for each in able]

@@ -51,9 +51,7 @@ def plain_strokes(system: System, people: Fingers, level_n: float, occluded: flo
     laws = [law_at(bench.evolve(each), occluded) for each in people]
     tau = np.array([law.susceptibility_per_um2 for law in laws if is_gaussian(law)])
     if tau.size < len(laws):
-        raise FrictionloopError(
-            f'friction.kind = "{system.friction.kind}": a comparison needs the law of equation (1), kind "finger"'
-        )
+        raise FrictionloopError(f'friction.kind = "{system.friction.kind}": must be "finger"')
     square = np.clip(np.log([law.nominal_n / level_n for law in laws]) / tau, 0.0, most)
     mean = np.zeros(len(people))
     for _ in range(CORRECTIONS):

@@ -114,7 +114,7 @@ def population(system: System, count: int, seed: int) -> Fingers:
     """
     check_bench(system)
     if seed == TUNING_SEED:
-        raise FrictionloopError(f"seed = {seed}: is that of the fingers laws are tuned on; choose any other")
+        raise FrictionloopError(f"seed = {seed}: laws are tuned on it; take another")
     return each_resonance(system, without_lengths(fingers(count, seed)))
 
 
@@ -154,8 +154,7 @@ def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]
     for speed in found:
         if not (least <= speed <= most and speed > 0.0):
             raise FrictionloopError(
-                f"speeds = {speed:g} mm/s: must be {'from' if least else 'above'} {least:g} to {most:.4g}; slower the "
-                "controller holds its output, faster the position sensor does not follow or strokes have no room"
+                f"speeds = {speed:g} mm/s: must be {'from' if least else 'above'} {least:g} to {most:g}"
             )
     return found
 
@@ -163,9 +162,7 @@ def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]
 def check_times(duration_s: float, start_s: float) -> None:
     """Refuse a duration that leaves nothing to score."""
     if not start_s < duration_s < math.inf:
-        raise FrictionloopError(
-            f"duration_s = {duration_s:g} s: must be longer than {start_s:g} s, the part of a run that does not count"
-        )
+        raise FrictionloopError(f"duration_s = {duration_s:g} s: must exceed {start_s:g} s")
 
 
 def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
@@ -200,6 +197,4 @@ def check_bench(system: System) -> None:
     ):
         given = getattr(system, name)
         if not isinstance(given, block):
-            raise FrictionloopError(
-                f'{name}.kind = "{given.kind}": must be "{kind}" to compare laws on fingers, as in preset "bench"'
-            )
+            raise FrictionloopError(f'{name}.kind = "{given.kind}": must be "{kind}", as in preset "bench"')

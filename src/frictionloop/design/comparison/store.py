@@ -75,10 +75,7 @@ class Store:
         """Return whether a cell is done; refuse one that is there with other parameters."""
         cell = self.cells.get((law, condition))
         if cell is not None and cell.digest != digest:
-            raise FrictionloopError(
-                f"{self.path}: keeps {law} with other parameters, or of another version or protocol "
-                f"({_said(condition)}); choose another file"
-            )
+            raise FrictionloopError(f"{self.path}: keeps another {law} ({_said(condition)}); choose another file")
         return cell is not None
 
     def dataset(self) -> xr.Dataset:
@@ -132,9 +129,7 @@ def cells_of(kept: xr.Dataset) -> dict[tuple[str, Condition], Cell]:
 def check_new(path: str | os.PathLike[str] | None) -> None:
     """Refuse to start over in a file that is there."""
     if path is not None and Path(path).exists():
-        raise FrictionloopError(
-            f"{path}: exists; add --resume (resume=True) to continue it, delete it, or choose another file"
-        )
+        raise FrictionloopError(f"{path}: exists; --resume (resume=True) continues it")
     if path is not None:
         check_writable(path)
 

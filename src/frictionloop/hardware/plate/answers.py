@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from frictionloop.findings import Finding, Result, shown
+from frictionloop.findings.result import Row, toml_table
 from frictionloop.hardware.plate import carrier_pwm
 from frictionloop.hardware.plate import envelope as plate_envelope
 from frictionloop.hardware.plate.carrier import actual_carrier_hz
+from frictionloop.hardware.plate.carrier_check import EnvelopeCheck, check_envelope
 from frictionloop.hardware.plate.carrier_pwm import band_pass
-from frictionloop.hardware.plate.drive import Effort, FingerEffect, effort, finger_effect, modal_damping_n_s_per_m
+from frictionloop.hardware.plate.drive import Effort, FingerEffect, bare, effort, finger_effect, modal_damping_n_s_per_m
 from frictionloop.hardware.plate.envelope import quality_for_bandwidth
 from frictionloop.hardware.plate.modes import PlateMode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
+from frictionloop.hardware.plate.readings import PlateReading, plate_readings
 from frictionloop.parameters.plate_design import PlateDesign
+from frictionloop.parameters.unit_sanity import unusual
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
+PASSED, TUNED = 0.5, 0.9
+"""Gain of the band-pass, and share of the amplitude of a tuned drive, below which either is told (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +41,9 @@ class Vibration:
     resonance_hz: float
     """The resonance used: the measured one if the design has it, else the mode's."""
     time_constant_s: float
-    """T of the envelope."""
+    """T of the envelope, without a finger."""
     bandwidth_hz: float
-    """f0/(2Q): the ``plate.cutoff_hz`` of a System."""
+    """f0/(2Q) without a finger: the ``plate.cutoff_hz`` of a System that nobody touches."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +73,27 @@ class Electronics:
 
 
 @dataclass(frozen=True)
-class PlateAnswers:
+class Wanted:
+    """What would give a frequency or a bandwidth; NaN or None where nothing was asked."""
+
+    nearest: PlateMode | None
+    """Mode of this plate nearest to the frequency."""
+    thickness_mm: float
+    """Thickness at which the design's number of lines has the frequency."""
+    quality_factor: float
+    """Q that gives the bandwidth, at the frequency if one is asked for, else at the design's resonance."""
+    frequency_hz: float | None = None
+    """As asked for."""
+    bandwidth_hz: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateAnswers(Result):
     """Everything about one design."""
 
+    SCHEMA: ClassVar[str] = "design.plate/1"
+    design: PlateDesign
+    """Its Q and amplitude are those without a finger."""
     vibration: Vibration
     """Mode and envelope."""
     effort: Effort
@@ -71,25 +102,131 @@ class PlateAnswers:
     """What a finger changes."""
     electronics: Electronics
     """What the carrier adds."""
+    plate: Mapping[str, Any]
+    """The block of a System, with a finger on the plate."""
+    wanted: Wanted
+    readings: tuple[PlateReading, ...] = ()
+    carrier: tuple[EnvelopeCheck, ...] = ()
+
+    def rows(self) -> list[Row]:
+        """Return mode, envelope, drive and carrier, and what would give what was asked for."""
+        mode, drive, wired, touched = self.vibration.mode, self.design.drive, self.electronics, self.finger
+        return [
+            (
+                "mode",
+                f"{_khz(mode.frequency_hz)}, {mode.nodal_lines} lines {shown(mode.half_wavelength_mm, 4)} mm apart",
+            ),
+            ("envelope", f"{shown(self.vibration.bandwidth_hz, 4)} Hz, Q {shown(drive.quality_factor)}"),
+            (
+                "touched",
+                f"{100.0 * touched.amplitude_on_touch:.0f} % of the amplitude, Q {shown(touched.quality_on_touch)}; "
+                f"a stroke feels {100.0 * touched.felt_ripple:.0f} % ripple",
+            ),
+            (
+                "drive",
+                f"{shown(self.effort.voltage_v)} V, {shown(self.effort.force_n)} N, {shown(self.effort.power_w)} W "
+                f"for {shown(drive.max_amplitude_um)} um",
+            ),
+            (
+                "carrier",
+                f"{_khz(wired.carrier_hz)}, {wired.levels} levels, {100.0 * wired.detuned_gain:.1f} % of the "
+                f"amplitude, {shown(1e6 * wired.filter_delay_s)} us",
+            ),
+            *self._wanted(),
+        ]
+
+    def _wanted(self) -> Iterator[Row]:
+        wanted, said = self.wanted, []
+        if wanted.frequency_hz is not None:
+            said.append(f"{_khz(wanted.frequency_hz)} with {shown(wanted.thickness_mm, 4)} mm")
+        if wanted.bandwidth_hz is not None:
+            said.append(f"{shown(wanted.bandwidth_hz, 4)} Hz with Q {shown(wanted.quality_factor)}")
+        if said:
+            yield "wanted", "; ".join(said)
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return readings of the paper and errors of the envelope if they were asked for, the block, all figures."""
+        import pandas as pd
+
+        found = {}
+        if self.readings:
+            found["the paper's plate"] = pd.DataFrame([_read(each) for each in self.readings]).set_index("wave along")
+        if self.carrier:
+            found["off the first-order envelope, %"] = pd.DataFrame(map(_error, self.carrier)).set_index("drive")
+        parts = {name: asdict(getattr(self, name)) for name in ("vibration", "effort", "finger", "electronics")}
+        flat = {f"{part}.{key}": value for part, values in parts.items() for key, value in values.items()}
+        mode = {f"mode.{key}": value for key, value in flat.pop("vibration.mode").items()}
+        figures = pd.DataFrame({"value": {**mode, **flat}}, dtype=object).rename_axis("figure")
+        return {**found, "block": toml_table("plate", self.plate), "figures": figures}
 
 
-def plate_answers(design: PlateDesign) -> PlateAnswers:
-    """Return mode, envelope, drive, finger and carrier of a design.
+def plate(
+    design: PlateDesign | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    frequency_hz: float | None = None,
+    bandwidth_hz: float | None = None,
+    check_carrier: bool = False,
+    readings: bool = False,
+) -> PlateAnswers:
+    """Return mode, envelope, drive, finger and carrier of a plate, and the block of it for a System.
+
+    Parameters
+    ----------
+    design
+        Glass, size, mode, drive, finger and carrier; None: as built in.
+    overrides
+        Values of it by dotted name: ``{"geometry.thickness_mm": 4.0, "drive.finger_on": True}``.
+    frequency_hz
+        Resonance wanted: which mode, which thickness. All else is of that mode, unless ``overrides`` name another.
+    bandwidth_hz
+        Bandwidth of the envelope wanted, without a finger: which Q.
+    check_carrier
+        Simulate the carrier too, and compare it with the first-order envelope.
+    readings
+        Tell which of the paper's numbers go together too.
 
     Raises
     ------
     FrictionloopError
-        For a mode that the plate cannot have, or a timer too slow for the carrier.
+        For a mode that the plate cannot have, a timer too slow for the carrier, a Q that no plate has with that
+        finger on it, or a frequency or bandwidth that no mode, thickness or Q gives.
     """
-    vibration = _vibration(design)
-    electronics, resonance = _electronics(design, vibration.resonance_hz), vibration.resonance_hz
-    half_mm = vibration.mode.half_wavelength_mm
+    own = dict(overrides or {})
+    described = (design or PlateDesign()).evolve(own)
+    if frequency_hz is not None and "geometry.nodal_lines" not in own:
+        nearest = plate_for(described, frequency_hz).nearest
+        described = described.evolve({"geometry.nodal_lines": nearest.nodal_lines if nearest else 2})
+    there = bare(described, resonance_hz(described))
+    vibration = _vibration(there)
+    half_mm, wired = vibration.mode.half_wavelength_mm, _electronics(there, vibration.resonance_hz)
+    finger = finger_effect(there, modal_damping_n_s_per_m(there, vibration.resonance_hz), half_mm)
     return PlateAnswers(
-        vibration,
-        effort(design, resonance, half_mm, electronics.detuned_gain),
-        finger_effect(design, modal_damping_n_s_per_m(design, resonance), half_mm),
-        electronics,
+        design=there,
+        vibration=vibration,
+        effort=effort(there, vibration.resonance_hz, half_mm, wired.detuned_gain),
+        finger=finger,
+        electronics=wired,
+        plate={
+            "kind": "resonant",
+            "frequency_hz": vibration.resonance_hz,
+            "q": finger.quality_on_touch,
+            "max_amplitude_um": finger.amplitude_on_touch * there.drive.max_amplitude_um,
+        },
+        wanted=plate_for(described, frequency_hz, bandwidth_hz),
+        readings=plate_readings(there.glass) if readings else (),
+        carrier=(check_envelope(there, "sine", False), check_envelope(there)) if check_carrier else (),
+        findings=(*unusual(described), *_doubts(there, wired)),
     )
+
+
+def _doubts(design: PlateDesign, wired: Electronics) -> Iterator[Finding]:
+    carrier = design.carrier
+    if wired.filter_gain < PASSED:
+        ends = {"low": 1e-3 * carrier.band_low_hz, "high": 1e-3 * carrier.band_high_hz}
+        yield Finding("CARRIER-BAND", value=1e-3 * wired.carrier_hz, unit="kHz", limit=wired.filter_gain, more=ends)
+    if wired.detuned_gain < TUNED:
+        yield Finding("CARRIER-OFF", value=wired.detuning_hz, unit="Hz", limit=100.0 * wired.detuned_gain)
 
 
 def _vibration(design: PlateDesign) -> Vibration:
@@ -122,27 +259,8 @@ def _electronics(design: PlateDesign, resonance: float) -> Electronics:
     )
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What would give a frequency or a bandwidth; NaN or None where nothing was asked."""
-
-    nearest: PlateMode | None
-    """Mode of this plate nearest to the frequency."""
-    thickness_mm: float
-    """Thickness at which the design's number of lines has the frequency."""
-    quality_factor: float
-    """Q that gives the bandwidth, at the frequency if one is asked for, else at the design's resonance."""
-
-
 def plate_for(design: PlateDesign, frequency_hz: float | None = None, bandwidth_hz: float | None = None) -> Wanted:
     """Return which mode, thickness and Q give a wanted frequency and envelope bandwidth.
-
-    Parameters
-    ----------
-    design : PlateDesign
-        Glass, size and mode to start from.
-    frequency_hz, bandwidth_hz : float, optional
-        What is wanted, positive.
 
     Raises
     ------
@@ -157,4 +275,26 @@ def plate_for(design: PlateDesign, frequency_hz: float | None = None, bandwidth_
     if bandwidth_hz is not None:
         carrier = resonance_hz(design) if frequency_hz is None else frequency_hz
         quality = quality_for_bandwidth(carrier, bandwidth_hz)
-    return Wanted(nearest, needed_mm, quality)
+    return Wanted(nearest, needed_mm, quality, frequency_hz, bandwidth_hz)
+
+
+def _read(each: PlateReading) -> dict[str, Any]:
+    mode = each.mode
+    return {
+        "wave along": each.wave_along,
+        "lines": mode.nodal_lines,
+        "thickness, mm": mode.thickness_mm,
+        "kHz": 1e-3 * mode.frequency_hz,
+        "glass, g": 1e3 * each.mass_kg,
+        "as printed": ", ".join(each.agrees),
+    }
+
+
+def _error(each: EnvelopeCheck) -> dict[str, Any]:
+    shares = {"largest": each.largest, "theory allows": each.allowed, "without the delay": each.undelayed}
+    drive = each.source + " + band-pass" * each.filtered
+    return {"drive": drive} | {name: 100.0 * share for name, share in shares.items()}
+
+
+def _khz(frequency_hz: float) -> str:
+    return f"{frequency_hz / 1e3:.2f} kHz"

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import j1
 
 from frictionloop.parameters.plate_design import Glass, Piezo, PlateDesign, PlateGeometry
+from frictionloop.quantities import must_be
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,27 @@ def amplitude_left(factor: np.ndarray | float, plate_n_s_per_m: float, finger_n_
     R_p = M omega/Q is the plate's own damping.
     """
     return np.asarray(plate_n_s_per_m / (plate_n_s_per_m + np.asarray(factor) * finger_n_s_per_m))
+
+
+def bare(design: PlateDesign, resonance_hz: float) -> PlateDesign:
+    """Return a design whose Q and amplitude are those without a finger: 1/Q = 1/Q_on - R_f/(2 M omega).
+
+    Raises
+    ------
+    FrictionloopError
+        For a Q with the finger on that this finger alone would lower further.
+    """
+    if not design.drive.finger_on:
+        return design
+    quality, on_n_s_per_m = design.drive.quality_factor, modal_damping_n_s_per_m(design, resonance_hz)
+    plate_n_s_per_m = on_n_s_per_m - design.finger.resistance_n_s_per_m / 2
+    if plate_n_s_per_m <= 0.0:
+        most = 2 * on_n_s_per_m * quality / design.finger.resistance_n_s_per_m
+        raise must_be("drive.quality_factor", quality, f"below {most:.4g}, or a smaller finger.resistance_n_s_per_m")
+    left = plate_n_s_per_m / on_n_s_per_m
+    values = {"finger_on": False, "quality_factor": quality / left}
+    values["max_amplitude_um"] = design.drive.max_amplitude_um / left
+    return design.evolve({f"drive.{name}": value for name, value in values.items()})
 
 
 def finger_effect(design: PlateDesign, plate_n_s_per_m: float, half_wavelength_mm: float) -> FingerEffect:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from frictionloop.hardware.plate.modes import check_positive
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 
 def time_constant_s(resonance_hz: float, quality_factor: float) -> float:
@@ -38,7 +38,7 @@ def quality_for_bandwidth(resonance_hz: float, bandwidth: float) -> float:
     """
     check_positive(bandwidth_hz=bandwidth)
     if bandwidth >= resonance_hz:
-        raise FrictionloopError(f"bandwidth_hz = {bandwidth:g} Hz: must be below the resonance, {resonance_hz:g} Hz")
+        raise must_be("bandwidth_hz", bandwidth, f"below the resonance, {resonance_hz:g}", "Hz")
     return resonance_hz / (2.0 * bandwidth)
 
 

@@ -13,31 +13,25 @@ from scipy.optimize import brentq
 
 from frictionloop.hardware.plate.dispersion import Theory, frequency_hz, wave_number_per_m
 from frictionloop.parameters.plate_design import Glass, PlateDesign
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import must_be, unit_of
 
 
 def check_positive(**values: float) -> None:
     """Refuse a value that is not a finite number above zero, by the name it is passed under."""
     for name, value in values.items():
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0):
-            unit = f" {unit_of(name)}" if unit_of(name) else ""
-            raise FrictionloopError(f"{name} = {value!r}{unit}: must be a finite number above 0")
+            raise must_be(name, value, "a finite number above 0", unit_of(name))
 
 
 def check_mode(nodal_lines: int, side_mm: float, thickness_mm: float) -> None:
     """Refuse a mode that the plate cannot have: fewer lines than bending needs, or shorter than the glass is thick."""
     check_positive(side_mm=side_mm, thickness_mm=thickness_mm)
     if not thickness_mm < side_mm / 1.5:
-        raise FrictionloopError(
-            f"thickness_mm = {thickness_mm:g}: must be below {side_mm / 1.5:g} for a plate of {side_mm:g} mm, "
-            "two thirds of the side along which the wave runs"
-        )
+        raise must_be("thickness_mm", thickness_mm, f"below {side_mm / 1.5:g}, two thirds of {side_mm:g} mm", "mm")
     most = most_lines(side_mm, thickness_mm)
     if int(nodal_lines) != nodal_lines or not 2 <= nodal_lines <= most:
-        raise FrictionloopError(
-            f"nodal_lines = {nodal_lines}: must be a whole number from 2 to {most}, where half a wavelength on "
-            f"{side_mm:g} mm is as short as the glass is thick, {thickness_mm:g} mm"
-        )
+        accepted = f"a whole number from 2 to {most}, on {side_mm:g} mm of glass {thickness_mm:g} mm thick"
+        raise must_be("nodal_lines", nodal_lines, accepted)
 
 
 def most_lines(side_mm: float, thickness_mm: float) -> int:
@@ -110,9 +104,8 @@ def nearest_mode(frequency: float, side_mm: float, thickness_mm: float, glass: G
     highest = mode(most_lines(side_mm, thickness_mm), side_mm, thickness_mm, glass)
     check_positive(frequency_hz=frequency)
     if frequency > highest.frequency_hz:
-        raise FrictionloopError(
-            f"frequency_hz = {frequency:g} Hz: must be at most {math.floor(highest.frequency_hz)} Hz, where half "
-            f"a wavelength is as short as the glass is thick, {thickness_mm:g} mm"
+        raise must_be(
+            "frequency_hz", float(frequency), f"at most {math.floor(highest.frequency_hz)} on this glass", "Hz"
         )
     lines = wave_number_per_m(frequency, thickness_mm, glass) * side_mm * 1e-3 / math.pi + 0.5
     around = {min(max(n, 2), highest.nodal_lines) for n in (math.floor(lines), math.ceil(lines))}
@@ -136,10 +129,8 @@ def thickness_for_mm(
     k = math.pi / (half_mm * 1e-3)
     highest = frequency_hz(k, half_mm, glass, theory)
     if frequency > highest:
-        raise FrictionloopError(
-            f"frequency_hz = {frequency:g} Hz: must be at most {math.floor(highest)} Hz for {nodal_lines} nodal lines "
-            f"along {side_mm:g} mm, where the glass is as thick as half a wavelength, {half_mm:.3g} mm"
-        )
+        accepted = f"at most {math.floor(highest)} for {nodal_lines} nodal lines along {side_mm:g} mm"
+        raise must_be("frequency_hz", float(frequency), accepted, "Hz")
     # Thin-plate theory is proportional to h and too high, so its thickness is too small.
     thin_mm = frequency / frequency_hz(k, 1.0, glass, "thin")
     low_mm = thin_mm * (1 - 1e-9)

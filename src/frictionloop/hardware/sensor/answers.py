@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
+from frictionloop.findings import Condition, Finding, Result, shown
+from frictionloop.findings.result import Row, plain, toml_table
 from frictionloop.hardware.sensor import baseband, front_end, noise_budget, springs
 from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f, check_geometry
 from frictionloop.hardware.sensor.noise_budget import Budget
+from frictionloop.hardware.sensor.search import SensorProposal, propose_sensor
+from frictionloop.hardware.sensor.wanted import HEADROOM, SensorRequirement
+from frictionloop.parameters.files import read_design
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.parameters.unit_sanity import unusual
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
+PAPER_NOISE_N = 5e-5
+"""Noise that is asked for if a requirement names none (paper, Sec. 3.1)."""
+LOUD = 1.5
+"""Noise at the end of the range over that at rest from which its largest part is told (assumed)."""
 
 CONVERTER = "adc.bits"
 """Parameter of the one term that the loop makes itself, from the block's ``adc_bits`` and ``range_n``."""
@@ -52,10 +69,11 @@ class BlockError(NamedTuple):
     phase_deg: float
 
 
-@dataclass(frozen=True)
-class SensorAnalysis:
+@dataclass(frozen=True, kw_only=True)
+class SensorAnswers(Result):
     """The figures of one sensor design."""
 
+    SCHEMA: ClassVar[str] = "design.sensor/1"
     design: SensorDesign
     stiffness: springs.Stiffness
     """Of the suspension, N/m."""
@@ -85,6 +103,8 @@ class SensorAnalysis:
     """Delay of the carrier's electronics, mostly the band-pass, which the loop's block lacks."""
     block_error: BlockError
     """What else the loop's block lacks."""
+    proposal: SensorProposal | None = None
+    """The search that led to the design, and what other electrodes would be; None without a requirement."""
 
     @property
     def clips(self) -> bool:
@@ -106,6 +126,142 @@ class SensorAnalysis:
         """Noise that this block leaves out; None if it clips."""
         return None if self.clips else omitted(self.at_rest, self.at_range)
 
+    def rows(self) -> list[Row]:
+        """Return resonance, springs, electrodes, noise and delay."""
+        design, rest, loaded = self.design, self.at_rest, self.at_range
+        leaves, range_n = design.springs, design.load.range_n
+        across = (
+            f"radius {shown(leaves.radius_mm, 4)}" if leaves.kind == "arc" else f"length {shown(leaves.length_mm, 4)}"
+        )
+        db = "" if self.clips else f", {shown(self.dynamic_range_db)} dB"
+        return [
+            (
+                "resonance",
+                f"{shown(self.resonance_hz, 4)} Hz with {shown(design.moving.mass_kg)} kg, range {range_n:g} N{db}",
+            ),
+            (
+                "springs",
+                f"{leaves.count} {leaves.kind}, {across} mm, {shown(leaves.width_mm, 4)} x "
+                f"{shown(leaves.thickness_mm)} mm, {shown(self.stress_mpa)} of {shown(leaves.yield_mpa)} MPa",
+            ),
+            (
+                "electrodes",
+                f"{shown(design.electrodes.area_mm2, 4)} mm2, gap {shown(design.electrodes.gap_um, 4)} um, "
+                f"travel {shown(self.travel_um)} um; {shown(self.peak_v)} of {shown(design.amplifier.swing_v)} V",
+            ),
+            ("noise", f"{shown(1e6 * rest.rms_n)} uN rms at rest, {shown(1e6 * loaded.rms_n)} at {loaded.force_n:g} N"),
+            ("delay", f"{shown(1e6 * self.delay_s)} us, part of controller.delay_s"),
+        ]
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return the block for a System, unless an amplifier clips; other electrodes, and the noise term by term."""
+        import pandas as pd
+
+        found = {} if self.suspended is None else {"block": toml_table("sensor", self.suspended)}
+        if self.proposal is not None:
+            options = [each.to_dict() for each in self.proposal.options]
+            found["electrodes that meet the noise"] = pd.DataFrame(options, dtype=object).set_index("area_mm2")
+        terms = [
+            {
+                "noise": term.name,
+                "N/rtHz": term.density_n_rthz,
+                "uN rms": 1e6 * term.rms_n,
+                "loaded": 1e6 * there.rms_n,
+                "set by": term.parameter,
+            }
+            for term, there in zip(self.at_rest.terms, self.at_range.terms, strict=True)
+        ]
+        found["noise"] = pd.DataFrame(terms).set_index("noise")
+        return found | {"figures": pd.DataFrame({"value": self._figures()}, dtype=object).rename_axis("figure")}
+
+    def _figures(self) -> dict[str, Any]:
+        x, y = self.stiffness
+        names = ("resonance_hz", "travel_um", "stress_mpa", "amplitude_v", "peak_v", "side_density_pm_rthz", "delay_s")
+        found = {name: getattr(self, name) for name in names} | {"stiffness_x_n_per_m": x, "stiffness_y_n_per_m": y}
+        found |= {"capacitance_pf": 1e12 * sum(self.capacitance_f) / 2}
+        if self.clips:
+            return found | {"clips_from_n": self.clips_from_n}
+        error = self.block_error
+        return found | {
+            "nonlinearity": self.nonlinearity,
+            "block_gain_error": error.gain,
+            "block_phase_error_deg": error.phase_deg,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name; None what a sensor that clips has not."""
+        missing = None if self.omitted is None else {**self.omitted._asdict(), "rest_rms_n": self.omitted.rest_rms_n}
+        found: dict[str, Any] = {"clips": self.clips, "sensor": self.suspended, "not_in_sensor": missing}
+        found["dynamic_range_db"] = self.dynamic_range_db
+        withheld = {"nonlinearity": None, "block_error": None} if self.clips else {}
+        return super().to_dict() | plain(found) | withheld
+
+
+def sensor(
+    design: SensorDesign | str | os.PathLike[str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    resonance_hz: float | None = None,
+    range_n: float | None = None,
+    noise_rms_n: float | None = None,
+    noise_density_n_rthz: float | None = None,
+) -> SensorAnswers:
+    """Return springs, electrodes, electronics and noise of a force sensor, and the block of it for a System.
+
+    Parameters
+    ----------
+    design
+        A design, or a TOML file with what differs from the one that is built in; None: that one.
+    overrides
+        Values of it by dotted name: ``{"electrodes.gap_um": 150.0, "springs.kind": "straight"}``.
+    resonance_hz, range_n, noise_rms_n, noise_density_n_rthz
+        If any is given the geometry is searched: first resonance and range, those of the design if not given, and
+        noise of the output at rest, `PAPER_NOISE_N` if not given, or density of the electronics' noise instead.
+
+    Raises
+    ------
+    FrictionloopError
+        For a requirement that cannot be met, a gap that is not larger than the travel, springs that yield, or a
+        converter that ends below the force.
+    """
+    base = design if isinstance(design, SensorDesign) else SensorDesign()
+    if design is not None and not isinstance(design, SensorDesign):
+        base = read_design(Path(design), base)
+    described = base.evolve(dict(overrides or {}))
+    noises = {"noise_rms_n": noise_rms_n, "noise_density_n_rthz": noise_density_n_rthz}
+    given = {name: value for name, value in noises.items() if value is not None}
+    if not given and resonance_hz is None and range_n is None:
+        return analysed(described, findings=(*unusual(described), *_doubts(described)))
+    own = springs.resonance_hz(described) if resonance_hz is None else resonance_hz
+    most_n = described.load.range_n if range_n is None else range_n
+    proposal = propose_sensor(SensorRequirement(own, most_n, **(given or {"noise_rms_n": PAPER_NOISE_N})), described)
+    found = (*unusual(described), *_doubts(proposal.design))
+    return analysed(proposal.design, proposal, found)
+
+
+def _doubts(design: SensorDesign) -> Iterator[Finding]:
+    """Yield where an amplifier clips; else what the excitation adds under load, and what the block lacks."""
+    clips, rest = clips_from_n(design), noise_budget.noise_budget(design)
+    loaded = noise_budget.noise_budget(design, design.load.range_n)
+    if clips is not None:
+        peak_v, swing_v = _peak_v(design), design.amplifier.swing_v
+        less = float(f"{HEADROOM * design.excitation.amplitude_v * swing_v / peak_v:.3g}")
+        yield Finding("AMP-CLIPS", value=clips, unit="N", limit=swing_v, remedy={"excitation.amplitude_v": less})
+        return
+    if loaded.rms_n > LOUD * rest.rms_n and loaded.dominant.parameter == noise_budget.EXCITATION:
+        yield Finding(
+            "EXCITATION-LOUD",
+            value=1e6 * loaded.dominant.rms_n,
+            unit="uN",
+            limit=1e6 * rest.rms_n,
+            where=Condition(force_n=loaded.force_n),
+            remedy={"readout.form": "ratio"},
+        )
+    missing = omitted(rest, loaded)
+    name = max(missing.at_rest_n, key=missing.at_rest_n.__getitem__)
+    lacks = {"term": name, "loaded": 1e6 * missing.under_load_n}
+    yield Finding("NOISE-OUTSIDE", value=1e6 * missing.rest_rms_n, unit="uN", limit=1e6 * rest.rms_n, more=lacks)
+
 
 def suspended_values(design: SensorDesign) -> dict[str, Any]:
     """Return the values of the loop's ``sensor`` block of kind "suspended" that stands for a design.
@@ -125,17 +281,13 @@ def suspended_values(design: SensorDesign) -> dict[str, Any]:
     }
 
 
-def analyse_sensor(design: SensorDesign) -> SensorAnalysis:
-    """Return what a sensor of this geometry does.
-
-    Raises
-    ------
-    FrictionloopError
-        For a gap that is not larger than the travel, springs that yield, a converter that ends below the force.
-    """
+def analysed(
+    design: SensorDesign, proposal: SensorProposal | None = None, findings: tuple[Finding, ...] = ()
+) -> SensorAnswers:
+    """Return what a sensor of this geometry does."""
     check_geometry(design)
     range_n, travel_m = design.load.range_n, springs.travel_m(design)
-    return SensorAnalysis(
+    return SensorAnswers(
         design=design,
         stiffness=springs.stiffness(design.springs),
         resonance_hz=springs.resonance_hz(design),
@@ -143,7 +295,7 @@ def analyse_sensor(design: SensorDesign) -> SensorAnalysis:
         stress_mpa=springs.peak_stress_pa(design.springs, travel_m) * 1e-6,
         capacitance_f=capacitance_f(design),
         amplitude_v=sum(front_end.amplitudes_v(design)) / 2,
-        peak_v=max(front_end.peak_amplifier_v(design, force) for force in (-range_n, range_n)),
+        peak_v=_peak_v(design),
         clips_from_n=clips_from_n(design),
         nonlinearity=_nonlinearity(design),
         at_rest=noise_budget.noise_budget(design),
@@ -151,7 +303,14 @@ def analyse_sensor(design: SensorDesign) -> SensorAnalysis:
         side_density_pm_rthz=noise_budget.side_density_pm_rthz(design),
         delay_s=baseband.carrier_delay_s(design),
         block_error=_block_error(design),
+        proposal=proposal,
+        findings=findings,
     )
+
+
+def _peak_v(design: SensorDesign) -> float:
+    range_n = design.load.range_n
+    return max(front_end.peak_amplifier_v(design, force) for force in (-range_n, range_n))
 
 
 def clips_from_n(design: SensorDesign) -> float | None:

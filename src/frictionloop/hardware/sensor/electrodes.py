@@ -8,7 +8,7 @@ from scipy.constants import epsilon_0
 
 from frictionloop.hardware.sensor import springs
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 
 class Sides(NamedTuple):
@@ -44,24 +44,14 @@ def check_geometry(design: SensorDesign) -> None:
     travel_um, range_n = springs.travel_m(design) * 1e6, design.load.range_n
     gap_um = design.electrodes.gap_um
     if not gap_um > travel_um:
-        raise FrictionloopError(
-            f"electrodes.gap_um = {gap_um:g} um: must be greater than the travel of {travel_um:.4g} um at "
-            f"load.range_n = {range_n:g} N"
-        )
+        raise must_be("electrodes.gap_um", gap_um, f"above the travel of {travel_um:.4g}", "um")
     stress_mpa = springs.peak_stress_pa(design.springs, travel_um * 1e-6) * 1e-6
     if stress_mpa >= design.springs.yield_mpa:
-        raise FrictionloopError(
-            f"load.range_n = {range_n:g} N: bends the springs to {stress_mpa:.4g} MPa; must stay below "
-            f"springs.yield_mpa = {design.springs.yield_mpa:g} MPa"
-        )
+        most_n = range_n * design.springs.yield_mpa / stress_mpa
+        raise must_be("load.range_n", range_n, f"below {most_n:.4g}, where springs.yield_mpa is reached", "N")
     if design.adc.range_n < range_n:
-        raise FrictionloopError(
-            f"adc.range_n = {design.adc.range_n:g} N: must be at least load.range_n = {range_n:g} N, or the converter "
-            "clips"
-        )
+        raise must_be("adc.range_n", design.adc.range_n, f"at least load.range_n = {range_n:g}", "N")
     excitation = design.excitation
     if excitation.amplitude_v > excitation.max_amplitude_v:
-        raise FrictionloopError(
-            f"excitation.amplitude_v = {excitation.amplitude_v:g} V: must be at most excitation.max_amplitude_v = "
-            f"{excitation.max_amplitude_v:g} V"
-        )
+        accepted = f"at most excitation.max_amplitude_v = {excitation.max_amplitude_v:g}"
+        raise must_be("excitation.amplitude_v", excitation.amplitude_v, accepted, "V")

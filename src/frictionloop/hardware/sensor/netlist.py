@@ -7,6 +7,7 @@ in elements that ngspice knows, and in the linear part (up to ``p_bp`` and ``m_b
 from __future__ import annotations
 
 import math
+import os
 
 import numpy as np
 from scipy.constants import Boltzmann
@@ -14,8 +15,15 @@ from scipy.constants import Boltzmann
 from frictionloop.hardware.sensor import front_end
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.quantities import replacing
 
 ABSOLUTE_ZERO_C = -273.15
+
+
+def write_spice(design: SensorDesign, path: str | os.PathLike[str]) -> None:
+    """Write the netlist of a sensor design to a file, replaced if it is there."""
+    with replacing(path) as beside:
+        beside.write_text(to_spice(design), encoding="utf-8")
 
 
 def to_spice(design: SensorDesign) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.constants import Boltzmann
@@ -15,8 +15,8 @@ from frictionloop.hardware.sensor import baseband, front_end, springs
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 
-PAPER_FLOOR_N = 5e-5
-"""Noise floor of the paper's sensor (Sec. 3.3), read as rms over the band (research: as a density it would be felt)."""
+EXCITATION = "excitation.amplitude_noise_rthz"
+"""Parameter of the term that grows with the force."""
 
 
 class Term(NamedTuple):
@@ -53,6 +53,11 @@ class Budget(NamedTuple):
     def dominant(self) -> Term:
         """The largest term."""
         return max(self.terms, key=lambda term: term.rms_n)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it by name, with the sums."""
+        sums = {"rms_n": self.rms_n, "white_density_n_rthz": self.white_density_n_rthz, "dominant": self.dominant.name}
+        return {"force_n": self.force_n, **sums, "terms": [term._asdict() for term in self.terms]}
 
 
 def frequency_grid(design: SensorDesign) -> np.ndarray:
@@ -146,7 +151,7 @@ def _electronics(design: SensorDesign, force_n: float, grid: np.ndarray) -> list
         (
             "excitation amplitude",
             abs(unequal_n) * design.excitation.amplitude_noise_rthz * envelope,
-            "excitation.amplitude_noise_rthz",
+            EXCITATION,
         ),
     ]
 

@@ -1,4 +1,4 @@
-"""From a requirement to a geometry: the answer of ``frictionloop design sensor`` to resonance, range and noise.
+"""From a requirement to a geometry: what `sensor` proposes for resonance, range and noise.
 
 The resonance sets the springs' thickness, and with the range the travel. The noise then sets the gap: the largest one
 that meets it is proposed, because a wide gap is easier to make and straighter, and a narrow one is only quieter. The
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from scipy.optimize import brentq
 
@@ -23,12 +23,12 @@ from frictionloop.hardware.sensor.wanted import (
     SensorRequirement,
     check_limits,
     check_requirement,
-    limit,
     smallest_gap_um,
+    too_quiet,
     with_electrodes,
 )
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 
 class Option(NamedTuple):
@@ -36,6 +36,22 @@ class Option(NamedTuple):
 
     area_mm2: float
     design: SensorDesign | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return area, gap, gap over travel, excitation and the largest noise under load."""
+        if self.design is None:
+            return dict.fromkeys(("area_mm2", "gap_um", "gap_per_travel", "amplitude_v", "largest", "rms_un")) | {
+                "area_mm2": self.area_mm2
+            }
+        design, largest = self.design, noise_budget(self.design, self.design.load.range_n).dominant
+        return {
+            "area_mm2": self.area_mm2,
+            "gap_um": design.electrodes.gap_um,
+            "gap_per_travel": design.electrodes.gap_um / (1e6 * springs.travel_m(design)),
+            "amplitude_v": design.excitation.amplitude_v,
+            "largest": largest.name,
+            "rms_un": 1e6 * largest.rms_n,
+        }
 
 
 @dataclass(frozen=True)
@@ -74,7 +90,7 @@ def propose_sensor(requirement: SensorRequirement, base: SensorDesign | None = N
     options = tuple(Option(factor * area, _with_gap(requirement, design, factor * area)) for factor in AREAS)
     found = next((option.design for option in options if option.design is not None), None)
     if found is None:
-        raise FrictionloopError(limit(requirement, design, max(option.area_mm2 for option in options)))
+        raise too_quiet(requirement, design, max(option.area_mm2 for option in options))
     return SensorProposal(requirement, found, tuple(sorted(options)))
 
 
@@ -94,16 +110,12 @@ def _with_springs(requirement: SensorRequirement, base: SensorDesign) -> SensorD
     thickest = STOUTEST * size_mm
     if octaves(math.log(THINNEST_MM)) > 0:
         softest = springs.resonance_hz(thick(THINNEST_MM))
-        raise FrictionloopError(
-            f"resonance_hz = {wanted:g} Hz: springs as thin as {THINNEST_MM:g} mm give {softest:.4g} Hz; make "
-            f"springs.{name} larger or springs.width_mm smaller"
-        )
+        accepted = f"at least {softest:.4g} with springs.{name} = {size_mm:g}, {THINNEST_MM:g} mm thin"
+        raise must_be("resonance_hz", wanted, accepted, "Hz")
     if octaves(math.log(thickest)) < 0:
         stiffest = springs.resonance_hz(thick(thickest))
-        raise FrictionloopError(
-            f"resonance_hz = {wanted:g} Hz: springs of {thickest:.4g} mm, as thick as springs.{name} = {size_mm:g} mm "
-            f"allows, give {stiffest:.4g} Hz; make it smaller or springs.width_mm larger"
-        )
+        accepted = f"at most {stiffest:.4g} with springs.{name} = {size_mm:g}, {thickest:.4g} mm thick"
+        raise must_be("resonance_hz", wanted, accepted, "Hz")
     thickness = math.exp(brentq(octaves, math.log(THINNEST_MM), math.log(thickest), xtol=1e-14))
     design = thick(thickness)
     return design.model_copy(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from frictionloop.hardware.sensor import front_end, noise_budget, springs
 from frictionloop.hardware.sensor.electrodes import check_geometry
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import FrictionloopError, must_be, unit_of
 
 SMALLEST_GAP_UM, LARGEST_GAP_UM = 30.0, 500.0
 """Gaps that a workshop holds, and beyond which an electrode's edges matter (both assumed)."""
@@ -52,7 +52,7 @@ def check_requirement(requirement: SensorRequirement) -> None:
     given = {name: value for name, value in vars(requirement).items() if value is not None}
     for name, value in given.items():
         if not (math.isfinite(value) and value > 0):
-            raise FrictionloopError(f"{name} = {value:g} {unit_of(name)}".rstrip() + ": must be a positive number")
+            raise must_be(name, float(value), "a positive number", unit_of(name))
     if ("noise_rms_n" in given) == ("noise_density_n_rthz" in given):
         raise FrictionloopError("noise_rms_n, noise_density_n_rthz: one of them is needed, not both")
 
@@ -75,32 +75,24 @@ def check_limits(requirement: SensorRequirement, design: SensorDesign) -> None:
     """Refuse what no gap can change: springs that yield, a travel beyond any gap, noise from elsewhere."""
     travel_um = springs.travel_m(design) * 1e6
     if GAP_PER_TRAVEL * travel_um > LARGEST_GAP_UM:
-        raise FrictionloopError(
-            f"range_n = {requirement.range_n:g} N: moves a frame of {requirement.resonance_hz:g} Hz by "
-            f"{travel_um:.4g} um, and gaps go up to {LARGEST_GAP_UM:g} um, {GAP_PER_TRAVEL:g} times the travel; "
-            "take a higher resonance_hz"
-        )
+        most_n = requirement.range_n * LARGEST_GAP_UM / (GAP_PER_TRAVEL * travel_um)
+        raise must_be("range_n", requirement.range_n, f"at most {most_n:.3g} at {requirement.resonance_hz:g} Hz", "N")
     check_geometry(with_electrodes(design, LARGEST_GAP_UM, design.electrodes.area_mm2))
     if requirement.noise_rms_n is None:
         return
     fixed = [term for term in noise_budget.noise_budget(design).terms if not term.white]
     floor_n, largest = math.hypot(*(term.rms_n for term in fixed)), max(fixed, key=lambda term: term.rms_n)
     if floor_n >= requirement.noise_rms_n:
-        raise FrictionloopError(
-            f"noise_rms_n = {requirement.noise_rms_n:g} N: {floor_n:.3g} N remain with perfect electronics, most of it "
-            f"{largest.name}, {largest.rms_n:.3g} N ({largest.parameter})"
-        )
+        raise must_be("noise_rms_n", requirement.noise_rms_n, f"above {floor_n:.3g}, most {largest.parameter}", "N")
 
 
-def limit(requirement: SensorRequirement, design: SensorDesign, area_mm2: float) -> str:
-    """Return the line that says what keeps the noise up with the smallest gap and the largest electrodes."""
+def too_quiet(requirement: SensorRequirement, design: SensorDesign, area_mm2: float) -> FrictionloopError:
+    """Return the error that says what keeps the noise up with the smallest gap and the largest electrodes."""
     gap_um = smallest_gap_um(design)
     best = noise_budget.noise_budget(with_electrodes(design, gap_um, area_mm2))
     name, wanted, unit = requirement.noise
     reached = requirement.of(best)
     terms = best.terms if name == "noise_rms_n" else tuple(term for term in best.terms if term.white)
     largest = max(terms, key=lambda term: term.rms_n)
-    return (
-        f"{name} = {wanted:g} {unit}: {reached:.3g} {unit} is the least, with a gap of {gap_um:.4g} um and "
-        f"{area_mm2:g} mm2; most of it is {largest.name} ({largest.parameter})"
-    )
+    where = f"at {gap_um:.4g} um and {area_mm2:g} mm2, most {largest.parameter}"
+    return must_be(name, wanted, f"at least {reached:.3g} {where}", unit)

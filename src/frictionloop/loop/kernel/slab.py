@@ -139,8 +139,7 @@ def law_rows(law: Law) -> tuple[Any, Any, tuple[int, ...]]:
     states, gains, numbers = trees.size(law.state), trees.size(law.gains), ROW["law"]
     if 2 * states + gains > LAW_ROWS:
         raise FrictionloopError(
-            f'law "{law.kind}": {states} states and {gains} gains; twice the states and the gains must be at most '
-            f"{LAW_ROWS} numbers"
+            f'law "{law.kind}": {states} states, {gains} gains: 2 x states + gains at most {LAW_ROWS}'
         )
     kept = numbers[states + gains : 2 * states + gains]
     return trees.shaped(law.state, numbers), trees.shaped(law.gains, numbers[states:]), kept

@@ -71,8 +71,7 @@ def substeps_of(system: System) -> int:
     count = math.ceil(1.0 / (rate * SUBSTEP_S) - 1e-9)
     if count >= NODES_MAX:
         raise FrictionloopError(
-            f"controller.rate_hz = {rate:g} Hz: must be at least {1.0 / (SUBSTEP_S * (NODES_MAX - 1)):g} Hz on a "
-            f"bench, whose substeps are {1e6 * SUBSTEP_S:g} us"
+            f"controller.rate_hz = {rate:g} Hz: must be at least {1.0 / (SUBSTEP_S * (NODES_MAX - 1)):g} Hz"
         )
     return count
 
@@ -115,8 +114,7 @@ def segments_of(system: System) -> tuple[int, int]:
     if max(before, after) > MAX_SEGMENTS:
         most = PLATE_PER_SEGMENT * MAX_SEGMENTS * system.controller.rate_hz
         raise FrictionloopError(
-            f"plate.cutoff_hz = {plate:g} Hz: must be at most {most:g} Hz at controller.rate_hz = "
-            f"{system.controller.rate_hz:g} Hz (a faster envelope is over within the period and cannot be resolved)"
+            f"plate.cutoff_hz = {plate:g} Hz: at most {most:g} Hz at {system.controller.rate_hz:g} Hz"
         )
     return before, after
 

@@ -1,0 +1,133 @@
+"""What a person is shown in standard situations, kept as text; the same in JSON; and the form of that.
+
+FRICTIONLOOP_GOLDEN=1 writes tests/golden anew. A situation is a function that returns an answer.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import re
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cache
+from pathlib import Path
+
+import pytest
+from golden import GOLDEN, REWRITE, check_golden
+
+import frictionloop as fl
+from frictionloop.findings import Result
+from frictionloop.findings.render import LINES, WIDTH, WORST, lines
+
+SRC = Path(fl.__file__).parent
+ANSWER_WITHIN = 6
+"""Lines in which the answer stands."""
+RINGING = {"controller.kind": "pi", "controller.kp": 0.05, "controller.ki": 60.0}
+
+
+def check() -> Result:
+    return fl.design.check(fl.bench().evolve(RINGING))
+
+
+def check_of_people() -> Result:
+    weak = fl.bench().evolve({**RINGING, "controller.kp": 0.03, "controller.ki": 20.0})
+    return fl.design.check(weak, fl.design.Requirements(slip_lengths_um=(11.5,)), fl.fingers(6, 0))
+
+
+def controller() -> Result:
+    return fl.design.controller(fl.bench(), "pi")
+
+
+def plate() -> Result:
+    return fl.design.plate(frequency_hz=40e3, bandwidth_hz=150.0)
+
+
+def sensor() -> Result:
+    return fl.design.sensor(resonance_hz=200.0, range_n=2.0, noise_rms_n=1e-4)
+
+
+SITUATIONS: dict[str, Callable[[], Result]] = {
+    "design-check": check,
+    "design-check-people": check_of_people,
+    "design-controller": controller,
+    "design-plate": plate,
+    "design-sensor": sensor,
+}
+"""By the name of a file in tests/golden. Another verb is one more function, and its name here."""
+SLOW = {"design-controller"}
+named = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in SITUATIONS]
+)
+
+
+@cache
+def answered(name: str) -> Result:
+    return SITUATIONS[name]()
+
+
+@named
+def test_the_screen_is_as_it_was(name):
+    check_golden(f"{name}.txt", str(answered(name)))
+
+
+@named
+def test_the_screen_is_small_and_begins_with_the_answer(name):
+    found = answered(name)
+    said = str(found).splitlines()
+    assert len(said) <= LINES and max(map(len, said)) <= WIDTH
+    assert "" in said[: ANSWER_WITHIN + 1] and len(found.rows()) <= ANSWER_WITHIN
+
+
+@named
+def test_what_the_screen_says_stands_in_json_too(name):
+    found = answered(name)
+    told = json.loads(found.to_json())
+    assert told["schema"] == type(found).SCHEMA
+    codes = [each["code"] for each in told["findings"]]
+    on_screen = re.findall(r"^(?:error|warning|note) +([A-Z-]+) ", str(found), re.MULTILINE)
+    assert on_screen == codes[:WORST]
+    every = "\n".join("".join(text for text, _ in line) for line in lines(found, everything=True))
+    for each in told["findings"]:
+        assert each["code"] in every and " ".join(each["said"].split())[:20] in " ".join(every.split())
+
+
+@named
+def test_a_verdict_does_not_contradict_a_count(name):
+    found = answered(name)
+    if isinstance(found, fl.design.Check):
+        verdict, held_on = found.rows()[1]
+        assert (verdict == "HOLDS") == found.holds
+        assert (verdict == "HOLDS") is (re.search(r"\d+ of \d+", held_on) is None)
+
+
+def answers() -> list[type[Result]]:
+    """Return the classes of answers of the whole package."""
+    for path in SRC.rglob("*.py"):
+        if "SCHEMA: ClassVar" in path.read_text(encoding="utf-8"):
+            inside = path.relative_to(SRC).with_suffix("").parts
+            importlib.import_module(".".join(("frictionloop", *inside)))
+    found, left = set(), [Result]
+    while left:
+        for each in left.pop().__subclasses__():
+            found.add(each)
+            left.append(each)
+    return sorted((each for each in found if each.__module__.startswith("frictionloop.")), key=lambda each: each.SCHEMA)
+
+
+def test_the_form_of_every_answer_is_as_it_was():
+    """A field that goes or changes its type is another number in SCHEMA."""
+    form = {each.SCHEMA: {field.name: str(field.type) for field in fields(each)} for each in answers()}
+    path = GOLDEN / "schema.json"
+    if os.environ.get(REWRITE):
+        path.write_text(json.dumps(form, indent=1) + "\n", encoding="utf-8")
+    assert form == json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_every_answer_has_a_form_of_its_own_and_says_what_it_is():
+    found = answers()
+    assert len({each.SCHEMA for each in found}) == len(found) > 3
+    for each in found:
+        assert re.fullmatch(r"[a-z]+(\.[a-z_]+)*/\d+", each.SCHEMA) and each.__doc__
+        assert each.__dataclass_params__.frozen
