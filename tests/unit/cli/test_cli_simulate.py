@@ -176,7 +176,7 @@ def test_a_path_without_a_kind_names_the_flag(frictionloop):
 def test_a_recording_too_short_names_the_flag_and_the_longest(frictionloop, with_a_mean):
     flags = ("simulate", "--preset", "feasible", *with_a_mean, "--disturbance.column", "Ft", "--duration-s")
     assert frictionloop(*flags, "0.5").code == 0  # 500 samples at 1 kHz, the last held for a millisecond
-    assert "duration_s = 0.6 s" in frictionloop(*flags, "0.6").err
+    assert "duration_s must be at most 0.5 s" in frictionloop(*flags, "0.6").err
 
 
 @pytest.fixture
