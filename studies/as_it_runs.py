@@ -18,9 +18,10 @@ import numpy as np
 
 from frictionloop.analysis.linear import linearise
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import ENTRANTS
+from frictionloop.design.comparison.entrants import designed
 from frictionloop.design.loop_gains import loop_gain
 from frictionloop.design.plants import detuned
+from frictionloop.design.requirements import Requirements
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import FrictionloopError
@@ -55,7 +56,8 @@ def peaks(system: System, finger: Mapping[str, Any]) -> np.ndarray:
 
 def main(count: int = 1000, margins: int = 20) -> None:
     """Write the table."""
-    laws = {"limit_observer": LIMIT_OBSERVER, "notch_pi": ENTRANTS["notch_pi"](bench())}
+    notch_pi = designed("notch_pi", Requirements(slip_lengths_um=()))
+    laws = {"limit_observer": LIMIT_OBSERVER, "notch_pi": notch_pi(bench())}
 
     def rows() -> Iterator[Any]:
         for there in conditions(count, speeds=SPEEDS_MM_S):

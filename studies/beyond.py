@@ -19,8 +19,9 @@ import xarray as xr
 from frictionloop.control.cost import worst_tick
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import margins, protocol
-from frictionloop.design.comparison.entrants import ENTRANTS, on_device
+from frictionloop.design.comparison.entrants import ENTRANTS, designed, on_device
 from frictionloop.design.comparison.margins import LEVEL_N, step_traces
+from frictionloop.design.requirements import Requirements
 from frictionloop.quantities.version import package_version
 from frictionloop.report import beyond
 from frictionloop.report.beyond import SPEED_MM_S
@@ -33,8 +34,9 @@ WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
 """What is kept of a step down and of one up."""
 PEAK = 2.0
 """Largest |S| that the computed limit allows."""
-OF = ("lookup", "printed_pi", "retuned_pi", "notch_pi")
+OF = ("lookup", "printed_pi", "retuned_pi")
 LAWS = {name: ENTRANTS[entrant] for name, entrant in zip(beyond.LAWS, OF, strict=False)}
+LAWS[beyond.NOTCH] = designed("notch_pi", Requirements(slip_lengths_um=()))
 LAWS[beyond.ORACLE] = lambda _: STAND_IN
 """Who competes, by the names that the report gives them."""
 CLOSE = beyond.LAWS[2:]
@@ -50,7 +52,7 @@ FOLDER = Path(beyond.__file__).parent / "stored"
 def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Dataset]:
     """Run and score all laws; return what is kept of them, and the steps of the median finger."""
     with deciding():
-        whole = rooms.compare(the_bench(), rooms.SMALL, laws=LAWS, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
+        whole = rooms.run_laws(the_bench(), LAWS, rooms.SMALL, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
         traces = step_traces(whole, SPEED_MM_S)
     every = rooms.scores(whole)
     scored, rows = every.sel(speed_mm_s=SPEED_MM_S), rooms.score_rows(every) + over_oracle(every, beyond.ORACLE)
@@ -117,7 +119,7 @@ def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
     return {f"{z:g}": _kept(of_both.sel(slip_length_um=z).item()) for z in LENGTHS_UM}
 
 
-def _peaks(whole: rooms.Comparison, law: str, length_um: float) -> tuple[float, float]:
+def _peaks(whole: rooms.LawRuns, law: str, length_um: float) -> tuple[float, float]:
     """Return Ms with the resonance as the bench says, and the worst of that and of 10 % off; NaN without a loop."""
     system = margins.median_system(whole, law, SPEED_MM_S, length_um)
     if system is None:

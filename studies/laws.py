@@ -36,14 +36,14 @@ REFERENCES = {"oracle": False, "clairvoyant": True}
 """Oracles by name, and whether each knows ahead of time."""
 
 
-def whole(references: bool = False, path: Path = RUNS) -> rooms.Comparison:
+def whole(references: bool = False, path: Path = RUNS) -> rooms.LawRuns:
     """Return the comparison, run as far as it is not kept."""
     path.parent.mkdir(exist_ok=True)
-    ran = rooms.compare(bench(), laws=LAWS, path=path, resume=path.exists())
+    ran = rooms.run_laws(bench(), LAWS, path=path, resume=path.exists())
     for name, preview in REFERENCES.items() if references else ():
         with deciding(preview) as own:
             laws = {law: _given(found) for law, found in {**ran.laws, name: own}.items()}
-            ran = rooms.compare(bench(), laws=laws, path=path, resume=True)
+            ran = rooms.run_laws(bench(), laws, path=path, resume=True)
     return ran
 
 

@@ -31,7 +31,7 @@ TASK = protocol.SINES[1]
 Row = dict[str, Any]
 
 
-def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | None = None) -> xr.Dataset:
+def reasons(comparison: rooms.LawRuns, laws: Iterable[str], *, n_jobs: int | None = None) -> xr.Dataset:
     """Return `residual_by_cause` and `residual_bands` of some laws over law, speed and slip length.
 
     On the first 100 capable fingers of the population (of all if none is capable) at the sine around 0.6 N; bands on
@@ -54,7 +54,7 @@ def reasons(comparison: rooms.Comparison, laws: Iterable[str], *, n_jobs: int | 
     return xr.Dataset(data, own | axes)
 
 
-def _split(comparison: rooms.Comparison, law: str, speed: float, length_um: float, n_jobs: int | None) -> xr.Dataset:
+def _split(comparison: rooms.LawRuns, law: str, speed: float, length_um: float, n_jobs: int | None) -> xr.Dataset:
     some = np.flatnonzero(protocol.able(comparison.system, comparison.people, speed, comparison.duration_s))
     numbers = (some if some.size else np.arange(len(comparison.people)))[:MOST]
     people = [comparison.people[i] for i in numbers]
@@ -99,7 +99,7 @@ def _spread(name: str, values: xr.DataArray) -> dict[str, float]:
 def main(laws: str = "notch_pi", fingers: str = "60") -> None:
     """Keep what each part of the residual costs: a column for each law, speed and slip length, medians in mN."""
     names = laws.split(",")
-    rows = reason_rows(reasons(rooms.compare(bench(), int(fingers), laws=names), names))
+    rows = reason_rows(reasons(rooms.run_laws(bench(), names, int(fingers)), names))
     cells: dict[str, dict[str, str]] = {}
     for row in rows:
         at = f"{row['law']}, {row['speed_mm_s']:g} mm/s, {row['slip_length_um']:g} um"

@@ -8,8 +8,8 @@ True
 A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve, from_toml)
 its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
                 SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
-Run it          simulate  sweep  Stepper  fingers  save  load
-Judge it        diagnose  plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
+Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  load
+Judge it        diagnose  doubts  plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      rings  linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
 Render effects  rendering (its own names: help(fl.rendering))
@@ -47,7 +47,7 @@ _HOME = {
     "loop.blocks": "register",
     "loop.metric": "RunMetric Sample StreamingMetric",
     "physics.capable": "capable",
-    "physics.fingers": "fingers",
+    "physics.fingers": "coefficient_of fingers fingers_for",
     "physics.rough_contact": "RoughContactFriction",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
@@ -55,8 +55,14 @@ _HOME = {
     "design.pi_synthesis": "retune",
     "design.run_diagnosis": "diagnose",
     "design.described": "described",
+    "design.best_point": "best",
+    "design.comparison.effect_comparison": "compare_effects",
+    "design.comparison.law_comparison": "compare",
+    "design.comparison.run": "ComparisonInterrupted",
+    "design.people_served": "PeopleInterrupted people",
     "design.notch": "retune_notch",
     "loop.record": "load save system_of",
+    "loop.signal_warnings": "doubts",
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
     "loop.sweep": "SweepInterrupted sweep",

@@ -13,7 +13,7 @@ from studies.why import reason_rows, reasons
 
 @pytest.fixture(scope="module")
 def ran():
-    return rooms.compare(fl.bench(), 3, 0, ["lookup", "retuned_pi"], [20.0], duration_s=1.6, progress=False)
+    return rooms.run_laws(fl.bench(), ["lookup", "retuned_pi"], 3, 0, [20.0], duration_s=1.6, progress=False)
 
 
 def test_reasons_are_those_of_the_fingers_that_are_scored(ran):

@@ -206,9 +206,7 @@ def test_code_that_moved_to_another_module_runs_although_the_disk_has_it_from_th
 
 
 def test_a_comparison_takes_a_law_from_outside_by_its_kind(own):
-    from frictionloop.design.comparison import compare
-
-    assert set(compare(own, 1, 5, ["own_pi"], [20.0], duration_s=1.5).laws) == {"own_pi"}
+    assert set(fl.compare(own, ["own_pi"], 1, 5, [20.0], duration_s=1.5).runs.laws) == {"own_pi"}
 
 
 def test_files_keep_blocks_from_outside(own, sticky, tmp_path):

@@ -118,7 +118,7 @@ def test_the_table_lookup_has_no_loop():
 
 
 def test_a_force_out_of_reach_is_refused_as_by_a_design():
-    with pytest.raises(fl.FrictionloopError, match="saturation is the limit"):
+    with pytest.raises(fl.FrictionloopError, match="in reach"):
         check(fl.bench().evolve({"setpoint.offset_n": 2.0}))
 
 

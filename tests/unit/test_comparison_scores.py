@@ -23,7 +23,7 @@ DURATION_S, START_S, SEED = 2.0, 0.5, 9
 @pytest.fixture(scope="module")
 def ran():
     times = {"duration_s": DURATION_S, "start_s": START_S, "progress": False}
-    return rooms.compare(fl.bench(), 3, SEED, ["retuned_pi"], [80.0], **times)
+    return rooms.run_laws(fl.bench(), ["retuned_pi"], 3, SEED, [80.0], **times)
 
 
 @pytest.fixture(scope="module")
@@ -174,7 +174,7 @@ def test_median_and_worst_decile():
 @pytest.mark.slow
 def test_margins_are_those_of_linearise_on_the_median_finger():
     times = {"duration_s": 0.6, "start_s": 0.1, "progress": False}
-    ran = rooms.compare(fl.bench(), 8, 0, ["retuned_pi"], [20.0], **times)
+    ran = rooms.run_laws(fl.bench(), ["retuned_pi"], 8, 0, [20.0], **times)
     some = protocol.able(fl.bench(), ran.people, 20.0, 0.6)
     finger = protocol.median_finger(ran.people, some)
     assert finger is not None

@@ -121,11 +121,11 @@ def test_a_terminal_gets_the_answer_first_five_findings_and_how_many_more():
 
 
 def test_a_long_finding_is_cut_on_the_screen_and_whole_with_everything():
-    values = {f"plate.value_{k}": 1.0 for k in range(9)}
-    found = Answer(findings=(Finding("ASSUMED", value=9, more={"values": values}),))
+    values = {f"plate.value_{k}": 1.0 for k in range(90)}
+    found = Answer(findings=(Finding("ASSUMED", value=90, more={"values": values}),))
     assert str(found).endswith("...")
     every = " ".join("".join(text for text, _ in line) for line in lines(found, everything=True))
-    assert "--plate.value_8 1" in " ".join(every.split())
+    assert "--plate.value_89 1" in " ".join(every.split())
 
 
 def test_html_and_a_notebook_have_everything_and_nothing_that_is_taken_for_tags():

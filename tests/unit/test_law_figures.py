@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from frictionloop.design.comparison.law_figures import figure_residuals
+from frictionloop.design.comparison.law_panels import figure_sensitivities, figure_step_traces
 from frictionloop.design.response_figures import figure_step
-from frictionloop.report.figures.comparison import figure_residuals
-from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
 
 LENGTHS_UM = [11.5, 0.0]
 TIME = np.arange(0.0, 2.0, 1e-3)

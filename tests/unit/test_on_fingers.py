@@ -52,16 +52,16 @@ def test_a_finger_that_cannot_be_looked_at_is_told_and_holds_nowhere():
     found = check_fingers(PI, people, FEW)
     assert found.unseen.values[0] == "" and "motion.load_n = 0.001 N" in str(found.unseen.values[1])
     assert not found.holds.values[1] and np.isnan(found.sensitivity_peak.values[1])
-    with pytest.raises(fl.FrictionloopError, match=r"no finger can be looked at; the first: motion.load_n = 0.001"):
+    with pytest.raises(fl.FrictionloopError, match=r"people: .*motion.load_n = 0.001"):
         check_fingers(PI, people[1:], FEW)
-    with pytest.raises(fl.FrictionloopError, match=r"people: needs one finger"):
+    with pytest.raises(fl.FrictionloopError, match=r"people: needs one"):
         check_fingers(PI, [], FEW)
 
 
 def test_forces_out_of_a_fingers_reach_are_told():
     strong, weak = (PEOPLE[0] | {"friction.nominal_n": nominal_n} for nominal_n in (0.95, 0.3))
     found = check_fingers(PI, [strong, weak], FEW)
-    assert "no force asked for is in reach" in str(found.unseen.values[1]) and not found.holds.values[1]
+    assert "no force asked for in reach" in str(found.unseen.values[1]) and not found.holds.values[1]
     there = [loop.elements for loop in band_of(PI.evolve(strong))]
     few = PI.evolve({"setpoint.amplitude_n": 0.0, "setpoint.offset_n": max(at.force_n for at in there)})
     assert check_fingers(few, [strong], FEW).in_reach.values[0]

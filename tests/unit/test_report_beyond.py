@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from frictionloop.control.cost import worst_tick
+from frictionloop.design.comparison.law_panels import figure_step_traces
 from frictionloop.report.beyond import LAWS, NOTCH, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, beyond_rows, stored
-from frictionloop.report.figures.law_panels import figure_step_traces
 
 LENGTHS_UM = (30.0, 0.0)
 

@@ -152,7 +152,7 @@ REFUSED = {
     ),
     "saturation": (
         lambda: retune_notch(BENCH.evolve({"setpoint.offset_n": 1.6})),
-        "saturation is the limit",
+        "in reach",
     ),
     "delay": (
         lambda: retune_notch(BENCH.evolve({"controller.delay_s": 0.02}), least_ki=200.0),

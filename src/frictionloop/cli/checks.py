@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LOADS = "the least and the largest in N, such as 0.4,1.2, or one"
+COEFFICIENTS = "the least and the largest, such as 0.4,1.2, or one"
 RUN_FILES, FIGURES, TABLES, SYSTEMS = (".h5", ".hdf5", ".nc"), (".svg", ".pdf", ".png"), (".csv",), (".toml",)
 
 OTHERS = (".csv", ".tsv", ".txt", ".mat", ".xlsx", ".parquet", ".json", ".npz")
@@ -118,10 +119,10 @@ def check_fingers(count: int | None, seed: int | None, most: int, **more: Any) -
     """Refuse a number or a seed of fingers out of range, and what says where fingers come from without any."""
     for name, given in more.items():
         if given is not None and not count:
-            raise FrictionloopError(f"{name}: says where fingers come from; accepted: with --fingers N")
+            raise FrictionloopError(f"{name}: accepted with --fingers N")
     if count is None:
         if seed is not None:
-            raise FrictionloopError(f"fingers_seed = {seed}: needs --fingers N, which it is the seed of")
+            raise FrictionloopError(f"fingers_seed = {seed}: accepted with --fingers N")
         return
     check_count("fingers", count, 1, most)
     check_count("fingers_seed", seed or 0, 0)

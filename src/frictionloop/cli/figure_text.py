@@ -246,6 +246,6 @@ def _head(name: str) -> str:
 
 
 def _shown(name: str, value: float | None) -> str:
-    from frictionloop.cli.comparison_text import number
+    from frictionloop.findings import shown as number
 
     return "-" if value is None else number(_unit(name)[2] * value)

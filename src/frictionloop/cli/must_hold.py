@@ -53,13 +53,18 @@ class MustHold:
         flags.Whole | None, _asked("So many random fingers besides, each with its own friction, skin and load.")
     ] = None
     fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0.")] = None
+    coefficients: Annotated[
+        str | None,
+        _asked("Least and largest friction coefficient of the fingers: 0.4,1.2, or one; drawn if not given."),
+    ] = None
     population: Annotated[
         Path | None, _asked("Draw the fingers from this measured population (.toml of ``identify bench``).")
     ] = None
 
     def check(self) -> None:
         """Refuse a number or a seed out of range, and what says where fingers come from without any."""
-        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, population=self.population)
+        whose = {"population": self.population, "coefficients": self.coefficients}
+        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, **whose)
 
     def requirements(self, file: Path | None) -> Any:
         """Return the same for a design: what is not given is as in the file's table [designed]."""
@@ -88,8 +93,8 @@ class MustHold:
 
     def people(self, system: fl.System, overrides: list[str] | None) -> Sequence[Any] | None:
         """Return the fingers; None if none are asked for."""
-        from frictionloop.cli.population import population_of
-
         if not self.fingers:
             return None
-        return population_of(system, self.fingers, self.fingers_seed or 0, overrides, self.population)
+        coefficients = checks.two_values("coefficients", self.coefficients, checks.COEFFICIENTS) or None
+        of = {"population": self.population, "coefficients": coefficients, "given": flags.overrides_of(overrides)}
+        return fl.fingers_for(system, self.fingers, self.fingers_seed or 0, **of)

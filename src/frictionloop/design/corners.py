@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ from frictionloop.analysis.band import condition_of, operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.occlusions import occlusions
+from frictionloop.analysis.stability import rings
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.least_gain import laws_on
@@ -20,6 +22,7 @@ from frictionloop.design.plants import Plants, detuned, shifted
 from frictionloop.findings import Condition
 from frictionloop.loop.progress import step
 from frictionloop.parameters import Strokes, System
+from frictionloop.quantities import FrictionloopError
 
 MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
@@ -69,6 +72,14 @@ def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -
     return [
         loop for there in over.systems(system) for loop in operating_band(there, occluded=states or occlusions(there))
     ]
+
+
+def peak_of(system: System) -> float:
+    """Return the largest Ms over the forces asked for, on a dry and a moist finger; NaN without a linear analysis."""
+    try:
+        return rings(system).sensitivity_peak
+    except FrictionloopError:
+        return math.nan
 
 
 def load_of(system: System) -> float | None:

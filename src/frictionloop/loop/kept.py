@@ -32,6 +32,10 @@ def computing(*more: str) -> str:
     return code_version(*COMPUTING, str(firmware_folder()), *more)
 
 
+RUNS_DONE = "runs_done"
+"""Attribute of a sweep that says how many of its runs are done: some have no value."""
+
+
 class Timely:
     """Saves when it is called and the last saving is some time ago."""
 
@@ -66,6 +70,26 @@ def resumed(
     return np.array([kept[name].values.ravel() for name in names])
 
 
+def runs_done(result: xr.Dataset) -> int:
+    """Return how many runs of a sweep are done; of a part of one those with a value."""
+    if RUNS_DONE in result.attrs:
+        return min(int(result.attrs[RUNS_DONE]), int(np.prod(list(result.sizes.values()))))
+    numbers = [values.values for values in result.data_vars.values() if values.dtype.kind == "f"]
+    return int(np.any(~np.isnan(numbers), axis=0).sum()) if numbers else 0
+
+
+def check_not_unfinished(path: str | os.PathLike[str] | None) -> None:
+    """Refuse to start over in a file that keeps an unfinished sweep."""
+    if path is None or not Path(path).is_file():
+        return
+    try:
+        there = load(path)
+    except FrictionloopError:
+        return
+    if "fingerprint" in there.attrs and runs_done(there) < np.prod(list(there.sizes.values())):
+        raise FrictionloopError(f"{path}: keeps an unfinished sweep; --resume (resume=True) continues it")
+
+
 class Result:
     """The growing result of a sweep and the file that keeps it."""
 
@@ -75,6 +99,7 @@ class Result:
         if path is not None and Path(path).suffix.lower() not in HDF5:
             raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(HDF5)}, to be resumed")
         self.values, self.names, self.grid, self.attrs, self.path = values, names, grid, attrs, path
+        self.done = int(np.sum(~np.isnan(values).all(axis=0)))
 
     def dataset(self) -> xr.Dataset:
         """Return the metrics over the sweep's axes, NaN where nothing has run."""
@@ -85,7 +110,7 @@ class Result:
             )
             for name, row in zip(self.names, self.values, strict=True)
         }
-        return xr.Dataset(data, self.grid.coordinates(), self.attrs)
+        return xr.Dataset(data, self.grid.coordinates(), self.attrs | {RUNS_DONE: self.done})
 
     def keep(self) -> None:
         """Save what is there, if the sweep has a file."""

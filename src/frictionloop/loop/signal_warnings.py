@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from frictionloop.findings import Condition, Finding
@@ -23,6 +23,33 @@ def warn_of_signals(system: System) -> None:
     """
     for each in signal_findings(system):
         warnings.warn(f"{each.code}: {in_python(each)}", SignalWarning, stacklevel=3)
+
+
+def doubts(
+    system: System, signals: Sequence[str] = ("setpoint", "disturbance"), speeds_mm_s: Sequence[float] = ()
+) -> tuple[Finding, ...]:
+    """Return what is in doubt of a System that runs: recorded signals, strokes too short, turns within contacts.
+
+    Parameters
+    ----------
+    system
+        What runs.
+    signals
+        Those of which recordings are looked at.
+    speeds_mm_s
+        Speeds that are swept, of which the first that turns within contacts is told.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
+    from frictionloop.analysis.levels import misread
+    from frictionloop.loop.run_findings import contact_turns
+
+    there = [system.evolve({"motion.speed_mm_s": speed}) for speed in speeds_mm_s] or [system]
+    turns = next(filter(None, (tuple(contact_turns(each)) for each in there)), ())
+    return (*short_strokes(system), *misread(system, signals), *turns)
 
 
 def signal_findings(system: System) -> Iterator[Finding]:

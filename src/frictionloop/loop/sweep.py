@@ -12,7 +12,7 @@ import xarray as xr
 
 from frictionloop.loop.blocks import outside_digest, register_all, registered
 from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
-from frictionloop.loop.kept import CLOCK, Result, Timely, computing, resumed
+from frictionloop.loop.kept import CLOCK, Result, Timely, check_not_unfinished, computing, resumed
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
@@ -90,7 +90,8 @@ def sweep(
     Raises
     ------
     FrictionloopError
-        For an unknown path, metric or value, naming it (nothing has run then), or a ``path`` that holds another sweep.
+        For an unknown path, metric or value, naming it (nothing has run then), or a ``path`` that holds another
+        sweep, or an unfinished one without ``resume``.
     SweepInterrupted
         On Ctrl-C, carrying the partial result.
 
@@ -109,7 +110,9 @@ def sweep(
     code, values = computing(), np.full((len(names), int(np.prod(grid.shape))), np.nan)
     if resume:
         values = resumed(path, key, code, names, grid)
-    attrs = provenance(system, duration_s=duration_s, fingerprint=key, code=code)
+    else:
+        check_not_unfinished(path)
+    attrs = provenance(system, duration_s=duration_s, score_from_s=score_from_s, fingerprint=key, code=code)
     result = Result(values, names, grid, attrs, path)
     result.keep()
     save = Timely(result.keep, clock)
@@ -123,6 +126,7 @@ def sweep(
         try:
             for lanes, numbers in done:
                 values[:, lanes] = numbers
+                result.done += len(lanes)
                 advance()
                 save()
         except KeyboardInterrupt:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import os
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 from scipy.special import ndtr
 
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.parameters.population import Population, read_population
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import whole
 from frictionloop.quantities.normals import normals
 
@@ -57,8 +60,9 @@ class Fingers(list[dict[str, float]]):
 def fingers(
     n: int,
     seed: int,
-    population: Population | Mapping[str, Any] | str | None = None,
+    population: Population | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     loads_n: tuple[float, float] | None = None,
+    coefficients: tuple[float, float] | None = None,
 ) -> Fingers:
     """Return a random population as overrides for `sweep`.
 
@@ -81,12 +85,15 @@ def fingers(
     loads_n : (float, float), optional
         Least and largest mean load in N, between which ``motion.load_n`` is uniform: what participants are asked to
         press with. The rest of each finger stays as it is.
+    coefficients : (float, float), optional
+        Least and largest friction coefficient, limit of friction over load (`coefficient_of`), between which it is
+        uniform: ``friction.nominal_n`` follows.
 
     Raises
     ------
     FrictionloopError
         For an n below 1 or a seed out of range, or what is not a whole number; for a population that cannot be read or
-        has a value that fingers do not have; for loads that are not above 0 and rising.
+        has a value that fingers do not have; for loads or coefficients that are not above 0 and rising.
     """
     whole("n", n, 1, 2**32)
     whole("seed", seed, 0, 2**64 - 1)
@@ -97,18 +104,101 @@ def fingers(
         found = _as_measured(found, z, measured)
         if any(each.path == "friction.nominal_n" for each in measured.value):
             found = Fingers({path: value for path, value in each.items() if path not in DRAWN_AT} for each in found)
-    return found if loads_n is None else _pressed(found, z, loads_n)
+    if loads_n is not None:
+        drawn = _between("loads_n", loads_n, z, "motion.load_n", "N")
+        found = Fingers(each | {"motion.load_n": load} for each, load in zip(found, drawn, strict=True))
+    if coefficients is not None:
+        drawn = _between("coefficients", coefficients, z, "friction.nominal_n")
+        found = Fingers(_with_coefficient(each, value) for each, value in zip(found, drawn, strict=True))
+    return found
 
 
-def _pressed(found: Fingers, z: np.ndarray, loads_n: tuple[float, float]) -> Fingers:
-    """Return fingers whose mean loads are uniform between two, each by its own column of the noise."""
-    low, high = loads_n
+def fingers_for(
+    system: System,
+    n: int,
+    seed: int = 0,
+    population: Population | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    loads_n: tuple[float, float] | None = None,
+    coefficients: tuple[float, float] | None = None,
+    *,
+    given: Collection[str] = (),
+) -> Fingers:
+    """Return `fingers` in the place of that of a system.
+
+    Parameters
+    ----------
+    system
+        The bench, whose friction, finger and motion are of the kinds that fingers need.
+    n, seed, population, loads_n, coefficients
+        As of `fingers`.
+    given
+        Dotted names of values that somebody gave for all fingers.
+
+    Raises
+    ------
+    FrictionloopError
+        As `fingers`, for a system without a finger, and for a value given that each finger brings itself.
+    """
+    check_finger(system)
+    people = fingers(n, seed, population, loads_n, coefficients)
+    for path in given:
+        if path in people[0]:
+            raise FrictionloopError(f"{path}: each finger brings its own; leave it out")
+    return people
+
+
+def check_finger(system: System) -> None:
+    """Refuse a system without a finger that moves."""
+    wanted: dict[str, type[BaseModel]] = {"friction": FingerFriction, "finger": Skin, "motion": Strokes}
+    for name, model in wanted.items():
+        block, kind = getattr(system, name), model.model_fields["kind"].default
+        if not isinstance(block, model):
+            raise FrictionloopError(f'{name}.kind = "{block.kind}": must be "{kind}", as in bench(), for fingers')
+
+
+def coefficient_of(finger: Mapping[str, Any]) -> float:
+    """Return the friction coefficient of a finger just landed, f0 (N/N0)^(n - 1) / N0 at its mean load N.
+
+    That is the limit of friction without vibration over the load, at the reference speed.
+
+    Parameters
+    ----------
+    finger : mapping
+        Dotted paths to values, as from `fingers`; what is missing is the default of `FingerFriction` and `Strokes`.
+
+    Raises
+    ------
+    FrictionloopError
+        For a load that is not above 0.
+    """
+    usual = {path: model.model_fields[path.partition(".")[2]].default for path, model in _COEFFICIENT.items()}
+    values = {**usual, **finger}
+    f0, n, load_n, reference_n = (float(values[path]) for path in _COEFFICIENT)
+    if not load_n > 0.0:
+        raise must_be("motion.load_n", load_n, "above 0", "N")
+    return f0 * (load_n / reference_n) ** (n - 1.0) / reference_n
+
+
+_COEFFICIENT: dict[str, type[BaseModel]] = {
+    "friction.nominal_n": FingerFriction,
+    "friction.load_exponent": FingerFriction,
+    "motion.load_n": Strokes,
+    "friction.reference_load_n": FingerFriction,
+}
+"""What a coefficient follows from, and whose values these are."""
+
+
+def _with_coefficient(finger: dict[str, float], coefficient: float) -> dict[str, float]:
+    found = finger | DRAWN_AT
+    return found | {"friction.nominal_n": found["friction.nominal_n"] * coefficient / coefficient_of(found)}
+
+
+def _between(name: str, ends: tuple[float, float], z: np.ndarray, path: str, unit: str = "") -> list[float]:
+    """Return values that are uniform between two, each by its own column of the noise."""
+    low, high = ends
     if not 0 < low <= high < math.inf:
-        raise FrictionloopError(f"loads_n = {tuple(loads_n)} N: must be above 0, the least before the largest")
-    shares = ndtr(z[:, COLUMNS.index("motion.load_n")]).tolist()
-    return Fingers(
-        each | {"motion.load_n": low + (high - low) * share} for each, share in zip(found, shares, strict=True)
-    )
+        raise must_be(name, tuple(ends), "above 0, the least before the largest", unit)
+    return (low + (high - low) * ndtr(z[:, COLUMNS.index(path)])).tolist()
 
 
 def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Fingers:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.design.comparison import protocol
 from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.numbers import number
 from frictionloop.report.protocol import LEVELS_N
@@ -28,7 +29,7 @@ SHOWN_MS = {"down": (-5.0, 60.0), "up": (-5.0, 60.0)}
 """What is shown of them: how long a law takes to be at rest."""
 FOLDER = files("frictionloop.report") / "stored"
 SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
-NOTCH, ORACLE = "notch and feed-forward", "oracle"
+NOTCH, ORACLE = "notch and feed-forward", protocol.ORACLE
 LAWS = (OPEN, PRINTED, RETUNED_GAINS, NOTCH, ORACLE)
 """Who competes, named as in Fig. 5."""
 MEDIAN, WORST = "median", "worst_decile"

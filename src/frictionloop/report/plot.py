@@ -60,8 +60,9 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 def _figure_of(result: Any) -> Figure:
     from frictionloop.identification.first_look import FirstLook
     from frictionloop.identification.refused import Refused
+    from frictionloop.loop import sweep_figure
     from frictionloop.preview import Preview
-    from frictionloop.report import effect_figure, recording_figure, run_figure, sweep_figure
+    from frictionloop.report import effect_figure, recording_figure, run_figure
     from frictionloop.report.refusal import refused_figure
 
     dims = getattr(result, "dims", ())

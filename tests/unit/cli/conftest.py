@@ -16,17 +16,18 @@ from frictionloop.cli import main
 
 @pytest.fixture(autouse=True, scope="session")
 def _designed_once():
-    """The notch of a bench takes ten seconds to find: what README.md and the tests of the command design is one."""
-    from frictionloop.design import controller_design
+    """The notch of a bench takes seconds to find: what README.md and the tests of the command design is one."""
+    from frictionloop.design import controller_design, synthesis
 
-    really = controller_design.synthesised
+    really = synthesis.synthesised
     known = cache(really)
 
     def synthesised(system, law, asked):
         return (known if law == "notch_pi" else really)(system, law, asked)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(controller_design, "synthesised", synthesised)
+        for room in (synthesis, controller_design):
+            patch.setattr(room, "synthesised", synthesised)
         yield
 
 

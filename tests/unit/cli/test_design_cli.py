@@ -86,7 +86,7 @@ def test_flags_of_what_must_hold_are_fields_of_requirements():
     ("controller", ("--law", "observr"), "law: 'observr' is unknown; did you mean limit_observer"),
     ("controller", ("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
     ("controller", ("--resonance-error", "0.6"), "resonance_error = 0.6: must be from 0 to 0.25"),
-    ("controller", ("--setpoint.offset_n", "2"), "saturation is the limit"),
+    ("controller", ("--setpoint.offset_n", "2"), "in reach"),
     ("controller", ("--law", "pi", "--sensitivity-peak", "1.001"), "6.28 1/s lowers what is felt"),
     ("controller", ("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s"),
     ("controller", ("--slip-lengths-um", "0,b"), "slip_lengths_um = '0,b': must be"),

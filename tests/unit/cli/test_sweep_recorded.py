@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.report.sweep_figure import figure_of
+from frictionloop.loop.sweep_figure import figure_of
 
 N = 6
 TIME_S = np.arange(1000) / 1000.0
@@ -39,17 +37,11 @@ def test_fingers_tell_what_is_left_of_a_recording(frictionloop, recorded):
     assert of_all == {"median": np.median(one_by_one), "worst_decile": max(one_by_one), "fingers": N}
 
 
-def test_names_stay_whole_and_what_has_no_value_is_said_once(frictionloop, recorded, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-    said = frictionloop("sweep", *BENCH, *CONSTANT, *recorded, "--fingers", N).out
-    for name in ("rms_error", "saturation_index", "perceptual_index", "disturbance_left"):
-        assert re.search(rf"^{name} +\d", said, re.MULTILINE)
-    assert [line for line in said.splitlines() if "r2_identity" in line] == [
-        "r2_identity is left out: a constant set-point has none"
-    ]
-    assert "of 0 fingers" not in said
-    assert "(at the mean of the recorded disturbance; it goes from -0.04 to 0.04 N)" in said
-    assert max(len(line.rstrip()) for line in said.splitlines()) <= 80
+def test_what_has_no_value_is_told_and_of_the_recording_its_level(frictionloop, recorded):
+    found = frictionloop("sweep", *BENCH, *CONSTANT, *recorded, "--fingers", N, "--json").json()
+    told = {each["code"]: each for each in found["findings"]}
+    assert told["METRIC-NONE"]["value"] == ["r2_identity"]
+    assert told["RECORDED-LEVEL"]["where"] == {"recording": "disturbance"}
 
 
 def test_points_take_it_and_the_smallest_is_the_best(frictionloop, recorded):

@@ -62,9 +62,8 @@ def arrived(
     people = protocol.population(system, count, seed)
     some = protocol.able(system, people, speed_mm_s)
     if not some.any():
-        raise FrictionloopError(
-            f"fingers = {count}: none can be given {protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
-        )
+        forces = f"{protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
+        raise FrictionloopError(f"fingers = {count}: none can be given {forces}; take more")
     able = Fingers(each for each, counts in zip(people, some, strict=True) if counts)
     shown = [prepared(effect, system.evolve(each).evolve(law), speed_mm_s) for each in able]
     check(shown[0])
@@ -78,12 +77,12 @@ def arrived(
     return found | {"contrast_low": float(low), "contrast_high": float(high)}
 
 
-def compare_effects(
+def effect_cells(
     system: System,
     effects: Mapping[str, Effect] | Sequence[str],
+    laws: Iterable[str] | Mapping[str, Entrant] | None = None,
     count: int = protocol.SMALL,
     seed: int = protocol.EVALUATION_SEED,
-    laws: Iterable[str] | Mapping[str, Entrant] | None = None,
     speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
     *,
     kept: MutableMapping[Key, Cell] | None = None,
@@ -94,7 +93,7 @@ def compare_effects(
 
     Parameters
     ----------
-    system, count, seed, laws, speeds_mm_s, progress
+    system, laws, count, seed, speeds_mm_s, progress
         As of `compare`; without ``laws``, all that can run on this bench and need not know a set-point ahead.
     effects : mapping or list
         Effects by name, or names of the library and of TOML files.

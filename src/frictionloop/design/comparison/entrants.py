@@ -7,13 +7,18 @@ bench's, and has to bear what is there.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from frictionloop.analysis.levels import at_levels
+from frictionloop.design.over import with_longest_contact
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.timing import Timing
 from frictionloop.quantities import check_each_once, check_known
+
+if TYPE_CHECKING:
+    from frictionloop.design.requirements import Requirements
 
 Overrides = Mapping[str, Any]
 Entrant = Callable[[System], Overrides]
@@ -35,20 +40,22 @@ def retuned_pi(system: System) -> Overrides:
     return {"controller.kind": "pi", **retune(plain).overrides}
 
 
-def designed(law: str) -> Entrant:
-    """Return the entrant of a law in `SYNTHESES`, designed on the bench with the contact that it has."""
+def designed(law: str, asked: Requirements | None = None) -> Entrant:
+    """Return the entrant of a law in `SYNTHESES`, designed as `fl.design.controller` does unless asked otherwise."""
 
     def entrant(system: System) -> Overrides:
         from frictionloop.design.requirements import Requirements
         from frictionloop.design.synthesis import synthesised
 
-        return synthesised(system, law, Requirements(slip_lengths_um=()))[0].overrides
+        return synthesised(with_longest_contact(at_levels(system), ()), law, asked or Requirements())[0].overrides
 
     return entrant
 
 
-DESIGNED = {law: designed(law) for law in ("notch_pi", "limit_observer", "hinf")}
-"""Those whose synthesis takes from some seconds to half a minute."""
+DESIGN_S = {"notch_pi": 3.0, "limit_observer": 40.0, "hinf": 8.0}
+"""Time of a synthesis in s (measured once)."""
+DESIGNED = {law: designed(law) for law in DESIGN_S}
+"""Those whose synthesis takes a while."""
 ENTRANTS: dict[str, Entrant] = {
     "lookup": lambda system: {"controller.kind": "lookup"},
     "printed_pi": printed_pi,

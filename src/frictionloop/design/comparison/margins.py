@@ -14,7 +14,7 @@ from frictionloop.analysis.margins import Margins
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import on_device
 from frictionloop.design.comparison.plain import occluded_at
-from frictionloop.design.comparison.run import Comparison
+from frictionloop.design.comparison.run import LawRuns
 from frictionloop.design.loop_gains import loop_gain
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
@@ -49,22 +49,20 @@ class Robustness(NamedTuple):
     """At all levels, with the true resonance up to 10 % off."""
 
 
-def median_system(comparison: Comparison, law: str, speed_mm_s: float, slip_length_um: float) -> System | None:
+def median_system(comparison: LawRuns, law: str, speed_mm_s: float, slip_length_um: float) -> System | None:
     """Return the bench with the median of the capable fingers under a law; None if none is capable."""
     some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
     finger = protocol.median_finger(comparison.people, some)
     return None if finger is None else _with(comparison, law, speed_mm_s, slip_length_um, finger)
 
 
-def _with(
-    comparison: Comparison, law: str, speed_mm_s: float, slip_length_um: float, finger: Mapping[str, Any]
-) -> System:
+def _with(comparison: LawRuns, law: str, speed_mm_s: float, slip_length_um: float, finger: Mapping[str, Any]) -> System:
     at = protocol.Condition(speed_mm_s, slip_length_um, protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
     return comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own})
 
 
-def high_gain_finger(comparison: Comparison, speed_mm_s: float) -> Mapping[str, Any] | None:
+def high_gain_finger(comparison: LawRuns, speed_mm_s: float) -> Mapping[str, Any] | None:
     """Return the capable finger whose loop gain is nearest to `HIGH_GAIN`; None if none is capable."""
     some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
     plain = comparison.system.evolve({"controller.kind": "pi", "setpoint": protocol.setpoint_of(protocol.HOLDS[1])})
@@ -83,7 +81,7 @@ def loop_at(system: System, level_n: float, occlude_s: float) -> LinearLoop | No
         return None
 
 
-def robustness(comparison: Comparison, law: str, speed_mm_s: float, slip_length_um: float) -> Robustness:
+def robustness(comparison: LawRuns, law: str, speed_mm_s: float, slip_length_um: float) -> Robustness:
     """Return the margins of a law at one speed and slip length."""
     system = median_system(comparison, law, speed_mm_s, slip_length_um)
     found = None if system is None else {shift: _around(system, shift, comparison.middle_s) for shift in SHIFTS}
@@ -125,7 +123,7 @@ def _peak(system: System, occlude_s: float) -> float:
     return max((math.nan if loop is None else loop.sensitivity_peak() for loop in loops), default=math.nan)
 
 
-def step_traces(comparison: Comparison, speed_mm_s: float) -> xr.Dataset:
+def step_traces(comparison: LawRuns, speed_mm_s: float) -> xr.Dataset:
     """Return ``f_r`` and ``f_a`` (N) over law, slip length and time: the first steps of the median finger.
 
     Empty if no finger is capable at that speed.
@@ -146,7 +144,7 @@ def step_traces(comparison: Comparison, speed_mm_s: float) -> xr.Dataset:
 
 
 def sensitivities(
-    comparison: Comparison, speed_mm_s: float, frequency_hz: np.ndarray
+    comparison: LawRuns, speed_mm_s: float, frequency_hz: np.ndarray
 ) -> dict[tuple[str, float], np.ndarray | None]:
     """Return |S| by law and slip length around 0.6 N: None if a loop is unstable, no entry if it is not linear."""
     found: dict[tuple[str, float], np.ndarray | None] = {}

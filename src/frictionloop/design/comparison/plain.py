@@ -20,7 +20,7 @@ from frictionloop.analysis.operating import law_at
 from frictionloop.parameters import Constant, FingerFriction, System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.physics.friction import is_gaussian
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 CORRECTIONS = 2
 Sweep = Callable[[System, Fingers, Sequence[str]], xr.Dataset]
@@ -51,7 +51,7 @@ def plain_strokes(system: System, people: Fingers, level_n: float, occluded: flo
     laws = [law_at(bench.evolve(each), occluded) for each in people]
     tau = np.array([law.susceptibility_per_um2 for law in laws if is_gaussian(law)])
     if tau.size < len(laws):
-        raise FrictionloopError(f'friction.kind = "{system.friction.kind}": must be "finger"')
+        raise must_be("friction.kind", system.friction.kind, '"finger", the law of equation (1)')
     square = np.clip(np.log([law.nominal_n / level_n for law in laws]) / tau, 0.0, most)
     mean = np.zeros(len(people))
     for _ in range(CORRECTIONS):

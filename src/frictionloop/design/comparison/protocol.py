@@ -18,11 +18,12 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.over import Over
-from frictionloop.parameters import Constant, FingerFriction, Sine, Skin, Source, Steps, Strokes, System, check_system
+from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
+from frictionloop.parameters.timing import Timing
 from frictionloop.physics.capable import capable
-from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
-from frictionloop.quantities import FrictionloopError
+from frictionloop.physics.fingers import Fingers, check_finger, fingers, nearest_to_median
+from frictionloop.quantities import FrictionloopError, must_be
 
 TUNING_SEED = 3
 """Seed of the fingers that laws may be tuned on, and of nothing that is scored."""
@@ -30,6 +31,8 @@ EVALUATION_SEED = 11
 """Seed of the fingers that are scored if no other is asked for."""
 SMALL = 26
 """Fingers of the small population of reports and checks: the paper has as many trials in Fig. 1a."""
+ORACLE = "oracle"
+"""Name of the reference that knows the finger, where it competes."""
 LOW_N, HIGH_N = 0.3, 0.9
 """Forces a capable finger can be given at its mean load (paper, Sec. 4.2)."""
 LEVELS_N, AMPLITUDE_N, FREQUENCY_HZ = (0.4, 0.6, 0.8), 0.1, 1.0
@@ -114,7 +117,7 @@ def population(system: System, count: int, seed: int) -> Fingers:
     """
     check_bench(system)
     if seed == TUNING_SEED:
-        raise FrictionloopError(f"seed = {seed}: laws are tuned on it; take another")
+        raise must_be("seed", seed, "any but that of the fingers laws are tuned on")
     return each_resonance(system, without_lengths(fingers(count, seed)))
 
 
@@ -147,22 +150,20 @@ def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]
     """
     found = tuple(float(speed) for speed in speeds_mm_s)
     if not found or len(set(found)) < len(found):
-        raise FrictionloopError(f"speeds = {list(found)} mm/s: must name at least one speed, none of them twice")
+        raise must_be("speeds", list(found), "at least one speed, none of them twice", "mm/s")
     touch = system.touch
     turning = STROKE_MM / (TURN_SHARE * system.motion.reversal_s)  # type: ignore[union-attr]
     least, most = touch.load.least_speed_mm_s, min(touch.position.fastest_mm_s, turning)
     for speed in found:
         if not (least <= speed <= most and speed > 0.0):
-            raise FrictionloopError(
-                f"speeds = {speed:g} mm/s: must be {'from' if least else 'above'} {least:g} to {most:g}"
-            )
+            raise must_be("speeds", speed, f"{'from' if least else 'above'} {least:g} to {most:.4g}", "mm/s")
     return found
 
 
 def check_times(duration_s: float, start_s: float) -> None:
     """Refuse a duration that leaves nothing to score."""
     if not start_s < duration_s < math.inf:
-        raise FrictionloopError(f"duration_s = {duration_s:g} s: must exceed {start_s:g} s")
+        raise must_be("duration_s", duration_s, f"longer than {start_s:g} s, which do not count", "s")
 
 
 def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
@@ -187,14 +188,27 @@ def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None
     return people[nearest_to_median(people, some)] if some.any() else None
 
 
+STROKES = tuple(f"motion.{name}" for name in ("speed_mm_s", "stroke_mm", "contact_s", "lifted_s"))
+
+
+def check_free(given: Iterable[str]) -> None:
+    """Refuse values that the protocol, a finger or a law would replace, by dotted name.
+
+    Raises
+    ------
+    FrictionloopError
+        For the first of them.
+    """
+    one, timing = fingers(1, 0)[0], {f"controller.{name}" for name in Timing.model_fields}
+    for path in given:
+        whose = "finger" if path in one else "protocol" if path.startswith(("setpoint.", *STROKES)) else ""
+        if path.startswith("controller.") and not path.startswith(tuple(timing)):
+            whose = "law"
+        if whose:
+            raise FrictionloopError(f"{path}: the {whose} of a comparison sets it; leave it out")
+
+
 def check_bench(system: System) -> None:
     """Refuse a system without a finger that moves."""
     check_system(system)
-    for name, block, kind in (
-        ("friction", FingerFriction, "finger"),
-        ("finger", Skin, "skin"),
-        ("motion", Strokes, "strokes"),
-    ):
-        given = getattr(system, name)
-        if not isinstance(given, block):
-            raise FrictionloopError(f'{name}.kind = "{given.kind}": must be "{kind}", as in preset "bench"')
+    check_finger(system)

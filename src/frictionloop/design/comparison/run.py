@@ -11,7 +11,7 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.entrants import DESIGNED, Entrant, Overrides, entrants
+from frictionloop.design.comparison.entrants import DESIGN_S, DESIGNED, Entrant, Overrides, entrants
 from frictionloop.design.comparison.plain import occluded_at, plain_strokes
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
@@ -21,15 +21,19 @@ from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
+from frictionloop.loop.workers import worker_count
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.brief import Brief
 
+CELL_S, RUN_S, MARGINS_S = 0.1, 3e-4, 0.4
+"""Time of a cell, of a second of a finger in it, and of a law's margins at one place, in s (measured once)."""
 PLAIN = "plain"
 """Name in the file of the strokes without control that the perceptual index is compared with."""
 
 
-class ComparisonInterrupted(KeyboardInterrupt):
+class ComparisonInterrupted(KeyboardInterrupt, metaclass=Brief):
     """Ctrl-C during a comparison; ``done`` of ``total`` cells are kept if it has a file."""
 
     def __init__(self, done: int, total: int) -> None:
@@ -38,7 +42,7 @@ class ComparisonInterrupted(KeyboardInterrupt):
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class LawRuns:
     """What was run, before it is scored (`comparison.scores`)."""
 
     system: System
@@ -61,11 +65,11 @@ class Comparison:
         return (self.start_s + self.duration_s) / 2.0
 
 
-def compare(
+def run_laws(
     system: System,
+    laws: Iterable[str] | Mapping[str, Entrant] | None = None,
     count: int = 1000,
     seed: int = protocol.EVALUATION_SEED,
-    laws: Iterable[str] | Mapping[str, Entrant] | None = None,
     speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
     *,
     path: str | os.PathLike[str] | None = None,
@@ -75,8 +79,8 @@ def compare(
     duration_s: float = protocol.DURATION_S,
     start_s: float = protocol.START_S,
     clock: Callable[[], float] = CLOCK,
-    begin: Callable[[Sequence[str]], Any] = lambda laws: None,
-) -> Comparison:
+    begin: Callable[[int, float], Any] = lambda cells, about_s: None,
+) -> LawRuns:
     """Run control laws through the protocol (`comparison.protocol`) on a population they were not tuned on.
 
     Parameters
@@ -84,11 +88,11 @@ def compare(
     system : System
         The bench: what the device is and how fast the controller runs. Its own law, set-point, finger and strokes are
         replaced.
-    count, seed : int
-        The fingers, as of `fingers`; any seed but `protocol.TUNING_SEED`.
     laws : iterable of str or mapping, optional
         Entrants by name; or entrants of one's own, from a bench to overrides, by name. All that can run on this bench
         if not given.
+    count, seed : int
+        The fingers, as of `fingers`; any seed but `protocol.TUNING_SEED`.
     speeds_mm_s : sequence of float
         Speeds of the strokes.
     path : path, optional
@@ -102,7 +106,7 @@ def compare(
     clock : callable
         Seconds, by which ``path`` is saved.
     begin : callable
-        Told, when all is checked, the law of each cell that no file has.
+        Called when all is checked with the number of cells that no file has, and the s that they and margins take.
 
     Raises
     ------
@@ -126,7 +130,9 @@ def compare(
         store.resume()
     else:
         check_new(path)
-    begin([name for name, at in _cells(system, fields, speeds) if (name, at) not in store.cells])
+    left_to_run = [name for name, at in _cells(system, fields, speeds) if (name, at) not in store.cells]
+    margins_s = MARGINS_S * len(fields) * len(speeds) * len(protocol.lengths_of(system))
+    begin(len(left_to_run), margins_s + about_s(left_to_run, count * duration_s / worker_count(n_jobs)))
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
     try:
         given, left_out = _laws(system, fields, store, spare=laws is None, progress=progress)
@@ -149,7 +155,12 @@ def compare(
             raise ComparisonInterrupted(sum(key in store.cells for key in wanted), len(wanted)) from None
         finally:
             store.keep()
-    return Comparison(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
+    return LawRuns(system, given, people, seed, speeds, duration_s, start_s, store.dataset(), left_out)
+
+
+def about_s(laws: Sequence[str], fingers_s: float) -> float:
+    """Return how long cells of these laws take, in s, each of so many seconds of fingers."""
+    return (CELL_S + RUN_S * fingers_s) * len(laws) + sum(DESIGN_S[law] for law in DESIGN_S if law in laws)
 
 
 def _laws(

@@ -9,7 +9,7 @@ import xarray as xr
 
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.pooled import Moments, pooled, pooled_rms
-from frictionloop.design.comparison.run import PLAIN, Comparison
+from frictionloop.design.comparison.run import PLAIN, LawRuns
 
 
 class Score(NamedTuple):
@@ -42,7 +42,7 @@ SCORES: dict[str, Score] = {
 _DIMS = ("law", "speed_mm_s", "slip_length_um", "finger")
 
 
-def scores(comparison: Comparison) -> xr.Dataset:
+def scores(comparison: LawRuns) -> xr.Dataset:
     """Return every score over law, speed_mm_s, slip_length_um and finger.
 
     ``capable`` (speed_mm_s, finger) says which fingers can be given 0.3 and 0.9 N at their mean load; ``resonance``
@@ -72,7 +72,7 @@ def scores(comparison: Comparison) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, comparison.cells.attrs)
 
 
-def dead_times_s(comparison: Comparison) -> np.ndarray:
+def dead_times_s(comparison: LawRuns) -> np.ndarray:
     """Return the time in s, by law, within which no command follows a step."""
     systems = [comparison.system.evolve(overrides) for overrides in comparison.laws.values()]
     return np.array([each.controller.delay_s for each in systems])

@@ -45,23 +45,23 @@ class Store:
     def resume(self) -> None:
         """Take over the cells of the file; refuse one that keeps another bench or other fingers."""
         if self.path is None:
-            raise FrictionloopError("resume: needs the file of the comparison to continue")
+            raise FrictionloopError("resume: needs path, the file to continue")
         check_writable(self.path)
         if not Path(self.path).exists():
             return
         kept = load(self.path)
         if kept.attrs.get("kind") != KIND:
-            raise FrictionloopError(f"{self.path}: keeps no comparison; choose another file")
+            raise FrictionloopError(f"{self.path}: keeps no comparison")
         for name, value in self.attrs.items():
             if str(kept.attrs.get(name)) != str(value):
                 given = f"{name} = {kept.attrs.get(name)}, not {value}" if name != "system" else "another bench"
-                raise FrictionloopError(f"{self.path}: keeps a comparison of {given}; choose another file")
+                raise FrictionloopError(f"{self.path}: keeps a comparison of {given}")
         try:
             self.cells = cells_of(kept)
             self.designs = dict(json.loads(kept.attrs.get("designs", "{}")))
         except (KeyError, IndexError, TypeError, ValueError, RecursionError) as error:
             said = f"{type(error).__name__}: {error}".splitlines()[0]
-            raise FrictionloopError(f"{self.path}: is damaged, or not what a comparison keeps ({said:.120})") from None
+            raise FrictionloopError(f"{self.path}: is damaged ({said:.120})") from None
 
     def design(self, law: str, system: System, work: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
         """Return what a synthesis finds, or found when the file was written, and keep it."""
@@ -75,7 +75,9 @@ class Store:
         """Return whether a cell is done; refuse one that is there with other parameters."""
         cell = self.cells.get((law, condition))
         if cell is not None and cell.digest != digest:
-            raise FrictionloopError(f"{self.path}: keeps another {law} ({_said(condition)}); choose another file")
+            raise FrictionloopError(
+                f"{self.path}: keeps {law} with other parameters or of another version ({_said(condition)})"
+            )
         return cell is not None
 
     def dataset(self) -> xr.Dataset:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import xarray as xr
 
 from frictionloop.control.cost import worst_tick
 from frictionloop.design.comparison.margins import robustness
-from frictionloop.design.comparison.run import Comparison
+from frictionloop.design.comparison.run import LawRuns
 from frictionloop.design.comparison.scores import SCORES, spread
 
 Row = dict[str, Any]
@@ -50,8 +51,11 @@ def _spread(name: str, values: np.ndarray) -> Row:
     return {"score": name, "unit": SCORES[name].units, "median": median, "worst_decile": worst}
 
 
-def margin_rows(comparison: Comparison) -> list[Row]:
-    """Return a row for each law, speed and slip length: margins for small signals, and cycles a tick."""
+def margin_rows(comparison: LawRuns, done: Callable[[], Any] = lambda: None) -> list[Row]:
+    """Return a row for each law, speed and slip length: margins for small signals, and cycles a tick.
+
+    ``done()`` is called after each law.
+    """
     found = []
     for law, overrides in comparison.laws.items():
         worst = worst_tick(comparison.system.evolve(overrides).controller.kind)
@@ -60,6 +64,7 @@ def margin_rows(comparison: Comparison) -> list[Row]:
             for z in comparison.cells["slip_length_um"].values:
                 where = {"law": law, "speed_mm_s": speed, "slip_length_um": float(z)}
                 found.append(where | robustness(comparison, law, speed, float(z))._asdict() | cost)
+        done()
     return found
 
 

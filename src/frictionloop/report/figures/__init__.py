@@ -7,6 +7,8 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
+from frictionloop.design.comparison.law_figures import figure_residuals
+from frictionloop.design.comparison.law_panels import figure_step_traces
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.beyond import SHOWN_MS, SPEED_MM_S
@@ -14,10 +16,8 @@ from frictionloop.report.device import CLOSED, IDEAL, OPEN, PRINTED, RETUNED_GAI
 from frictionloop.report.figures.arrivals import figure_arrivals
 from frictionloop.report.figures.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.figures.closed_loop import figure_closed_loop, figure_people
-from frictionloop.report.figures.comparison import figure_residuals
 from frictionloop.report.figures.diagram import figure_diagram
 from frictionloop.report.figures.fidelity import figure_fidelity_map, figure_fidelity_over_kp
-from frictionloop.report.figures.law_panels import figure_step_traces
 from frictionloop.report.figures.noise import figure_equation_3, figure_noise
 from frictionloop.report.figures.sensor import figure_sensor
 from frictionloop.report.figures.steps import figure_overshoot, figure_steps

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -11,31 +11,26 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from frictionloop.design.comparison import Comparison
+from frictionloop.design.comparison.law_panels import figure_sensitivities, figure_step_traces
 from frictionloop.design.comparison.margins import sensitivities, step_traces
+from frictionloop.design.comparison.run import LawRuns
 from frictionloop.design.comparison.scores import spread
 from frictionloop.figures.style import BLACK, BLUE, new_figure, styled
-from frictionloop.report.figures.law_panels import figure_sensitivities, figure_step_traces
 
 
-def drawings(comparison: Comparison, scored: xr.Dataset) -> Iterator[tuple[str, str, Callable[[], Figure]]]:
-    """Yield name, what it shows in words, and how to draw it, of each figure; steps and |S| need a capable finger."""
-    laws = list(comparison.laws)
-    yield (
-        "residuals",
-        "Residual of each control law: median, halves and deciles of the fingers",
-        partial(figure_residuals, scored),
-    )
-    frequency_hz = np.geomspace(1.0, comparison.system.controller.rate_hz / 2.0, 600)
-    for speed in comparison.speeds_mm_s:
-        at = f"at {speed:g} mm/s"
-        traces = step_traces(comparison, speed)
+def drawings(ran: LawRuns, scored: xr.Dataset) -> dict[str, Callable[[], Figure]]:
+    """Return how to draw each figure, by name; steps and |S| need a capable finger."""
+    laws = list(ran.laws)
+    found: dict[str, Callable[[], Figure]] = {"residuals": partial(figure_residuals, scored)}
+    frequency_hz = np.geomspace(1.0, ran.system.controller.rate_hz / 2.0, 600)
+    for speed in ran.speeds_mm_s:
+        traces = step_traces(ran, speed)
         if traces.sizes:
-            draw = partial(figure_step_traces, traces, speed)
-            yield f"steps-{speed:g}-mm-s", f"Steps of the force under each control law {at}", draw
-        if found := sensitivities(comparison, speed, frequency_hz):
-            draw = partial(figure_sensitivities, frequency_hz, found, laws, speed)
-            yield f"sensitivity-{speed:g}-mm-s", f"Sensitivity of each control law over frequency {at}", draw
+            found[f"steps-{speed:g}-mm-s"] = partial(figure_step_traces, traces, speed)
+        if sizes := sensitivities(ran, speed, frequency_hz):
+            drawn = partial(figure_sensitivities, frequency_hz, sizes, laws, speed)
+            found[f"sensitivity-{speed:g}-mm-s"] = drawn
+    return found
 
 
 @styled

@@ -15,9 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from frictionloop.design.comparison.protocol import STEP_EVERY_S, STEP_LEVELS_N
+from frictionloop.design.comparison.protocol import ORACLE, STEP_EVERY_S, STEP_LEVELS_N
 from frictionloop.figures.style import BLUE, GREY, ORANGE, SILVER, VERMILLION, new_figure, styled
-from frictionloop.report.beyond import ORACLE
 
 STARTS_S = {"down": 2.0 * STEP_EVERY_S, "up": 3.0 * STEP_EVERY_S}
 """The second and the third step of the protocol."""

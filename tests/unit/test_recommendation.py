@@ -1,0 +1,96 @@
+"""Which law a comparison recommends, and what decides it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from frictionloop.design.comparison.recommendation import recommended
+from frictionloop.findings import Condition
+
+PLACE = Condition(slip_length_um=(0.0,), speed_mm_s=(20.0,))
+
+
+def rows_of(worst, unstable_5=(), unstable_10=(), capable=12):
+    """Return rows of residuals in N and of margins, for laws at one speed and contact; the median is half the worst."""
+    rows = [
+        {"law": law, "score": "residual_rms_n", "speed_mm_s": 20.0, "slip_length_um": 0.0, "population": population}
+        | {"fingers": count, "median": 0.5 * value * factor, "worst_decile": value * factor}
+        for law, value in worst.items()
+        for population, count, factor in (("all", 30, 10.0), ("capable", capable, 1.0))
+    ]
+    off_5, off_10 = dict.fromkeys(unstable_5, math.inf), dict.fromkeys(unstable_10, math.inf)
+    margins = [
+        {"law": law, "speed_mm_s": 20.0, "slip_length_um": 0.0}
+        | {"sensitivity_peak_5": off_5.get(law, 1.7), "sensitivity_peak_10": (off_10 | off_5).get(law, 2.0)}
+        for law in worst
+    ]
+    return rows, margins
+
+
+def told(found):
+    """Return the findings by code."""
+    return {each.code: each for each in found}
+
+
+def test_the_default_law_is_recommended_while_another_is_better_by_less_than_fingers_differ():
+    worst = {"notch_pi": 0.036, "hinf": 0.026, "retuned_pi": 0.010, "lookup": 0.001}
+    law, found = recommended(*rows_of(worst, ["retuned_pi"]))
+    (close,) = found
+    assert (law, close.code, close.more["law"]) == ("notch_pi", "LAW-CLOSE", "hinf")
+    assert (close.value, close.limit, close.more["apart"]) == pytest.approx((26, 36, 18))
+
+
+@pytest.mark.parametrize(("felt", "rougher"), [(1.2, False), (2.4, True)])
+def test_a_law_that_is_rougher_to_touch_than_another_says_so(felt, rougher):
+    rows, margins = rows_of({"notch_pi": 0.036, "retuned_pi": 0.040})
+    at = {"score": "relative_index", "speed_mm_s": 20.0, "population": "capable", "fingers": 12, "worst_decile": 9.0}
+    rows += [
+        {"law": law, "slip_length_um": length_um, "median": value} | at
+        for law, value in (("notch_pi", felt), ("retuned_pi", 1.1))
+        for length_um in (11.5, 0.0)
+    ]
+    law, found = recommended(rows, margins)
+    assert law == "notch_pi" and ("LAW-ROUGHER" in told(found)) == rougher
+    if rougher:
+        one = told(found)["LAW-ROUGHER"]
+        assert (one.value, one.limit, one.more) == (2.4, 1.1, {"law": "retuned_pi"})
+
+
+def test_another_law_is_recommended_where_it_is_clearly_better():
+    law, found = recommended(*rows_of({"notch_pi": 0.036, "hinf": 0.012}))
+    close = told(found)["LAW-CLOSE"]
+    assert (law, close.more["law"], close.value) == ("hinf", "notch_pi", pytest.approx(36))
+
+
+def test_another_law_is_recommended_where_the_default_is_not_stable():
+    law, found = recommended(*rows_of({"notch_pi": 0.036, "hinf": 0.040}, ["notch_pi"]))
+    one = told(found)["LAW-UNSTABLE"]
+    assert (law, one.more, one.limit, one.where) == ("hinf", {"law": "notch_pi"}, 5, PLACE)
+
+
+def test_what_the_recommended_law_does_not_bear_is_said():
+    law, found = recommended(*rows_of({"notch_pi": 0.02, "hinf": 0.025, "mine": 0.026}, [], ["notch_pi"]))
+    one = told(found)["LAW-UNSTABLE"]
+    assert (law, one.more, one.limit, one.where) == ("notch_pi", {"law": "notch_pi"}, 10, PLACE)
+
+
+@pytest.mark.parametrize("peak", [math.inf, math.nan])
+def test_no_law_is_recommended_that_is_not_known_to_be_stable(peak):
+    rows, margins = rows_of({"notch_pi": 0.036, "printed_pi": 0.01})
+    margins[0]["sensitivity_peak_5"] = peak
+    law, found = recommended(rows, margins)
+    assert law is None and [each.code for each in found] == ["LAW-UNSTABLE"]
+
+
+def test_a_law_whose_margins_nobody_knows_is_not_recommended():
+    rows, margins = rows_of({"notch_pi": 0.036, "limit_observer": 0.005})
+    assert recommended(rows, [row for row in margins if row["law"] != "limit_observer"])[0] == "notch_pi"
+
+
+@pytest.mark.parametrize(("capable", "more"), [(9, "--fingers 40"), (1, "--fingers 300"), (0, "")])
+def test_too_few_capable_fingers_decide_nothing(capable, more):
+    rows, margins = rows_of({"notch_pi": 0.036, "hinf": 0.012}, ["notch_pi", "hinf"], capable=capable)
+    law, (one,) = recommended(rows, margins)
+    assert (law, one.code, one.value, one.remedy) == (None, "COMPARE-FEW", capable, more)
