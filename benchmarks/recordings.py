@@ -108,16 +108,16 @@ def child(work: str, path: Path, column: str | int) -> None:
     began = time.perf_counter()
     if work == "first picture":
         import frictionloop as fl
-        from frictionloop.identification.first_look import first_look
+        from frictionloop.identification.file_traces import first_look
 
         fl.plot(first_look(path), path.with_suffix(".png"))
-    elif work == "preview":
-        from frictionloop.identification import preview
+    elif work == "channels":
+        from frictionloop.identification import channels
 
-        preview(path, RATE, progress=False)
+        channels(path, RATE, progress=False)
     else:
         from frictionloop.identification.analyses import analyse
-        from frictionloop.identification.parts.part import Sensor
+        from frictionloop.identification.part import Sensor
         from frictionloop.identification.project import Take
 
         take = Take(kind=work, files=(path.name,), rate_hz=RATE, channels={"f_m": {"column": column, "unit": "N"}})
@@ -144,7 +144,7 @@ def main() -> None:
             path = Path(folder) / name
             write(path, options.minutes)
             row: dict[str, object] = {"minutes": options.minutes, "file_mb": path.stat().st_size / 1e6}
-            for work in ("first picture", "preview", "quiet", "hits"):
+            for work in ("first picture", "channels", "quiet", "hits"):
                 row[work] = measured(work, path, column)
                 print(form, work, row[work], flush=True)
         found[form] = row

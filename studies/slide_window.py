@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from frictionloop.identification.channels import Array, channel, rate_of
+from frictionloop.identification.recording_columns import Array, channel, rate_of
 
 _EARLY = 1e-6  # of a sampling interval: times are rounded
 

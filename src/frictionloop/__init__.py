@@ -73,6 +73,8 @@ _HOME = {
     "device.errors": "DeviceError",
     "device.running": "Interrupted",
     "report.plot": "plot",
+    "report.certificate": "write_certificate",
+    "report.refusal": "draw_refused",
     "loop.all_metrics": "metrics",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index"
     " scored_from",

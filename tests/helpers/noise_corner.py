@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.noise import OVERLAP_EXCESS, NoiseSpectrum, frequencies_inside
 from frictionloop.quantities import FrictionloopError
 

@@ -45,15 +45,15 @@ def two_rates(path, columns, rate):
 
 
 CASES = {
-    "NaN stretch": (files.mat5, stretch(), "is nan at row 1000 and 499 more"),
-    "three samples": (files.mat5, noise(3), "holds 3 rows without times"),
+    "NaN stretch": (files.mat5, stretch(), "at row 1000 = nan: must be a number; 500 are none"),
+    "three samples": (files.mat5, noise(3), "quiet: rows = 3"),
     "all zero": (files.mat5, 0 * noise(), "0 throughout"),
-    "clipped": (files.mat5, clipped(), "'f_m' is clipped in "),
-    "encrypted": (encrypted, None, "encrypted, cut off or damaged"),
-    "truncated": (truncated, noise(), "encrypted, cut off or damaged"),
-    "two rates": (two_rates, None, "the sampling rate is in doubt"),
-    "missing channel": (files.mat5, noise(), "did you mean 'f'"),
-    "unequal lengths": (unequal, None, "unequal lengths: 'f_m' has 5000, 'load' has 4000"),
+    "clipped": (files.mat5, clipped(), "f_m: share clipped = "),
+    "encrypted": (encrypted, None, "damaged or encrypted"),
+    "truncated": (truncated, noise(), "damaged or encrypted"),
+    "two rates": (two_rates, None, "rate_hz = "),
+    "missing channel": (files.mat5, noise(), "did you mean f"),
+    "unequal lengths": (unequal, None, "samples of channels = {'f_m': 5000, 'load': 4000}"),
 }
 
 

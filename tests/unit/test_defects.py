@@ -9,12 +9,12 @@ from finger_strokes import strokes
 
 import frictionloop as fl
 from frictionloop.identification import rigs
-from frictionloop.identification.parts.hits import hits_part
-from frictionloop.identification.parts.part import Sensor
-from frictionloop.identification.parts.quiet import quiet_part
-from frictionloop.identification.parts.slides import slides_part
-from frictionloop.identification.parts.weights import weights_part
+from frictionloop.identification.finger_entry import slides_told
+from frictionloop.identification.hits_entry import hits_told
+from frictionloop.identification.part import Sensor
 from frictionloop.identification.project import Take
+from frictionloop.identification.quiet import quiet_told
+from frictionloop.identification.weights_entry import weights_told
 from frictionloop.parameters.rigs import CalibrationBench
 
 RATE = 5000.0
@@ -22,16 +22,16 @@ CLEAN = CalibrationBench().evolve({"errors.gain_error": 0.0, "errors.nonlinearit
 SENSOR = CLEAN.sensor
 
 
-def told_or_right(part, kind, run, truth, words, **more):
-    """Return whether the defect is named, or all values are within their interval of 99.9 %."""
+def told_or_right(analysis, kind, run, truth, words, **more):
+    """Return whether the defect is named by a code, or all values are within their interval of 99.9 %."""
     take = Take(kind=kind, files=("a.h5",), **more)
     try:
-        values, told, rows, _ = part(take, [run], Sensor(), "")
+        told = analysis(take, [run], Sensor(), "")
     except fl.FrictionloopError as refused:
         assert "\n" not in str(refused)
         return words is not None and words in str(refused)
-    said = " ".join(told) + " ".join(cell for row in rows for cell in row)
-    ends = {value.path: value.interval(0.999) for value in values}
+    said = " ".join(f"{each.code} {each}" for each in told.findings) + " ".join(map(str, [*told.rows, told.numbers]))
+    ends = {value.path: value.interval(0.999) for value in told.measured}
     right = all(ends[name].low < true < ends[name].high for name, true in truth.items() if name in ends)
     # A defect that has a name is named even where it does no harm.
     return words in said if words is not None else right
@@ -76,7 +76,7 @@ HIT_DEFECTS = {
 def test_hits(hit, defect):
     change, words = HIT_DEFECTS[defect]
     truth = {"sensor.resonance_hz": SENSOR.resonance_hz, "sensor.q": SENSOR.q, "sensor.cutoff_hz": SENSOR.cutoff_hz}
-    assert told_or_right(hits_part, "hits", change(hit), truth, words)
+    assert told_or_right(hits_told, "hits", change(hit), truth, words)
 
 
 MASSES = np.array([0.0, 0.05, 0.1, 0.15, 0.2, 0.15, 0.1, 0.05, 0.0])
@@ -103,17 +103,17 @@ WEIGHT_DEFECTS = {
     "none": (table(), None),
     "shuffled": (table(MASSES[[3, 0, 4, 8, 1, 6, 2, 7, 5]]), None),
     "reading inverted": (table(slope=-3.0), None),
-    "bent": (table(bend=0.03 * SPAN.max() * (SPAN / SPAN.max()) ** 2), "bent"),
-    "drifting": (table(drift=np.linspace(0, 0.3, MASSES.size)), "drifts"),
+    "bent": (table(bend=0.03 * SPAN.max() * (SPAN / SPAN.max()) ** 2), "LINE-OFF f_m: bend"),
+    "drifting": (table(drift=np.linspace(0, 0.3, MASSES.size)), "LINE-OFF f_m: drift"),
     "pulley": (
-        table(drag=-0.03 * SPAN * np.sign(np.diff(MASSES, prepend=0.0))), "pulley's friction takes"
+        table(drag=-0.03 * SPAN * np.sign(np.diff(MASSES, prepend=0.0))), "LINE-OFF f_m: friction of the pulley"
     ),
-    "up only": (table(MASSES[:5]), "cannot be told from steps up only"),
-    "kilograms as newtons": (in_newtons(table(slope=1.0), 1 / 9.80665), "kilograms were taken for newtons"),
-    "millinewtons as newtons": (in_newtons(table(slope=1.0), 1000.0), "millinewtons"),
-    "clipped": (table().map(lambda x: x.clip(max=4.5) if x.attrs["units"] == "V" else x), "is clipped at 4.5 V"),
-    "grams as kilograms": (table(1000 * MASSES, slope=3e-3), "are these grams"),
-    "crosstalk": (beside(table(), 0.4), "load reads"),
+    "up only": (table(MASSES[:5]), "NOT-TOLD friction of the pulley"),
+    "kilograms as newtons": (in_newtons(table(slope=1.0), 1 / 9.80665), "unit = kg"),
+    "millinewtons as newtons": (in_newtons(table(slope=1.0), 1000.0), "unit = mN"),
+    "clipped": (table().map(lambda x: x.clip(max=4.5) if x.attrs["units"] == "V" else x), "g = 4.5 V: must be within"),
+    "grams as kilograms": (table(1000 * MASSES, slope=3e-3), "unit = g"),
+    "crosstalk": (beside(table(), 0.4), "LINE-OFF load: crosstalk"),
     "dead reading": (table(slope=0.0, away=-np.linspace(0, 0, MASSES.size)).map(lambda x: x), ""),
 }  # fmt: skip
 
@@ -123,7 +123,7 @@ def test_weights(defect):
     run, words = WEIGHT_DEFECTS[defect]
     slope = -3.0 if defect == "reading inverted" else 3.0
     truth = {"sensitivity": slope, "offset": 0.1}
-    assert told_or_right(weights_part, "weights", run, truth, words, gravity_m_s2=9.80665)
+    assert told_or_right(weights_told, "weights", run, truth, words, gravity_m_s2=9.80665)
 
 
 def white(seconds=6.0, density=1e-5):
@@ -151,19 +151,19 @@ def knocked(values):
 SECONDS = np.arange(int(6 * RATE)) / RATE
 QUIET_DEFECTS = {
     "none": (white(), None),
-    "mains": (white() + 1e-3 * np.sin(2 * np.pi * 50 * SECONDS), "a line at 50"),
-    "low-passed": (low_passed(white()), "low-passed"),
+    "mains": (white() + 1e-3 * np.sin(2 * np.pi * 50 * SECONDS), "lines_hz"),
+    "low-passed": (low_passed(white()), "NOISE-DOUBT"),
     "a knock": (knocked(white()), None),
     "drift": (white() + 1e-3 * SECONDS, None),
-    "coarse converter": (np.round(white() / 3e-3) * 3e-3, "coarser than the noise"),
-    "too short": (white(0.5), "must hold a second"),
+    "coarse converter": (np.round(white() / 3e-3) * 3e-3, "converter steps"),
+    "too short": (white(0.5), "duration = 0.5 s"),
 }
 
 
 @pytest.mark.parametrize("defect", QUIET_DEFECTS)
 def test_quiet(defect):
     values, words = QUIET_DEFECTS[defect]
-    assert told_or_right(quiet_part, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
+    assert told_or_right(quiet_told, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
 
 
 def test_clipped_steps_over_time():
@@ -172,9 +172,9 @@ def test_clipped_steps_over_time():
     mass = np.repeat(MASSES, 400)
     reading = np.round((0.1 + 3.0 * 9.80665 * mass + 1e-3 * draw.normal(size=mass.size)) / 2e-3) * 2e-3
     time = ("time", np.arange(mass.size) / 100.0, {"units": "s"})
-    for top, words in ((9.0, None), (5.98, "is clipped at")):
+    for top, words in ((9.0, None), (5.98, "f_m clipped under")):
         data = {"mass": ("time", mass, {"units": "kg"}), "f_m": ("time", np.minimum(reading, top), {"units": "V"})}
-        assert told_or_right(weights_part, "weights", xr.Dataset(data, {"time": time}), {}, words)
+        assert told_or_right(weights_told, "weights", xr.Dataset(data, {"time": time}), {}, words)
 
 
 def wrapped(run):
@@ -193,12 +193,12 @@ SLIDE_DEFECTS = {
     "zero drifts": (strokes(share=0.01, drift=0.5), None),
     "load behind by 20 ms": (late(STROKES, "load", 40), None),
     "position behind by 20 ms": (late(STROKES, "position", 40), None),
-    "position wraps": (wrapped(STROKES), "give wrap in the channel map"),
-    "never lifts": (STROKES.isel(time=slice(4400, 19600)), "never lifts"),
-    "no slide": (changed(STROKES, position=0 * STROKES.position.values), "no slide"),
+    "position wraps": (wrapped(STROKES), "COUNTER-WRAPS"),
+    "never lifts": (STROKES.isel(time=slice(4400, 19600)), "NOT-TOLD zeros"),
+    "no slide": (changed(STROKES, position=0 * STROKES.position.values), "slides = 0"),
     "mu falls": (
         changed(STROKES, f_m=STROKES.f_m.values * np.linspace(2, 0.5, STROKES.sizes["time"])),
-        "mu changes by",
+        "LINE-OFF f_m: mu",
     ),
 }
 
@@ -206,7 +206,7 @@ SLIDE_DEFECTS = {
 @pytest.mark.parametrize("defect", SLIDE_DEFECTS)
 def test_slides(defect):
     run, words = SLIDE_DEFECTS[defect]
-    assert told_or_right(slides_part, "slides", run, {"friction.nominal_n": 0.3}, words)
+    assert told_or_right(slides_told, "slides", run, {"friction.nominal_n": 0.3}, words)
 
 
 def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
@@ -216,14 +216,14 @@ def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
     channels = {name: {"column": name, "unit": unit} for name, unit in (("f_m", "N"), ("load", "N"))}
     channels["position"] = {"column": "position", "unit": "m", "wrap": 0.02}
     found = fl.identify.load(tmp_path / "a.npz", channels)
-    assert told_or_right(slides_part, "slides", found, {"friction.nominal_n": 0.3}, None)
+    assert told_or_right(slides_told, "slides", found, {"friction.nominal_n": 0.3}, None)
     assert len(fl.identify.friction(found).slides) == 6
     behind = late(hit, "hammer", 5)
     np.savez(tmp_path / "b.npz", **{name: behind[name].values for name in ("hammer", "f_m")}, fs=RATE)
     channels = {"f_m": {"column": "f_m", "unit": "N"}, "hammer": {"column": "hammer", "unit": "N", "delay_s": 5 / RATE}}
     moved = fl.identify.load(tmp_path / "b.npz", channels)
-    assert told_or_right(hits_part, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
-    values = hits_part(Take(kind="hits", files=("b",)), [moved], Sensor(), "")[0]
+    assert told_or_right(hits_told, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
+    values = hits_told(Take(kind="hits", files=("b",)), [moved], Sensor(), "").measured
     assert "sensor.cutoff_hz" in {each.path for each in values}
 
 
@@ -234,5 +234,5 @@ def test_crosstalk_is_taken_off_by_the_map(tmp_path):
     channels = {"load": {"column": "load"}, "f_m": {"column": "f", "crosstalk": {"load": 0.05}}}
     np.testing.assert_allclose(fl.identify.load(tmp_path / "a.npz", channels).f_m, force, atol=1e-12)
     channels["f_m"]["crosstalk"] = {"lod": 0.05}
-    with pytest.raises(fl.FrictionloopError, match="'lod' is no other channel; accepted: load"):
+    with pytest.raises(fl.FrictionloopError, match="'lod' is unknown; did you mean load"):
         fl.identify.load(tmp_path / "a.npz", channels)

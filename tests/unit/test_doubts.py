@@ -64,7 +64,7 @@ def test_the_only_signal_beside_times_and_a_rate_is_taken(tmp_path):
 
 @pytest.mark.parametrize(("tones_hz", "shares"), [((4000,), [100.0]), ((100,), [])])
 def test_what_resampling_takes_out_is_found(tmp_path, tones_hz, shares):
-    said = [each for each in of_recorded(under(wav(tmp_path / "d.wav", *tones_hz)), 0.9) if each.code == "RESAMPLED"]
+    said = [each for each in of_recorded(under(wav(tmp_path / "d.wav", *tones_hz)), 0.9) if each.code == "TOO-FAST"]
     assert [each.value for each in said] == pytest.approx(shares, abs=0.5)
 
 

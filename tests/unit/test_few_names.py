@@ -33,7 +33,6 @@ def test_columns_without_a_name_are_read_by_number(path, column, k):
 def test_a_run_takes_the_columns_that_the_list_of_channels_has(path):
     found = read_contents(path)
     assert [each.name for each in found.channels] == ["time", "Px", "Py", "3", "4", "5"]
-    assert "there are names for 3 of 6 columns, from the left; the others go by number" in found.notes
     for channel in found.signals():
         taken = read_recording(fl.Recording(path=path, column=channel.name), RATE_HZ)
         assert taken == pytest.approx(np.asarray(channel.samples))

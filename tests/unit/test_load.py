@@ -20,6 +20,11 @@ def columns(samples=2000):
     return {"hammer": draw.normal(size=samples), "force": 0.1 * draw.normal(size=samples)}
 
 
+def left_out(path):
+    found = fl.identify.channels(path).findings
+    return {each.where.channel: each.more["reason"] for each in found if each.code == "LEFT-OUT"}
+
+
 def complaint(*arguments, **named):
     with pytest.raises(fl.FrictionloopError) as failure:
         fl.identify.load(*arguments, **named)
@@ -45,14 +50,14 @@ def test_objects_of_matlab_are_left_out_and_named(tmp_path):
     files.mat5_with_object(tmp_path / "a.mat", columns(), RATE)
     with pytest.raises(TypeError):
         scipy.io.whosmat(tmp_path / "a.mat")  # why the list of variables is not asked for
-    assert "MATLAB object" in " ".join(fl.identify.preview(tmp_path / "a.mat").notes)
+    assert left_out(tmp_path / "a.mat") == {"unnamed": "a MATLAB object"}
     files.mat73(tmp_path / "b.mat", columns(), RATE)
-    assert "'settings' is a MATLAB object (table)" in " ".join(fl.identify.preview(tmp_path / "b.mat").notes)
+    assert left_out(tmp_path / "b.mat")["settings"] == "a MATLAB object (table)"
 
 
 def test_objects_of_python_are_left_out_and_named(tmp_path):
     np.savez(tmp_path / "a.npz", f=np.arange(100.0) ** 2, fs=10.0, meta=np.array({"a": 1}, dtype=object))
-    assert "'meta' is a Python object" in " ".join(fl.identify.preview(tmp_path / "a.npz").notes)
+    assert left_out(tmp_path / "a.npz") == {"meta": "a Python object"}
     assert fl.identify.load(tmp_path / "a.npz").sizes["time"] == 100
 
 
@@ -68,7 +73,7 @@ def test_two_rates_are_both_said(tmp_path):
     time = np.arange(500) / 1000.0
     scipy.io.savemat(tmp_path / "a.mat", {"t": time, "f": np.sin(time), "fs": 5000.0})
     said = complaint(tmp_path / "a.mat")
-    assert "'fs' says 5000 Hz" in said and "the column 't' says 1000 Hz" in said
+    assert "5000 Hz by 'fs'" in said and "1000 Hz by the column 't'" in said
     assert fl.identify.load(tmp_path / "a.mat", rate_hz=1000.0).sizes["time"] == 500
 
 
@@ -88,7 +93,7 @@ def test_the_map_turns_unwraps_zeroes_and_moves(tmp_path):
     counts = (np.arange(4000.0) * 3.0 + 100) % 4096
     wave = np.sin(2 * np.pi * 10 * np.arange(4000) / 1000.0)
     np.savez(tmp_path / "a.npz", encoder=counts, wave=wave, sr=1000.0)
-    assert next(c for c in fl.identify.preview(tmp_path / "a.npz").channels if c.name == "encoder").wraps == 2
+    assert next(c for c in fl.identify.channels(tmp_path / "a.npz").channels if c.name == "encoder").wraps == 2
     told = {
         "position": {"column": "encoder", "wrap": 4096, "scale": 1e-6, "gives": "m", "zero_s": [0.0, 0.001]},
         "f_m": {"column": "wave", "sign": -1, "delay_s": 0.0125},
@@ -122,7 +127,7 @@ def test_clipping_is_seen_and_a_turning_signal_is_not_clipped(tmp_path):
     wave = np.sin(2 * np.pi * 1.7 * time) + 0.01 * np.random.default_rng(1).normal(size=time.size)
     quiet = np.rint(3 * np.random.default_rng(2).normal(size=time.size))
     np.savez(tmp_path / "a.npz", t=time, good=wave, cut=np.minimum(wave, 0.8), quiet=quiet)
-    found = {each.name: each.clipped for each in fl.identify.preview(tmp_path / "a.npz").channels}
+    found = {each.name: each.clipped for each in fl.identify.channels(tmp_path / "a.npz").channels}
     assert found["good"] == 0 and found["quiet"] == 0
     assert found["cut"] == pytest.approx(np.mean(wave > 0.8), rel=0.02)
 
@@ -131,18 +136,18 @@ def test_what_is_refused(tmp_path):
     (tmp_path / "a.csv").write_text(
         "t [ms],force [N]\n" + "\n".join(f"{k},{k * k}" for k in (*range(9), *range(12, 99)))
     )
-    assert "3 samples are missing in 1 gaps of the times, 3 of them after row 8" in complaint(tmp_path / "a.csv")
+    assert "3 samples missing, first after row 8" in complaint(tmp_path / "a.csv")
     (tmp_path / "b.csv").write_text("t [ms],force [N]\n" + "\n".join(f"{k},{k * k}" for k in range(99)))
-    assert "did you mean 'force'" in complaint(tmp_path / "b.csv", {"f_m": "forze"})
+    assert "did you mean force" in complaint(tmp_path / "b.csv", {"f_m": "forze"})
     (tmp_path / "c.csv").write_text("t [ms],force [N]\n" + "\n".join(f"{k},{'x' if k == 7 else k}" for k in range(99)))
-    assert "is nan at row 7" in complaint(tmp_path / "c.csv", {"f_m": "force"})
+    assert "at row 7 = nan" in complaint(tmp_path / "c.csv", {"f_m": "force"})
     (tmp_path / "d.csv").write_text("t [ms],force [N]\n" + "\n".join(f"{k},0" for k in range(99)))
     assert "0 throughout" in complaint(tmp_path / "d.csv", {"f_m": "force"})
     scipy.io.savemat(tmp_path / "e.mat", {"a": np.arange(100.0), "b": np.arange(90.0), "fs": 10.0})
-    assert "unequal lengths" in complaint(tmp_path / "e.mat", {"f_m": "a", "hammer": "b"})
+    assert "samples of channels = " in complaint(tmp_path / "e.mat", {"f_m": "a", "hammer": "b"})
     whole = (tmp_path / "e.mat").read_bytes()
     (tmp_path / "f.mat").write_bytes(whole[: len(whole) // 2])
-    assert "cut off or damaged" in complaint(tmp_path / "f.mat")
+    assert "damaged or encrypted" in complaint(tmp_path / "f.mat")
     assert "unknown" in complaint(tmp_path / "g.xyz")
     assert "no such file" in complaint(tmp_path / "g.mat")
     (tmp_path / "h.csv").write_text("")
@@ -161,10 +166,13 @@ def test_a_missing_extra_is_one_line(tmp_path, monkeypatch):
 def test_what_is_left_out_and_what_is_assumed_is_told(tmp_path):
     path = tmp_path / "a.npz"
     np.savez(path, force=np.sin(np.arange(5000.0)), fast=np.cos(np.arange(9000.0)), fs=5000.0)
-    assert fl.identify.load(path).attrs["told"] == "force: left out, of 5000 samples"
+    (left,) = fl.identify.findings_of(fl.identify.load(path).attrs)
+    assert (left.code, left.where.channel, left.more["reason"]) == ("LEFT-OUT", "force", "5000 samples")
     named = fl.identify.load(path, {"f_m": {"column": "force"}})
-    assert named.attrs["told"] == "f_m: nothing tells its unit; taken for N"
-    assert fl.identify.load(path, {"f_m": {"column": "force", "unit": "V"}}).attrs["told"] == ""
+    (taken,) = fl.identify.findings_of(named.attrs)
+    assert (taken.code, taken.value) == ("TAKEN-FOR", "N")
+    told = fl.identify.load(path, {"f_m": {"column": "force", "unit": "V"}})
+    assert fl.identify.findings_of(told.attrs) == []
 
 
 @pytest.mark.parametrize("column", ["way", "way_mm", "Way_mm"])

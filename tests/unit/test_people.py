@@ -110,9 +110,10 @@ def test_what_a_population_refuses(tree, says):
 
 def test_few_fingers():
     measured, _ = crowd(3)
-    assert "correlations need 5 fingers" in " ".join(people(measured).told)
+    (few,) = people(measured).findings
+    assert (few.value, few.limit, few.more["what"]) == (3, 5, "correlations")
     assert people(measured).population.matrix().tolist() == [[1, 0], [0, 1]]
-    with pytest.raises(fl.FrictionloopError, match="3 at least"):
+    with pytest.raises(fl.FrictionloopError, match="must be at least 3"):
         people(dict(list(measured.items())[:2]))
     with pytest.raises(ValueError, match="must all differ"):
         Population.model_validate({"value": [{"path": F0, "median": 1, "spread": 0}] * 2})

@@ -98,8 +98,10 @@ def test_the_delay(plate_hz, waits):
 
 
 def test_jumps_in_step_are_noticed():
-    assert "keep step" in " ".join(loop_delay(rigs.jumps_rig(waits=False), 5000.0).told)
-    assert "keep no step" in " ".join(loop_delay(rigs.jumps_rig(), 5000.0, waits=False).told)
+    (doubt,) = loop_delay(rigs.jumps_rig(waits=False), 5000.0).findings
+    assert (doubt.code, doubt.remedy) == ("DELAY-WAITS", "waits = false")
+    (doubt,) = loop_delay(rigs.jumps_rig(), 5000.0, waits=False).findings
+    assert doubt.remedy == "waits = true"
 
 
 def test_a_drift():
@@ -141,15 +143,15 @@ TWO = sum(1 / np.hypot(1 - (np.linspace(0.97, 1.03, 61) / c) ** 2, 0.005) for c 
     ("function", "arguments", "says"),
     [
         (plate_sweep, [table(frequency=[1.0, 2, 3, 4, 5], vibration=[0.0, 0, 5, 0, 0])], "above half the power"),
-        (plate_sweep, [table(frequency=np.arange(9.0), vibration=np.linspace(4, 5, 9))], "an end of the sweep"),
-        (plate_sweep, [table(frequency=46e3 * np.linspace(0.97, 1.03, 61), vibration=TWO)], "are there two"),
+        (plate_sweep, [table(frequency=np.arange(9.0), vibration=np.linspace(4, 5, 9))], "inside the sweep"),
+        (plate_sweep, [table(frequency=46e3 * np.linspace(0.97, 1.03, 61), vibration=TWO)], "misfit of one resonance"),
         (plate_sweep, [table(frequency=np.arange(9.0))], "no column 'vibration'"),
-        (plate_envelope, [flat(envelope=1 + 0.001 * NOISE)], "never changes"),
-        (plate_decay, [flat(vibration=np.sin(2 * np.pi * 49e3 * np.arange(4000) / 1e5))], "half its rate"),
-        (loop_delay, [flat(jump=np.arange(4000) > 2000, answer=NOISE), 5000.0], "1 jumps: must have at least 3"),
-        (loop_delay, [flat(jump=np.arange(4000) // 1000 % 2, answer=NOISE), 5000.0], "unexplained"),
-        (loop_delay, [flat(jump=NOISE, answer=NOISE), 1e5], "too low for a control rate"),
-        (carrier_drift, [table(minutes=[1, 2], frequency=[4.0, 5.0])], "must have four"),
+        (plate_envelope, [flat(envelope=1 + 0.001 * NOISE)], "jumps of the vibration = 0"),
+        (plate_decay, [flat(vibration=np.sin(2 * np.pi * 49e3 * np.arange(4000) / 1e5))], "rate = 100000 Hz"),
+        (loop_delay, [flat(jump=np.arange(4000) > 2000, answer=NOISE), 5000.0], "jumps of 'jump' = 1"),
+        (loop_delay, [flat(jump=np.arange(4000) // 1000 % 2, answer=NOISE), 5000.0], "misfit of a delayed exponential"),
+        (loop_delay, [flat(jump=NOISE, answer=NOISE), 1e5], "four times control_hz"),
+        (carrier_drift, [table(minutes=[1, 2], frequency=[4.0, 5.0])], "values of frequency = 2"),
     ],
 )
 def test_what_is_refused(function, arguments, says):

@@ -170,9 +170,9 @@ def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
 )
 def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, column, said):
     told = refusal(text(tmp_path, content), column)
-    hint = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
+    hint = "; a decimal comma? --disturbance.decimal ,"
     if "of 2 columns" in said:  # commas between columns too
-        hint = "; are there decimal commas? then columns must be apart by semicolons, tabs or spaces"
+        hint = "; decimal commas? then columns need semicolons, tabs or spaces"
     where, _, more = said.partition(" (and")
     assert told == f"{where}{hint}{' (and' if more else ''}{more}; accepted: a finite number"
 
@@ -223,7 +223,7 @@ def test_a_column_of_times_gives_the_rate(tmp_path, name, per_s):
     rows = "".join(f"{(5 + k * 1e-4) * per_s:.7f},{k % 7}\n" for k in range(50))
     path = text(tmp_path, f"{name},force\n{rows}")
     assert read(path, "force", rate_hz=None, at_hz=10_000.0).tolist() == [k % 7 for k in range(50)]
-    assert refusal(path, "force", rate_hz=100.0).startswith("rate_hz = 100 contradicts the file, whose rate is 10000;")
+    assert refusal(path, "force", rate_hz=100.0).startswith("rate_hz = 100 Hz: must be 10000, as in the file")
     assert refusal(path, "0", rate_hz=None) == f"{TIMES}; accepted: 'force'"
 
 
@@ -254,12 +254,10 @@ def test_a_unit_beside_the_column_scales_it(tmp_path):
 
 
 def test_a_unit_that_is_no_force_needs_a_scale(tmp_path):
-    assert refusal(text(tmp_path, "1\n2\n"), unit="V") == (
-        "column '0' is in V: scale is missing; accepted: the N per V"
-    )
+    assert refusal(text(tmp_path, "1\n2\n"), unit="V") == ("column '0' in V: scale = None: must be N per V")
     path = text(tmp_path, "force_mv\n1\n2\n")
-    assert refusal(path, "force_mv").startswith("column 'force_mv' is in mV: scale is missing")
-    assert refusal(path, "force_mv", unit="N").startswith("column 'force_mv': unit = 'N' contradicts the file")
+    assert refusal(path, "force_mv").startswith("column 'force_mv' in mV: scale = None")
+    assert refusal(path, "force_mv", unit="N").startswith("column 'force_mv': unit = 'N': must be 'mV'")
     assert read(path, "force_mv", scale=0.5).tolist() == [0.5, 1.0]
 
 
@@ -281,7 +279,7 @@ def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
     [
         (
             [0, 1, 2, 4, 5],
-            "rows missing in the times: 1 before line 5; accepted: even steps (most are 1 s if 't' is in s), --dist",
+            "rows missing in the times: 1 before line 5; accepted: steps of 1 s if 't' is in s, --dist",
         ),
         ([0, 1, 2, 3.002, 4.002], "steps up to 0.2 % off, most before line 5; accepted"),
         ([0, 1, 1, 2, 3], "times no later than the row before: line 4: t is '1'; accepted"),
@@ -305,23 +303,23 @@ def test_a_missing_rate(tmp_path, content):
     path = text(tmp_path, content)
     column = "force" if "force" in content else "0"
     told = refusal(path, column, rate_hz=None)
-    assert told.startswith("rate_hz is missing, and no column of times (time, t")
-    assert told.endswith("accepted: the sampling rate in Hz (--disturbance.rate_hz RATE, or --setpoint.rate_hz)")
+    assert told.startswith("rate_hz is missing; accepted: --dist")
+    assert told.endswith("accepted: --disturbance.rate_hz, or a column 'time_s' or 'Time [ms]'")
 
 
 def test_a_wav_brings_its_own_rate(tmp_path):
     path = tmp_path / "a.wav"
     wavfile.write(path, 8000, np.zeros(8, np.float32))
     assert read(path, rate_hz=None, at_hz=8000).size == read(path, rate_hz=8000, at_hz=8000).size == 8
-    assert refusal(path, rate_hz=44100.0) == "rate_hz = 44100 contradicts the file, whose rate is 8000; give none"
+    assert refusal(path, rate_hz=44100.0) == "rate_hz = 44100 Hz: must be 8000, as in the file, or none"
 
 
 def test_a_window_past_the_end(tmp_path):
     path = text(tmp_path, "1\n2\n3\n4\n")
-    lasts = "the recording lasts 0.04 s (4 samples at 100 Hz)"
-    assert refusal(path, start_s=0.04) == f"start_s = 0.04 is beyond the end; {lasts}"
-    assert refusal(path, start_s=1e308).startswith("start_s = 1e+308 is beyond the end")
-    assert refusal(path, stop_s=0.05) == f"stop_s = 0.05 is beyond the end; {lasts}"
+    lasts = "from 0 to 0.04, 4 samples at 100 Hz"
+    assert refusal(path, start_s=0.04) == f"start_s = 0.04 s: must be {lasts}"
+    assert refusal(path, start_s=1e308).startswith("start_s = 1e+308 s: must be")
+    assert refusal(path, stop_s=0.05) == f"stop_s = 0.05 s: must be {lasts}"
     assert read(path, start_s=0.03).tolist() == [4.0]
     assert read(path, stop_s=0.04).tolist() == [1.0, 2.0, 3.0, 4.0]
 
@@ -414,11 +412,11 @@ def test_an_unknown_format_and_a_missing_file(tmp_path):
 @pytest.mark.parametrize("name", ["a.csv", "a.h5", "a.nc", "a.mat", "a.wav"])
 def test_an_empty_file(tmp_path, name):
     (tmp_path / name).touch()
-    assert "empty" in refusal(tmp_path / name)
+    assert "empty" in (said := refusal(tmp_path / name)) or "rows of numbers = 0" in said
 
 
 def test_a_file_without_samples(tmp_path):
-    assert refusal(text(tmp_path, "# only a note\n\n")) == "is empty; accepted: rows of numbers"
+    assert refusal(text(tmp_path, "# only a note\n\n")) == "rows of numbers = 0: must be 1 or more"
     assert refusal(text(tmp_path, "force\n"), "force") == "column = 'force' holds no samples"
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["force"] = np.empty(0)
@@ -468,10 +466,7 @@ def test_a_unit_is_found_wherever_the_header_has_it(tmp_path, header):
 def test_a_unit_that_is_not_known_is_refused(tmp_path):
     path = text(tmp_path, "t,Ft [dyn],Ft (left)\n0,1,2\n0.01,3,4\n")
     told = refusal(path, "Ft [dyn]")
-    assert (
-        told
-        == "column 'Ft [dyn]' is in dyn: scale is missing; accepted: the N per dyn, or unit = \"N\" if that is no unit"
-    )
+    assert told == "column 'Ft [dyn]' in dyn: scale = None: must be N per dyn, or unit = \"N\""
     assert read(path, "Ft (left)", unit="N").tolist() == [2.0, 4.0]
     assert read(path, "Ft [dyn]", scale=2.0).tolist() == [2.0, 6.0]
 
@@ -491,7 +486,7 @@ def test_numbers_over_numbers_are_names_where_text_stands_beside_them(tmp_path):
     assert read(text(tmp_path, "t,1,2\n0,5,6\n0.01,7,8\n"), "2", rate_hz=None).tolist() == [6.0, 8.0]
     assert read(text(tmp_path, "load,1000\n0.1,0.2\n0.3,0.4\n"), "1").tolist() == [0.2, 0.4]
     told = refusal(text(tmp_path, "0,1\n0.0,0.3\n0.01,0.4\n"), "1")
-    assert told.startswith("line 1: 0, 1 may number the columns or be the first sample; accepted: names in their place")
+    assert told.startswith("line 1 = '0, 1': must be names")
 
 
 def test_titles_and_settings_above_the_names_are_passed_over(tmp_path):
@@ -505,7 +500,7 @@ def test_titles_and_settings_above_the_names_are_passed_over(tmp_path):
 
 def test_names_of_which_too_few_stand_above_the_numbers_are_refused(tmp_path):
     said = refusal(text(tmp_path, "Trial 3\nt (s),F [N]\n0,x\n"), "F")
-    assert said.startswith("line 2: t (s), F [N] stand below Trial 3; accepted: # before lines")
+    assert said.startswith("line 2 = 't (s), F [N]': must be numbers or units below Trial 3")
 
 
 def test_a_comment_right_above_the_numbers_is_a_line_of_names(tmp_path):
@@ -525,12 +520,12 @@ def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
 @pytest.mark.parametrize("name", ["level/dB", "level [dB]", "level dB", "level in dB"])
 def test_a_level_is_no_force(tmp_path, name):
     path = text(tmp_path, f"t,{name}\n0,1\n0.01,2\n")
-    assert "is in dB: scale is missing" in refusal(path, "level", rate_hz=None)
+    assert "in dB: scale = None" in refusal(path, "level", rate_hz=None)
 
 
 def test_decimal_commas_below_settings_are_named(tmp_path):
     path = text(tmp_path, "Messung;Finger 3\n\nZeit;Ft\n[s];[mN]\n0,00;250,5\n0,01;251,5\n")
-    assert refusal(path, "Ft", rate_hz=None).startswith("line 5: '0,00' is no number; is that a decimal comma?")
+    assert refusal(path, "Ft", rate_hz=None).startswith("line 5: '0,00' is no number; a decimal comma?")
     assert read(path, "Ft", rate_hz=None, decimal=",") == pytest.approx([0.2505, 0.2515])
 
 
@@ -543,8 +538,8 @@ def test_two_columns_of_one_name_are_told_apart_by_number(tmp_path):
 @pytest.mark.parametrize(
     ("content", "decimal", "said"),
     [
-        ("0,5\n0,6\n0,7\n", ".", "line 1: 0,5 may be one number; is that a decimal comma?"),
-        ("0,05\n1,60\n", ".", "line 1: 0,05 may be one number; is that a decimal comma?"),
+        ("0,5\n0,6\n0,7\n", ".", "line 1: 0,5 may be one number; a decimal comma?"),
+        ("0,05\n1,60\n", ".", "line 1: 0,05 may be one number; a decimal comma?"),
         ("F\n1.234\n1.235\n", ",", "line 2: F is '1.234' (and 1 more)"),
         ("F\n1.234,5\n", ",", "line 2: F is '1.234,5'"),
         ("F\n1_000\n", ".", "line 2: F is '1_000'"),
@@ -557,14 +552,12 @@ def test_a_mark_within_a_number_is_asked_about(tmp_path, content, decimal, said)
     assert told.startswith(where)
     assert more in told
     if decimal == ",":
-        assert 'is that a decimal point? decimal = "." reads it (--disturbance.decimal .)' in told
+        assert "a decimal point? --disturbance.decimal ." in told
 
 
 def test_times_without_a_unit_may_be_counts(tmp_path):
     path = text(tmp_path, "time,F\n0,1\n1,2\n2,4\n")
-    assert "'time' has no unit: in s it gives 1 Hz, in ms 1000 Hz, or it counts samples;" in refusal(
-        path, "F", rate_hz=None
-    )
+    assert "'time' without a unit: in s 1 Hz, in ms 1000 Hz;" in refusal(path, "F", rate_hz=None)
     assert read(path, "F").tolist() == [1.0, 2.0, 4.0]
     assert read(text(tmp_path, "time_s,F\n0,1\n1,2\n2,4\n"), "F", rate_hz=None, at_hz=1.0).tolist() == [1, 2, 4]
 
@@ -573,7 +566,7 @@ def test_times_without_a_unit_may_be_counts(tmp_path):
 def test_a_rate_may_differ_little_from_uneven_times(tmp_path, jitter):
     path = text(tmp_path, "t,F\n" + "".join(f"{0.01 * (k + jitter if k == 3 else k):g},{k % 2}\n" for k in range(9)))
     assert read(path, "F").size == 9
-    assert "rate_hz = 10 contradicts the " in refusal(path, "F", rate_hz=10.0)
+    assert "rate_hz = 10 Hz: must be" in refusal(path, "F", rate_hz=10.0)
 
 
 def test_a_force_that_rises_evenly_beside_times_is_one(tmp_path):
@@ -595,7 +588,7 @@ def test_times_beside_an_array_give_the_rate(tmp_path, name):
             file.update({f"trial/{key}": values for key, values in arrays.items()})
     column = "force" if name == "a.mat" else "trial/force"
     assert read(path, column, rate_hz=None).tolist() == [1.0, 2.0, 1.0, 2.0, 1.0]
-    assert refusal(path, column, rate_hz=10.0).startswith("rate_hz = 10 contradicts the file, whose rate is 100;")
+    assert refusal(path, column, rate_hz=10.0).startswith("rate_hz = 10 Hz: must be 100, as in the file")
     assert refusal(path, column.replace("force", "time")).endswith(f"holds times; accepted: {column!r}")
 
 
@@ -619,7 +612,7 @@ def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["f"] = np.array([100.0, 200.0])
         file["f"].attrs["units"] = "dyn"
-    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' is in dyn: scale is missing")
+    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' in dyn: scale = None")
 
 
 def test_what_was_found_has_the_unit_and_what_tells_it(tmp_path):

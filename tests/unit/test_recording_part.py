@@ -54,10 +54,10 @@ def test_a_gap_in_the_part_is_refused_with_the_longest_part_without(path, part, 
 @pytest.mark.parametrize(
     ("part", "said"),
     [
-        ({"start_s": 10.4}, "start_s = 10.4 lies where rows are missing in the times, 10.299 to 10.5 s"),
-        ({"start_s": 11.0, "stop_s": 12.05}, "stop_s = 12.05 lies where rows are missing in the times, 11.999 to 12.1"),
-        ({"start_s": 13.0}, "start_s = 13 is beyond the end; the times run from 10 to 12.399 s"),
-        ({"start_s": 11.0, "stop_s": 13.0}, "stop_s = 13 is beyond the end"),
+        ({"start_s": 10.4}, "start_s = 10.4 s: must be a time with a row, not from 10.299 to 10.5"),
+        ({"start_s": 11.0, "stop_s": 12.05}, "stop_s = 12.05 s: must be a time with a row, not from 11.999 to 12.1"),
+        ({"start_s": 13.0}, "start_s = 13 s: must be from 10 to 12.399"),
+        ({"start_s": 11.0, "stop_s": 13.0}, "stop_s = 13 s: must be from 10"),
     ],
 )
 def test_an_end_that_no_row_is_near_is_refused(path, part, said):

@@ -30,9 +30,9 @@ def load(path, hertz, **position):
 
 def test_uneven_times_are_refused_with_what_would_do(tmp_path):
     path = write(tmp_path / "a.csv", uneven())
-    with pytest.raises(fl.FrictionloopError, match=r"times are uneven; .* resample_hz = \d+ in the map"):
+    with pytest.raises(fl.FrictionloopError, match=r"uneven.* resample_hz = \d+"):
         fl.identify.load(path, MAP["channels"])
-    assert any("resample_hz" in note for note in fl.identify.preview(path).notes)
+    assert "TIMES-UNEVEN" in [each.code for each in fl.identify.channels(path).findings]
 
 
 @pytest.mark.parametrize(("header", "scale"), [("time_s,f,x", 1.0), ("t [ms],f,x", 1e3), ("time,f,x", 1.0)])
@@ -43,7 +43,8 @@ def test_the_signal_is_that_at_even_times(tmp_path, header, scale):
     # A straight line is off by less than (pi f T)^2/2 of a sine, with the longest step T.
     assert np.abs(run.f_m - np.sin(2 * np.pi * 5 * run.time)).max() < (np.pi * 5 * 1.3 / 500) ** 2 / 2
     assert np.abs(run.position - 3 * run.time).max() < 1e-6
-    assert "brought to 600 Hz by straight lines" in run.attrs["told"] and run.attrs["rate_from"] == "resample_hz"
+    (brought,) = [each for each in fl.identify.findings_of(run.attrs) if each.code == "RESAMPLED"]
+    assert brought.value == 600.0 and run.attrs["rate_from"] == "resample_hz"
 
 
 def test_a_counter_is_unwrapped_first(tmp_path):
@@ -54,9 +55,9 @@ def test_a_counter_is_unwrapped_first(tmp_path):
 def test_lost_samples_are_bridged_and_counted_a_hole_is_not(tmp_path):
     times = np.arange(3000) / 500
     lost = np.delete(times, [700, 1500, 1501])
-    told = load(write(tmp_path / "a.csv", lost), 500.0).attrs["told"]
-    assert "over 2 gaps of up to 6 ms" in told
-    with pytest.raises(fl.FrictionloopError, match=r"no samples for 0.202 s after row 699.*ten usual steps"):
+    brought = fl.identify.findings_of(load(write(tmp_path / "a.csv", lost), 500.0).attrs)[0]
+    assert brought.more["gaps"] == 2 and brought.more["most_apart_ms"] == pytest.approx(6.0)
+    with pytest.raises(fl.FrictionloopError, match=r"gap after row 699 = 0.202 s"):
         load(write(tmp_path / "b.csv", np.delete(times, slice(700, 800))), 500.0)
 
 
@@ -64,9 +65,9 @@ def test_lost_samples_are_bridged_and_counted_a_hole_is_not(tmp_path):
     ("times", "header", "says"),
     [
         (uneven(), "time_s,f,x", "must be at least 499.6, the mean rate"),
-        (uneven()[::-1], "time_s,f,x", "do not rise at row 1"),
-        (1e6 * uneven(), "time,f,x", "nothing tells the unit of 'time'"),
-        (uneven(), "a,f,x", "no column of times"),
+        (uneven()[::-1], "time_s,f,x", "times at row 1 = 'falling'"),
+        (1e6 * uneven(), "time,f,x", "unit of 'time' = None"),
+        (uneven(), "a,f,x", "column of times = None"),
     ],
 )
 def test_what_cannot_be_resampled_is_one_line(tmp_path, times, header, says):
@@ -97,4 +98,4 @@ channels.position = { column = "x" }
     )
     found = fl.identify.bench(tmp_path / "lab.toml")
     assert found.system.friction.nominal_n == pytest.approx(0.6, rel=0.02)
-    assert "brought to 550 Hz" in found.parts[0].told[0] and "slides of" in " ".join(found.parts[0].told)
+    assert found.parts[0].findings[0].value == 550.0 and found.parts[0].numbers["slides"] > 1

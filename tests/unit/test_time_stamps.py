@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frictionloop.identification.preview import preview
+from frictionloop.identification import channels
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
@@ -40,12 +40,11 @@ def test_stamps_tell_the_rate_as_seconds_do(tmp_path, form):
     recording = stamped(tmp_path / "a.csv", FORMS[form])
     read = found(recording)
     assert (read.rate_hz, read.rate_by, read.samples) == (1e4, "'time'", 40)
-    seen = preview(recording.path)
-    assert seen.sampling.rate_hz == pytest.approx(1e4, rel=1e-9) and seen.sampling.even
+    seen = channels(recording.path)
+    assert seen.rate_hz == pytest.approx(1e4, rel=1e-9) and seen.even
     hour = 9 if form == "zone" else 10
     assert seen.date == f"2024-03-05T{hour:02}:11:12"
-    channels = [(each.name, each.unit, each.missing) for each in seen.channels]
-    assert channels == [
+    assert [(each.name, each.unit, each.missing) for each in seen.channels] == [
         ("time", "s", 0),
         ("Ft", "mN", 0),
         ("Fn", "", 0),
@@ -57,7 +56,7 @@ def test_stamps_are_found_below_titles_and_units_and_without_a_name(tmp_path):
     assert found(titled).rate_hz == 1e4 and found(titled).unit == "mN"
     bare = stamped(tmp_path / "b.csv", head="").model_copy(update={"column": "1", "unit": "mN"})
     assert found(bare).rate_hz == 1e4
-    assert preview(titled.path).sampling.rate_hz == preview(bare.path).sampling.rate_hz == pytest.approx(1e4)
+    assert channels(titled.path).rate_hz == channels(bare.path).rate_hz == pytest.approx(1e4)
 
 
 def test_lost_rows_are_refused_and_told_beside_a_rate(tmp_path):
@@ -69,7 +68,7 @@ def test_lost_rows_are_refused_and_told_beside_a_rate(tmp_path):
         "2 before line 12, 1 before line 30; rows are taken"
         in found(recording.model_copy(update={"rate_hz": 1e4})).uneven
     )
-    assert preview(recording.path).sampling.gaps == ((9, 2), (27, 1))
+    assert channels(recording.path).gaps == ((9, 2), (27, 1))
 
 
 @pytest.mark.parametrize("wrong", ["05.03.2024 10:11:12", "2024-13-05T10:11:12", "10:11:12.5"])
@@ -83,16 +82,17 @@ def test_what_is_no_time_is_named_with_what_would_be(tmp_path, wrong):
     assert (
         found(recording.model_copy(update={"rate_hz": 1e4})).uneven == f"times are not read: line 2: time is '{wrong}'"
     )
-    seen = preview(recording.path)
+    seen = channels(recording.path)
     assert [each.name for each in seen.channels] == ["Ft", "Fn"]
-    assert seen.notes[0].startswith("'time' is left out, for its cells hold no times; accepted: a number, or a time as")
+    left = [each.where.channel for each in seen.findings if each.code == "LEFT-OUT"]
+    assert left == ["time"]
 
 
 def test_one_wrong_stamp_is_named(tmp_path):
     recording = stamped(tmp_path / "a.csv", lambda stamp: "-" if stamp.endswith("2600000") else stamp)
     with pytest.raises(FrictionloopError, match="line 23: time is '-'; accepted: a number, or a time as"):
         found(recording)
-    assert preview(recording.path).channels[0].missing == 1
+    assert channels(recording.path).channels[0].missing == 1
 
 
 def test_stamps_of_a_large_file_count_from_its_first_row(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.quantities import replacing
+from frictionloop.quantities import must_be, replacing
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import why_unwritable
 from frictionloop.quantities.units import FrictionloopError
@@ -81,14 +81,17 @@ def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> Non
         raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
 
 
+def numbers_of(name: str, text: str, unit: str) -> tuple[float, ...]:
+    """Return numbers written with commas between them."""
+    try:
+        return tuple(float(each) for each in text.split(","))
+    except ValueError:
+        raise must_be(name, text, f"numbers in {unit} with commas between") from None
+
+
 def speeds_of(text: str) -> list[float]:
     """Return speeds in mm/s written with commas between them."""
-    try:
-        return [float(each) for each in text.split(",")]
-    except ValueError:
-        raise FrictionloopError(
-            f"speeds = {text!r}: must be numbers in mm/s with commas between, such as 20,80"
-        ) from None
+    return list(numbers_of("speeds", text, "mm/s"))
 
 
 def two_values(name: str, text: str | None, what: str, zero: bool = False) -> tuple[float, float] | tuple[()]:

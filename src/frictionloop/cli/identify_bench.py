@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import json as text
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.quantities import FrictionloopError
-
-if TYPE_CHECKING:
-    from frictionloop.identification import Bench
 
 ARGUMENTS = "FILE [OPTIONS]"
 EXAMPLES = """Examples
@@ -37,7 +31,7 @@ def command(
     population: flags.Result[Path | None] = None,
     again: flags.Flag = False,
     without_refused: flags.Flag = False,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Turn a lab's recordings into the file of its bench: measured values, and "assumed" for the rest.
 
@@ -62,123 +56,18 @@ def command(
     checks.check_output("population", population, checks.SYSTEMS)
     if report is not None:
         checks.check_drawing()
-    from frictionloop.identification import bench, kept_results, to_toml
-    from frictionloop.quantities import replacing
-
-    kept = file.with_suffix(".results.json")
-    with screen.waiting("analysing the recordings"), _pictured(file), _keeping(kept):
-        found = bench(file, {} if again else _earlier(kept), without_refused=without_refused)
-    _keep(kept, kept_results(found))
-    older = None
+    kept, older = file.with_suffix(".results.json"), None
+    with screen.waiting("analysing the recordings"):
+        try:
+            found = fl.identify.bench(file, kept, again=again, without_refused=without_refused)
+        except fl.identify.Refused as refused:
+            raise fl.draw_refused(refused, file.with_suffix(".refused.png")) from None
     if population is not None:
-        _write_population(found, population)
+        found.write_population(population)
     if out is not None:
-        with replacing(out) as beside:
-            beside.write_text(to_toml(found), encoding="utf-8")
+        found.write(out)
     if report is not None:
-        from frictionloop.report.certificate import write_certificate
-
         with screen.waiting("drawing the certificate"):
-            older = write_certificate(found, report)
+            older = fl.write_certificate(found, report)
     saved = {"bench": out, "certificate": report, "older certificate": older, "population": population}
-    if json:
-        screen.show_json(_as_json(found) | {"saved": saved})
-        return
-    screen.show(screen.columns(_rows(found)))
-    for part in found.parts:
-        screen.show("", screen.columns([(part.kind, screen.wrapped(line).plain) for line in part.told]))
-    if found.told:
-        screen.show("", *(screen.wrapped(line) for line in found.told))
-    if found.resonance_error is not None:
-        design = f"frictionloop design controller {out or 'my-bench.toml'} {found.design_flags}"
-        ends = f" --corners {report}" if report and found.corners else ""
-        screen.show("", f"gains for it: {design}{ends}")
-    screen.show(*screen.saved(saved))
-
-
-def _write_population(found: Bench, path: Path) -> None:
-    import tomlkit
-
-    from frictionloop.quantities import FrictionloopError, replacing
-
-    if found.people is None:
-        raise FrictionloopError(
-            'population: slides of three fingers at least are needed; accepted: finger = "..." in the entries of kind '
-            "slides or amplitude"
-        )
-    with replacing(path) as beside:
-        tree = found.people.population.model_dump()
-        beside.write_text(tomlkit.dumps(tree), encoding="utf-8")
-
-
-def _keep(path: Path, results: Mapping[str, Any]) -> None:
-    from frictionloop.quantities import replacing
-
-    with replacing(path) as beside:
-        beside.write_text(text.dumps(results, default=_number), encoding="utf-8")
-
-
-@contextmanager
-def _keeping(path: Path) -> Iterator[None]:
-    """Keep the results of the entries that were analysed when another one is refused."""
-    from frictionloop.identification.entries import Unfinished
-
-    try:
-        yield
-    except Unfinished as unfinished:
-        _keep(path, unfinished.results)
-        raise
-
-
-@contextmanager
-def _pictured(file: Path) -> Iterator[None]:
-    """Draw what an analysis saw when it refused, and name the picture in its line."""
-    from frictionloop.identification.refused import Refused
-
-    try:
-        yield
-    except Refused as refused:
-        from frictionloop.report.refusal import draw_refused
-
-        picture = file.with_suffix(".refused.png")
-        drawn = draw_refused(refused, picture)
-        raise FrictionloopError(f"{refused}; picture: {picture}" if drawn else str(refused)) from None
-
-
-def _earlier(path: Path) -> dict[str, Any]:
-    """Return the results of the last time, none if there are none that can be read."""
-    with suppress(OSError, ValueError):
-        found = text.loads(path.read_text(encoding="utf-8"))
-        if isinstance(found, dict):
-            return found
-    return {}
-
-
-def _number(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else str(value)
-
-
-def _rows(found: Bench) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
-    for each in found.measured.values():
-        between = f"{each.between:.1g} between files" if len(each.files) > 1 else "one file"
-        lines = f"{each.within:.1g} within a file, {between}, {each.method:.1g} of the method"
-        rows.append((each.path, f"{each.estimate} (standard errors: {lines}), {each.how}"))
-    return rows
-
-
-def _as_json(found: Bench) -> dict[str, Any]:
-    return {
-        "project": str(found.project),
-        "measured": [each.as_dict() for each in found.measured.values()],
-        "stated": dict(found.stated),
-        "parts": [{"kind": part.kind, "files": part.files, "told": part.told} for part in found.parts],
-        "analysed": found.analysed,
-        "resonance_error": found.resonance_error,
-        "design_flags": found.design_flags,
-        "corners": [each._asdict() for each in found.corners],
-        "together": found.told,
-        "refused": [each._asdict() for each in found.refused],
-        "population": None if found.people is None else found.people.population.model_dump(),
-        "system": found.system.model_dump(),
-    }
+    shown.show(found, saved=saved)

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
-import numpy as np
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.device import ADDRESS, connected
-from frictionloop.cli.wizard import TICK_HZ, Line, Step, line_of, steps_of, with_counts
-from frictionloop.quantities import FrictionloopError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 ARGUMENTS = "weights|hits|quiet|friction --device ADDRESS [OPTIONS]"
 EXAMPLES = """Examples
@@ -30,9 +24,8 @@ Kind = Annotated[
     Parameter(name="KIND", help="What is recorded.", group=flags.SYSTEM),
 ]
 DeviceAt = Annotated[str, Parameter(name="--device", metavar="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
-COLUMNS = {"weights": ("f_m",), "hits": ("f_m",), "quiet": ("f_m",), "friction": ("f_m", "load", "position")}
-UNITS = {"counts": "counts", "f_m": "N", "load": "N", "position": "m", "mass": "kg"}
-LIVE_S = 0.1
+LEVELS = 500
+"""Samples between two looks at the level: a tenth of a second."""
 FILES = (".h5",)
 
 
@@ -43,7 +36,7 @@ def command(
     device: DeviceAt,
     masses_g: flags.Run[str | None] = None,
     out: flags.Result[Path | None] = None,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Record one measurement of a calibration: each step is asked for, the level is shown while it is recorded.
 
@@ -60,96 +53,42 @@ def command(
     """
     out = out or Path(f"{kind}.h5")
     checks.check_output("out", out, FILES)
-    chart = out.with_name(f"{out.stem}-map.toml")
-    for path in (out, chart):
+    for path in (out, fl.identify.map_beside(out)):
         checks.check_new("out", path)
-    steps = steps_of(kind, *([_masses(masses_g)] if masses_g else []))
-    simulated = device.startswith("sim:")
+    masses = () if masses_g is None else (checks.numbers_of("masses_g", masses_g, "g"),)
+    fl.identify.steps_of(kind, *masses)  # refuses masses before a device is opened
     with connected(device) as opened:
-        line = line_of(kind, steps, opened, simulated)
-        columns = _recorded(kind, steps, line, asked=not simulated)
-        unit_n = with_counts(columns, opened)
-    _write(out, columns)
-    chart.write_text(_map(kind, unit_n), encoding="utf-8")
-    lines = ["[[recording]]", f'kind = "{"slides" if kind == "friction" else kind}"', f'files = ["{out.name}"]']
-    lines.append(f'map = "{chart.name}"')
-    lost = _lost(columns["time"])
-    if json:
-        told = {"kind": kind, "samples": columns["time"].size, "lost_samples": lost, "project": "\n".join(lines)}
-        screen.show_json(told | {"saved": {"recording": out, "map": chart}})
-        return
-    seconds = columns["time"].size / TICK_HZ
-    screen.show(f"recorded {seconds:.1f} s" + (f", {lost} samples were lost" if lost else ", nothing was lost"))
-    screen.show(*screen.saved({"the recording": out, "its channel map": chart}))
-    screen.show("", "in the project file:", *lines)
+        level = _Level()
+        asked = _said if device.startswith("sim:") else _asked
+        found = fl.identify.run(kind, opened, *masses, ask=asked, watch=level)
+        level.end()
+    shown.show(found.saved_at(out), saved={"recording": out, "map": found.write(out)})
 
 
-def _masses(text: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(each) for each in text.split(","))
-    except ValueError:
-        raise FrictionloopError(f"masses_g = {text!r}: must be numbers in g with commas between them") from None
+def _said(step: Any) -> None:
+    screen.say(f"step {step.number} of {step.of}: {step.says}")
 
 
-def _recorded(kind: str, steps: list[Step], line: Line, asked: bool) -> dict[str, NDArray[np.float64]]:
-    """Return the columns of all steps, one after the other; times of steps follow each other without a gap."""
-    parts: list[dict[str, NDArray[np.float64]]] = []
-    began_s = 0.0
-    for number, step in enumerate(steps):
-        screen.say(f"step {number + 1} of {len(steps)}: {step.says}")
-        if asked:
-            input("Enter begins: ")
-        blocks = list(_live(line.stream(step.lasts_s, 1)))
-        if not blocks:
-            raise FrictionloopError("device: sends no samples; accepted: a device whose telemetry comes through")
-        tick = np.concatenate([block["tick"] for block in blocks])
-        part = {name: np.concatenate([block[name] for block in blocks]) for name in COLUMNS[kind]}
-        part["time"] = began_s + ((tick - tick[0]) % 2**32) / TICK_HZ
-        if step.mass_kg is not None:
-            part["mass"] = np.full(tick.size, step.mass_kg)
-        began_s = float(part["time"][-1]) + 1 / TICK_HZ
-        parts.append(part)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+def _asked(step: Any) -> None:
+    _said(step)
+    input("Enter begins: ")
 
 
-def _live(stream: Iterator[Any]) -> Iterator[Any]:
-    """Pass blocks on; on a terminal show the level and how much it moves, ten times a second."""
-    shown = sys.stderr.isatty()
-    held: list[NDArray[np.float64]] = []
-    for block in stream:
-        yield block
-        held.append(block["f_m"])
-        if shown and sum(map(len, held)) >= LIVE_S * TICK_HZ:
-            level = np.concatenate(held)
-            bar = "#" * int(min(max(np.abs(level).max() / 2.5, 0), 1) * 30)
-            print(f"\r{level.mean():+8.4f} N  +- {np.ptp(level) / 2:.4f}  |{bar:30}|", end="", file=sys.stderr)
-            held = []
-    if shown:
-        print(file=sys.stderr)
+class _Level:
+    """The level and how much it moves, on a terminal, ten times a second."""
 
+    def __init__(self) -> None:
+        self._held: list[float] = []
+        self._shown = sys.stderr.isatty()
 
-def _write(path: Path, columns: dict[str, NDArray[np.float64]]) -> None:
-    import h5py
+    def __call__(self, block: Any) -> None:
+        self._held += block["f_m"].tolist() if self._shown else []
+        if len(self._held) >= LEVELS:
+            low, high = min(self._held), max(self._held)
+            bar = "#" * int(min(max(abs(low), abs(high)) / 2.5, 1.0) * 30)
+            print(f"\r{(low + high) / 2:+8.4f} N  +- {(high - low) / 2:.4f}  |{bar:30}|", end="", file=sys.stderr)
+            self._held = []
 
-    from frictionloop.quantities import replacing
-
-    with replacing(path) as beside, h5py.File(beside, "w") as file:
-        file.attrs["fs"] = float(TICK_HZ)
-        for name, values in columns.items():
-            file[name] = values
-            file[name].attrs["units"] = "s" if name == "time" else UNITS[name]
-
-
-def _map(kind: str, unit_n: float | None) -> str:
-    names = (*COLUMNS[kind], *(("mass",) if kind == "weights" else ()))
-    lines = [f"# Channels of identify run {kind}."]
-    for name in names:
-        column = "counts" if name == "f_m" and unit_n is not None else name
-        lines += ["", f"[channels.{name}]", f'column = "{column}"', f'unit = "{UNITS[column]}"']
-        if column == "counts":
-            lines.append(f"newtons_per_unit = {unit_n:.9g}  # by the device's calibration, where there are no weights")
-    return "\n".join(lines) + "\n"
-
-
-def _lost(time: NDArray[np.float64]) -> int:
-    return int(np.sum(np.rint(np.diff(time) * TICK_HZ) - 1)) if time.size > 1 else 0
+    def end(self) -> None:
+        if self._shown:
+            print(file=sys.stderr)

@@ -86,6 +86,13 @@ class Finding:
         """0 of an error, 2 of a note."""
         return SEVERITIES.index(self.severity or "note")
 
+    @classmethod
+    def from_dict(cls, tree: Mapping[str, Any]) -> Finding:
+        """Return a finding from what `to_dict` gave."""
+        own = {name: tree[name] for name in ("severity", "value", "unit", "limit", "remedy") if name in tree}
+        more = {name: value for name, value in tree.items() if name not in {*own, "code", "said", "where"}}
+        return cls(tree["code"], **own, where=Condition(**tree.get("where", {})), more=more)
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, with the line."""
         found: dict[str, Any] = {"code": self.code, "severity": self.severity, "said": str(self)}

@@ -86,12 +86,17 @@ def fragment(result: Result) -> str:
     parts = [f"<table>{rows}</table>"] if rows else []
     for name, frame in result.tables().items():
         parts.append(f"<h4>{escape(name)}</h4>{_table_html(frame)}")
+    return "\n".join([*parts, *([findings_html(result.findings)] if result.findings else [])])
+
+
+def findings_html(found: Sequence[Finding]) -> str:
+    """Return findings as a table in HTML, the explanation behind each."""
     told = "".join(
         f'<tr title="{escape(entry(each.code).explanation)}"><td>{each.severity}</td><td><code>{each.code}</code></td>'
         f"<td>{escape(str(each))}</td></tr>"
-        for each in result.findings
+        for each in found
     )
-    return "\n".join([*parts, *([f"<table>{told}</table>"] if told else [])])
+    return f"<table>{told}</table>"
 
 
 def _table_html(frame: pd.DataFrame) -> str:

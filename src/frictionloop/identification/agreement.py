@@ -6,10 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.measured import Measured, measured
-from frictionloop.identification.parts.part import Part
-from frictionloop.identification.people import LEAST_FINGERS, People, people
+from frictionloop.findings import Finding
+from frictionloop.findings.catalogue import Severity
+from frictionloop.identification.measured import Estimate, Measured, measured
+from frictionloop.identification.part import Part
+from frictionloop.identification.people import LEAST_FINGERS, People, few_fingers, people
 
 APART = 3.0
 """Two methods contradict each other where they are so many standard errors apart (assumed)."""
@@ -52,8 +53,8 @@ def corners_of(values: Mapping[str, Measured], crowd: People | None) -> tuple[Co
     return tuple(found)
 
 
-def agreed(parts: Sequence[Part]) -> tuple[dict[str, Measured], tuple[str, ...]]:
-    """Return one value of each name, that with the least error, and what is said where another entry differs."""
+def agreed(parts: Sequence[Part]) -> tuple[dict[str, Measured], list[Finding]]:
+    """Return one value of each name, that with the least error, and a finding for each other entry."""
     every: dict[str, list[Measured]] = {}
     for part in parts:
         for each in part.measured:
@@ -70,15 +71,13 @@ def agreed(parts: Sequence[Part]) -> tuple[dict[str, Measured], tuple[str, ...]]
             if other is best:
                 continue
             apart = abs(other.value - best.value) / max(math.hypot(other.error, best.error), 1e-300)
-            verdict = "they contradict each other" if apart > APART else "they agree"
-            told.append(
-                f"{path} by {other.files[0]} is {other.estimate}, by {best.files[0]} {best.estimate}: {apart:.1f} "
-                f"standard errors apart, {verdict}"
-            )
-    return chosen, tuple(told)
+            more = {"path": path, "apart": apart, "other": other.files[0], "errors": [best.error, other.error]}
+            severity: Severity = "warning" if apart > APART else "note"
+            told.append(Finding("METHODS-DIFFER", severity, best.value, best.unit, other.value, more=more))
+    return chosen, told
 
 
-def together(parts: Sequence[Part]) -> tuple[People | None, list[Measured], list[str]]:
+def together(parts: Sequence[Part]) -> tuple[People | None, list[Measured], list[Finding]]:
     """Return the population that the fingers of slides make, its medians as measured values, and what is said of it."""
     persons = [(part, part.curves["person"]) for part in parts if part.curves.get("person")]
     # Recordings with amplitude commands tell tau too; then those count alone.
@@ -90,8 +89,7 @@ def together(parts: Sequence[Part]) -> tuple[People | None, list[Measured], list
         for each in person["found"]:
             entries.setdefault(person["finger"], []).append({path: each[path] for path in sorted(paths)})
     if len(entries) < LEAST_FINGERS:
-        few = [f"{len(entries)} fingers are no population: must be {LEAST_FINGERS} at least"] if entries else []
-        return None, [], few
+        return None, [], list(few_fingers(len(entries))) if entries else []
     found = people(entries)
     files = tuple(dict.fromkeys(each["path"] for part, _ in used for each in part.files))
     date = used[0][0].files[0]["date"]
@@ -99,7 +97,7 @@ def together(parts: Sequence[Part]) -> tuple[People | None, list[Measured], list
         _median(path, median, found, k, files, date)
         for k, (path, median) in enumerate(zip(sorted(paths), found.medians, strict=True))
     ]
-    return found, values, list(found.told)
+    return found, values, list(found.findings)
 
 
 def _median(path: str, median: Estimate, found: People, k: int, files: tuple[str, ...], date: str) -> Measured:

@@ -11,7 +11,7 @@ from frictionloop.parameters import System, check_system
 from frictionloop.parameters.plant import Friction
 from frictionloop.parameters.sources import ColouredNoise, Signal, Sine, Steps
 from frictionloop.physics.friction import friction_force
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 
 LEVELS = 7
@@ -64,4 +64,4 @@ def amplitude_protocol(
         return Sine(offset_n=middle, amplitude_n=half, frequency_hz=SWEEP_HZ)
     if form == "noise":
         return ColouredNoise(offset_n=middle, rms_n=half / 2, exponent=2.0, low_hz=0.2, high_hz=NOISE_HZ)
-    raise FrictionloopError(f"form = {form!r}: must be 'steps', 'sweep' or 'noise'")
+    raise must_be("form", form, "'steps', 'sweep' or 'noise'")

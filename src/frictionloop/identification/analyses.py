@@ -1,4 +1,4 @@
-"""One entry of a project analysed: measured values, sentences, and what the certificate draws, all as plain data."""
+"""One entry of a project analysed: measured values, findings, and what the certificate draws, all as plain data."""
 
 from __future__ import annotations
 
@@ -7,32 +7,41 @@ from pathlib import Path
 
 import numpy as np
 
+from frictionloop.findings.result import plain
+from frictionloop.identification.calibration import hung
 from frictionloop.identification.channel_map import ChannelMap
-from frictionloop.identification.channels import READING
-from frictionloop.identification.clipping import clipped_share
-from frictionloop.identification.hung import hung
+from frictionloop.identification.channel_summary import clipped_share
+from frictionloop.identification.finger_entry import amplitude_told, slides_told
+from frictionloop.identification.hits_entry import hits_told
 from frictionloop.identification.long import Run, Stretches, calm, is_long, means, whole
-from frictionloop.identification.opened import Opened, opened
-from frictionloop.identification.parts.hits import hits_part
-from frictionloop.identification.parts.part import Found, Part, Sensor
-from frictionloop.identification.parts.quiet import quiet_part
-from frictionloop.identification.parts.response import response_part
-from frictionloop.identification.parts.slides import slides_part
-from frictionloop.identification.parts.weights import weights_part
+from frictionloop.identification.opened import Opened, findings_of, opened
+from frictionloop.identification.part import Part, Sensor, Told
+from frictionloop.identification.plate_entry import carrier_told, delay_told, plate_told, scale_told
 from frictionloop.identification.project import Take
+from frictionloop.identification.quiet import quiet_told
+from frictionloop.identification.recording_columns import READING
 from frictionloop.identification.refused import pictured
-from frictionloop.identification.takes import TAKES
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.response_entry import response_part
+from frictionloop.identification.weights_entry import load_told, position_told, weights_told
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.recordings.whole import read_contents
 
-WORK: Mapping[str, Callable[..., Found]] = {
-    "weights": weights_part,
-    "hits": hits_part,
-    "quiet": quiet_part,
-    "slides": slides_part,
-    **TAKES,
+WORK: Mapping[str, Callable[..., Told]] = {
+    "weights": weights_told,
+    "hits": hits_told,
+    "quiet": quiet_told,
+    "slides": slides_told,
+    "load": load_told,
+    "position": position_told,
+    "scale": scale_told,
+    "plate": plate_told,
+    "carrier": carrier_told,
+    "delay": delay_told,
+    "amplitude": amplitude_told,
 }
-"""What analyses an entry, by its kind."""
+"""What analyses an entry, by its kind: ``(take, runs, sensor, date) -> Told``."""
+IN_PARTS = ("weights", "hits", "quiet", "slides")
+"""Kinds of which a long recording is read in parts."""
 OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
 """Kinds that no table can give."""
 MOST_CLIPPED = 0.01
@@ -40,13 +49,7 @@ MOST_CLIPPED = 0.01
 
 
 def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
-    """Analyse the recordings of one entry.
-
-    Raises
-    ------
-    FrictionloopError
-        For what a file or an analysis refuses, naming the file.
-    """
+    """Analyse the recordings of one entry."""
     if take.kind == "response":
         return response_part(take, folder)
     by_file = [_loaded(folder / name, take, folder) for name in take.files]
@@ -60,12 +63,14 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> Part:
             runs = [hung(runs, 1e-3 * np.array(take.masses_g))]
         for run in runs:
             _refuse_unfit(run, take.kind)
-        values, told, rows, curves = WORK[take.kind](take, runs, sensor, files[0]["date"])
+        told = WORK[take.kind](take, runs, sensor, files[0]["date"])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
         raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0]) from None
-    told = list(dict.fromkeys([*(line for run in runs for line in run.attrs["told"].splitlines()), *told]))
-    return Part(take.kind, files, tuple(values), tuple(told), tuple(rows), curves)
+    every = [each for run in runs for each in findings_of(run.attrs)]
+    found = [each for k, each in enumerate(every) if each not in every[:k]]
+    rows, findings = tuple(told.rows), (*found, *told.findings)
+    return Part(take.kind, files, tuple(told.measured), findings, plain(told.numbers), rows, told.curves)
 
 
 def _refuse_unfit(run: Run, kind: str) -> None:
@@ -73,14 +78,12 @@ def _refuse_unfit(run: Run, kind: str) -> None:
     if isinstance(run, Stretches):
         return
     if kind in OVER_TIME and "row" in run.dims:
-        raise FrictionloopError(f"holds {run.sizes['row']} rows without times: {kind} need a recording over time")
+        raise must_be(f"{kind}: rows", run.sizes["row"], "samples over time")
     for name in (READING, "load"):
         if kind in ("quiet", "slides", "amplitude") and name in run.data_vars:
             share = clipped_share(np.asarray(run[name].values, dtype=float))
             if share > MOST_CLIPPED:
-                raise FrictionloopError(
-                    f"{name!r} is clipped in {share:.1%} of its samples: must be at most {MOST_CLIPPED:.0%}"
-                )
+                raise must_be(f"{name}: share clipped", share, f"at most {MOST_CLIPPED:g}", "", "CLIPPED")
 
 
 def _loaded(path: Path, take: Take, folder: Path) -> list[Run]:
@@ -122,7 +125,7 @@ def _numbered(column: str | int, k: int) -> str | int:
 
 def _run(file: Opened, take: Take) -> Run:
     """Return a recording whole, or of a long one that can be read in parts what its analysis needs."""
-    if not is_long(file) or take.kind in TAKES:
+    if not is_long(file) or take.kind not in IN_PARTS:
         return whole(file)
     if take.kind == "hits":
         return Stretches(file, "hammer" if "hammer" in file.picked else READING)

@@ -9,7 +9,7 @@ from frictionloop.identification.measured import Measured
 from frictionloop.quantities.version import package_version
 
 if TYPE_CHECKING:
-    from frictionloop.identification.bench import Bench
+    from frictionloop.identification.bench_identification import Bench
 
 
 BELIEVED = {

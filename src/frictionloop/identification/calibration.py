@@ -1,9 +1,11 @@
-"""Reading over force: steps, the straight line of Fig. 4a, what scatters about it, and what the way there leaves."""
+"""Reading over force: the steps of weights, the straight line of Fig. 4a, and what scatters about it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,12 +13,83 @@ from numpy.typing import NDArray
 from scipy.constants import g as STANDARD_GRAVITY
 from scipy.stats import linregress
 
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.plateaus import Plateaus, plateaus
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.long import Run
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column, rate_of
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
 
 Array = NDArray[np.float64]
+
+
+class Plateaus(NamedTuple):
+    """Means of the reading over the time a mass hangs still, in the order of the recording; arrays of one shape."""
+
+    mass_kg: Array
+    reading: Array
+    """In ``unit``."""
+    direction: Array
+    """1 if the mass had grown, -1 if it had shrunk, 0 for the first."""
+    unit: str
+    moves: Array
+    """Standard deviation of the slow movement of the reading while a mass hangs, its swing; 0 of a table."""
+    at_ends: Array
+    """Share of the samples of a step at its least and at its largest value, shape (steps, 2); 0 of a table."""
+
+
+def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
+    """Return the steps of a calibration: where ``mass`` (kg) stays the same, the mean of ``f_m`` once it is still.
+
+    The rows of a table are such steps as they stand.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        Columns ``mass`` in kg and ``f_m`` in N, V or counts, over ``time`` in s, or over ``row``.
+    settle_s : float
+        Time left out after each change of mass in s, not negative.
+
+    Raises
+    ------
+    FrictionloopError
+        For a column that is missing or has another unit, a negative mass, fewer than three steps, all of one mass, or a
+        step that does not last longer than ``settle_s``.
+    """
+    if isinstance(recording, xr.Dataset) and "row" in recording.dims:
+        return _rows(recording)
+    mass = channel(recording, "mass", ("kg",))
+    reading = channel(recording, READING, READING_UNITS)
+    rate_hz = rate_of(recording)
+    number("settle_s", settle_s, "s", 0.0)
+    if np.any(mass < 0):
+        raise must_be("recording: mass", float(mass.min()), "at least 0", "kg")
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(mass)) + 1])
+    ends = np.concatenate([starts[1:], [mass.size]])
+    if starts.size < 3 or np.ptp(mass) == 0:
+        raise must_be("recording: steps of mass", int(starts.size), "at least 3, not all alike")
+    shortest = int(np.argmin(ends - starts))
+    lasts_s = (ends[shortest] - starts[shortest]) / rate_hz
+    skipped = math.ceil(settle_s * rate_hz)
+    if ends[shortest] - starts[shortest] <= skipped:
+        raise must_be("settle_s", float(settle_s), f"below {lasts_s:g} s, for which row {starts[shortest]} hangs", "s")
+    hanging = [reading[a + skipped : b] for a, b in zip(starts, ends, strict=True)]
+    means = np.array([each.mean() for each in hanging])
+    moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
+    levels = mass[starts]
+    direction = np.concatenate([[0.0], np.sign(np.diff(levels))])
+    at_ends = np.array([[np.mean(each == end) for end in (each.min(), each.max())] for each in hanging])
+    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]), moves, at_ends)
+
+
+def _rows(table: xr.Dataset) -> Plateaus:
+    mass = channel(table, "mass", ("kg",), dim="row")
+    reading = channel(table, READING, READING_UNITS, dim="row")
+    if mass.size < 3 or np.ptp(mass) == 0 or mass.min() < 0:
+        accepted = "3 or more, none below 0, not all alike"
+        raise must_be("recording: mass", f"{mass.size} rows, {mass.min():g} to {mass.max():g} kg", accepted)
+    direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
+    unit, none = str(table[READING].attrs["units"]), np.zeros_like(reading)
+    return Plateaus(mass, reading, direction, unit, none, np.zeros((reading.size, 2)))
 
 
 @dataclass(frozen=True)
@@ -83,9 +156,7 @@ def weights(
     force = steps.mass_kg * gravity_m_s2
     line = linregress(force, steps.reading)
     if line.slope == 0:
-        raise FrictionloopError(
-            f"recording: 'f_m' does not change with 'mass'; is it the sensor's column ({steps.unit})?"
-        )
+        raise must_be("recording: slope of f_m", 0.0, f"another column, in {steps.unit}", f"{steps.unit}/N")
     residuals = (steps.reading - line.intercept - line.slope * force) / line.slope
     freedom = force.size - 2
     unit = f"{steps.unit}/N"
@@ -125,3 +196,18 @@ def _hysteresis(steps: Plateaus) -> float:
         if up.size and down.size:
             apart.append(abs(float(up.mean() - down.mean())))
     return max(apart) / float(np.ptp(steps.reading)) if apart else math.nan
+
+
+def hung(runs: Sequence[Run], masses_kg: NDArray[np.float64]) -> xr.Dataset:
+    """Return a row for each weight: its mass in kg, and the mean of every channel while it hung."""
+    if len(runs) != masses_kg.size:
+        raise must_be("masses", int(masses_kg.size), f"{len(runs)}, as many as recordings")
+    whole = [run for run in runs if isinstance(run, xr.Dataset)]
+    if any(READING not in run for run in whole):
+        raise no_column(READING, whole[0])
+    rows = {
+        str(name): ("row", np.array([float(run[name].mean()) for run in whole]), whole[0][name].attrs)
+        for name in whole[0].data_vars
+        if name != "mass"
+    }
+    return xr.Dataset({"mass": ("row", masses_kg, {"units": "kg"}), **rows}, attrs=whole[0].attrs)

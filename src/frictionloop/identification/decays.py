@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import decimate
 
-from frictionloop.identification.bow import without_bow
-from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hit_runs import hits_of
-from frictionloop.identification.hits import Hits, told_of
+from frictionloop.findings import Finding
+from frictionloop.identification.hits import Hits, hits_left_out, hits_of, too_few
 from frictionloop.identification.long import Run
-from frictionloop.identification.onsets import noise_of
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.onsets import noise_of, without_bow
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 
@@ -27,9 +27,21 @@ LONGEST = 2000
 """Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
 
 
-def decays_of(
-    runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
-) -> tuple[list[Array], str, float]:
+class Decays(NamedTuple):
+    """What follows the hits of recordings."""
+
+    pieces: list[Array]
+    rate_hz: float
+    picked: list[Hits]
+    cut: int
+    """How many of them are of hits that are cut off."""
+
+    def findings(self) -> list[Finding]:
+        """Return which hits were left out."""
+        return hits_left_out(self.picked, ("good", "cut off") if self.cut else ("good",))
+
+
+def decays_of(runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]) -> Decays:
     """Return what follows each good hit, from after its peak until it is lost in the noise.
 
     With fewer than two good hits those that are cut off are used as well: a free decay need not come to its end.
@@ -49,13 +61,11 @@ def decays_of(
                 decay = _decay(reading, force, onset, found, floor)
                 (decays if hit.verdict == "good" else cut).extend([decay] if decay.size >= 32 else [])
     if len(rates) > 1:
-        raise FrictionloopError(f"recording: rates {sorted(rates)} Hz: must be one")
-    told = told_of(picked)
-    if len(decays) < 2 and len(decays) + len(cut) >= 2:
-        decays, told = decays + cut, f"{told}; {len(cut)} that are cut off are used nevertheless, as far as they go"
-    if len(decays) < 2:
-        raise FrictionloopError(f"recording: {len(decays)} good hits: must be at least two ({told})")
-    return decays, told, rates.pop()
+        raise must_be("recording: rates", sorted(rates), "one", "Hz")
+    used = cut if len(decays) < 2 <= len(decays) + len(cut) else []
+    if len(decays) + len(used) < 2:
+        raise too_few(picked, len(decays))
+    return Decays(decays + used, rates.pop(), picked, len(used))
 
 
 def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: float) -> Array:

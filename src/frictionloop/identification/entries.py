@@ -1,23 +1,34 @@
-"""The entries of a project, one after the other: what each told, and which were refused."""
+"""The entries of a project, one after the other: what each told, which were refused, what is kept for the next time."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from frictionloop.findings import Condition, Finding
+from frictionloop.findings.result import plain
 from frictionloop.identification.analyses import analyse
-from frictionloop.identification.kept import USE_SENSOR, key_of, part_of
-from frictionloop.identification.parts.part import Part, Sensor
-from frictionloop.identification.project import Project
+from frictionloop.identification.measured import Measured
+from frictionloop.identification.opened import sha256
+from frictionloop.identification.part import Part, Sensor
+from frictionloop.identification.project import Project, Take
 from frictionloop.identification.refused import Refused
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.version import package_version
 
 ORDER = (
     *("weights", "hits", "response", "quiet", "load", "position", "scale"),
     *("plate", "carrier", "delay", "slides", "amplitude"),
 )
+
+FORM = 2
+"""Of what is kept: another one is not read."""
+USE_SENSOR = ("quiet", "slides", "load", "amplitude")
+"""Kinds whose analysis depends on what is known of the sensor."""
 
 
 class RefusedEntry(NamedTuple):
@@ -52,9 +63,12 @@ class Work:
         """Entries that were refused."""
         return tuple(RefusedEntry(kind, str(error)) for kind, error in self.errors)
 
-    def told(self) -> list[str]:
-        """Return what was left out, in words."""
-        return [f"{each.kind} left out: {each.said}" for each in self.refused]
+    def findings(self) -> list[Finding]:
+        """Return which entries were left out."""
+        return [
+            Finding("LEFT-OUT", "warning", where=Condition(recording=each.kind), more={"reason": each.said})
+            for each in self.refused
+        ]
 
     def refusal(self) -> FrictionloopError:
         """Return the refusals in one line; with the results of what was done, if anything was."""
@@ -63,20 +77,11 @@ class Work:
         if not self.parts:
             return Refused(said, first.kind, first.curves)
         done = ", ".join(dict.fromkeys(part.kind for _, part in self.parts))
-        results = {key: asdict(part) for key, part in self.parts}
-        return Unfinished(f"{said}; results of {done} are kept, no bench is written", first.kind, first.curves, results)
+        return Unfinished(f"{said}; results kept: {done}", first.kind, first.curves, results_of(self.parts))
 
 
 def analysed_entries(project: Project, folder: Path, kept: Mapping[str, Any]) -> Work:
-    """Analyse the entries of a project in the order in which one needs the other; a refused one stops none but these.
-
-    Parameters
-    ----------
-    project, folder
-        The project, and where its paths begin.
-    kept : mapping
-        Results of an earlier time, by what they depend on.
-    """
+    """Analyse the entries of a project in the order in which one needs the other; a refused one stops these alone."""
     work = Work()
     blind = False
     for take in sorted(project.recording, key=lambda each: ORDER.index(each.kind)):
@@ -107,3 +112,32 @@ def _knowing(sensor: Sensor, part: Part) -> Sensor:
     if (cutoff := values.get("sensor.cutoff_hz")) is not None:
         sensor = replace(sensor, cutoff_hz=cutoff.value, cutoff_error_hz=cutoff.error)
     return sensor
+
+
+def results_of(parts: Sequence[tuple[str, Part]]) -> dict[str, Any]:
+    """Return what entries told as plain data, by what each depends on."""
+    return {key: plain({**part.to_dict(), "curves": part.curves}) for key, part in parts}
+
+
+def key_of(take: Take, folder: Path, sensor: Sensor) -> str:
+    """Return what an analysis depends on, as one hash: files, maps, settings, what is known, version."""
+    files = [*take.files, *([take.map] if take.map else [])]
+    try:
+        prints = [sha256(folder / name) for name in files]
+    except OSError as error:
+        raise FrictionloopError(f"{take.kind}: {error.filename}: cannot be read ({error.strerror})") from None
+    told = [prints, take.model_dump(), asdict(sensor) if take.kind in USE_SENSOR else {}, package_version(), FORM]
+    return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def part_of(tree: Mapping[str, Any]) -> Part:
+    """Return an entry from its plain data."""
+    return Part(
+        tree["kind"],
+        tuple(tree["files"]),
+        tuple(Measured.from_dict(each) for each in tree["measured"]),
+        tuple(map(Finding.from_dict, tree["findings"])),
+        dict(tree["numbers"]),
+        tuple(map(tuple, tree["rows"])),
+        dict(tree["curves"]),
+    )

@@ -11,12 +11,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from frictionloop.identification.bow import without_bow
-from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.hit_runs import hits_of
-from frictionloop.identification.hits import Hits
+from frictionloop.identification.hits import Hits, hits_of, too_few
 from frictionloop.identification.long import Run
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.onsets import without_bow
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 
@@ -79,18 +78,15 @@ def response(
     Rocklin, Crowley and Vold, IMAC 1985, for Hv.
     """
     if estimator not in get_args(Estimator):
-        raise FrictionloopError(f"estimator = {estimator!r}: must be 'H1', 'H2' or 'Hv'")
+        raise must_be("estimator", estimator, "'H1', 'H2' or 'Hv'")
     if isinstance(recording, xr.Dataset):
         channel(recording, "hammer", ("N",))  # hits are found without one, too; a response is not
     cut = [_pieces(run, found) for run, found in hits_of(recording, segment_s, exclude)]
     if len({piece.rate_hz for piece in cut}) > 1:
-        raise FrictionloopError(f"recording: rates {sorted({piece.rate_hz for piece in cut})} Hz: must be one")
+        raise must_be("recording: rates", sorted({piece.rate_hz for piece in cut}), "one", "Hz")
     hits = sum(len(piece.force) for piece in cut)
     if hits < 2:
-        raise FrictionloopError(
-            f"recording: 'hammer' has {hits} good hits with segment_s = {segment_s:g} s around them: must have at "
-            f"least two ({'; '.join(piece.told for piece in cut)})"
-        )
+        raise too_few([piece.found for piece in cut], hits)
     x, y = (np.concatenate(parts) for parts in ([piece.force for piece in cut], [piece.reading for piece in cut]))
     rate_hz, length = cut[0].rate_hz, x.shape[1]
 
@@ -122,7 +118,7 @@ class _Pieces(NamedTuple):
     force: Array
     reading: Array
     rate_hz: float
-    told: str
+    found: Hits
     unit: str
 
 
@@ -133,6 +129,6 @@ def _pieces(run: xr.Dataset, found: Hits) -> _Pieces:
         (-force if found.inverted else force)[rows],
         without_bow(reading)[0][rows],
         rate_of(run),
-        found.told(),
+        found,
         f"{run[READING].attrs['units']}/N",
     )

@@ -1,8 +1,8 @@
-"""Hits in a recording: found by the noise before them, each with a verdict and its reason."""
+"""Hits in recordings: found by the noise before them, each with a verdict and its reason."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,16 +10,31 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.bow import without_bow
-from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of, samples_in
-from frictionloop.identification.clipping import clipped
-from frictionloop.identification.hit_faults import Piece, faults_of
-from frictionloop.identification.onsets import ABOVE_NOISE, BEFORE, calm_rows, noise_of, onsets_of, piece_length
-from frictionloop.quantities import FrictionloopError
+from frictionloop.findings import Condition, Finding, shown
+from frictionloop.identification.channel_summary import clipped
+from frictionloop.identification.long import Run, Stretches
+from frictionloop.identification.onsets import (
+    ABOVE_NOISE,
+    BEFORE,
+    calm_rows,
+    noise_of,
+    onsets_of,
+    piece_length,
+    without_bow,
+)
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, samples_in
+from frictionloop.quantities import FrictionloopError, must_be
 
 Array = NDArray[np.float64]
-LISTED = 6
-"""Reasons of so many hits are told one by one (assumed); the table has all."""
+LISTED = 3
+"""Hits whose reasons stand in an error; the table has all."""
+
+SMALL = 30.0
+"""A hit whose peak is less than so many standard deviations of the noise tells little (assumed)."""
+LEFT = 0.01
+"""Share of a hit's peak that may be left before it, or at the end of its piece (assumed)."""
+BOUNCE = 0.1
+"""A second pulse above this share of the first makes a hit double (assumed)."""
 
 
 class NoHits(FrictionloopError):
@@ -64,28 +79,25 @@ class Hits:
         """Number of good hits."""
         return len(self.starts)
 
-    def told(self) -> str:
-        """Return in words how many were used, and what was left out."""
-        return told_of([self])
 
-
-def told_of(found: Sequence[Hits]) -> str:
-    """Return in words how many hits of recordings were used, and what was left out."""
-    left_out = [hit for each in found for hit in each.table if hit.verdict != "good"]
-    by_reason: dict[str, list[Hit]] = {}
-    for hit in left_out:
-        by_reason.setdefault(hit.reason if len(left_out) <= LISTED else hit.verdict, []).append(hit)
-    left = [
-        f"hit {hits[0].number} at {hits[0].time_s:.3f} s ({reason})"
-        if len(hits) == 1
-        else f"hits {', '.join(str(hit.number) for hit in hits)} ({reason})"
-        for reason, hits in by_reason.items()
+def hits_left_out(found: Sequence[Hits], kept: Collection[str] = ("good",)) -> list[Finding]:
+    """Return which hits of recordings were left out, by verdict."""
+    by_verdict: dict[str, list[int]] = {}
+    for each in found:
+        for hit in each.table:
+            if hit.verdict not in kept:
+                by_verdict.setdefault(hit.verdict, []).append(hit.number)
+    return [
+        Finding("LEFT-OUT", value=len(numbers), where=Condition(channel=f"hits {shown(numbers)}"), more={"reason": why})
+        for why, numbers in by_verdict.items()
     ]
-    good, every = sum(each.good for each in found), sum(len(each.table) for each in found)
-    bows = [each.bow for each in found if each.bow]
-    where = f" in {len(bows)} recordings" if len(found) > 1 else ""
-    slow = f"; a slow bow of up to {max(bows):.3g} was taken off{where}" if bows else ""
-    return f"{good} of {every} hits used" + (f"; left out: {', '.join(left)}" if left else "") + slow
+
+
+def too_few(found: Sequence[Hits], good: int, least: int = 2) -> FrictionloopError:
+    """Return the error that too few hits are good, with what is wrong with the others."""
+    reasons = [hit.reason for each in found for hit in each.table if hit.reason]
+    listed = f": {'; '.join(dict.fromkeys(reasons[:LISTED]))}" if reasons else ""
+    return must_be("recording: good hits", good, f"at least {least}{listed}")
 
 
 def pick_hits(
@@ -127,23 +139,20 @@ def pick_hits(
     signal = reading if column == READING else channel(recording, column, units)
     rate_hz = rate_of(recording)
     if segment_s is not None:
-        samples_in("segment_s", segment_s, rate_hz, 16, reading.size, "the length of the recording")
+        samples_in("segment_s", segment_s, rate_hz, 16, reading.size, "the whole recording")
     away, bow = without_bow(signal)
     noise = noise_of(away, rate_hz)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
     onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
     if not onsets:
-        raise NoHits(
-            f"recording: {column!r} has no hits: it never leaves its mean by {ABOVE_NOISE:g} times its noise "
-            f"({noise:.3g}); accepted: a recording with hits"
-        )
+        raise NoHits(f"recording: hits of {column!r} = 0: must be 1 or more, above {level:.3g}")
     still, under = (away, bow) if column == READING else without_bow(reading)
     length = piece_length(still, onsets, rate_hz) if segment_s is None else round(segment_s * rate_hz)
     ahead, earlier = int(BEFORE * length), before or 0
     flat = clipped(signal) | clipped(reading)
     for number in exclude:
         if before is None and not 1 <= number <= len(onsets):
-            raise FrictionloopError(f"exclude = {number}: there is no such hit; accepted: 1 to {len(onsets)}")
+            raise must_be("exclude", number, f"from 1 to {len(onsets)}")
     floor = noise_of(still, rate_hz)
     table: list[Hit] = []
     starts: list[int] = []
@@ -168,3 +177,100 @@ def pick_hits(
             starts.append(onset - ahead)
     inverted = float(np.median([each.peak for each in table])) < 0
     return Hits(tuple(table), column, inverted, tuple(starts), ahead, length, noise, under)
+
+
+class Piece(NamedTuple):
+    """One hit and what surrounds it."""
+
+    pulse: Array
+    """Deviation of the channel in which the hit was found, from the hit to the end of the piece."""
+    reading: Array
+    """Deviation of the reading over the piece, as much of it as the recording holds."""
+    flat: int
+    """Samples that are clipped."""
+    before: int
+    """Rows before the hit, fewer than asked for at the start of the recording."""
+    wanted: tuple[int, int]
+    """Rows that there should be before the hit, and in all."""
+    next_row: int | None
+    """Rows to the hit that follows."""
+
+
+def faults_of(piece: Piece, noise: float, floor: float, rate_hz: float, of_hammer: bool) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with a hit, the worst first, and why."""
+    peak, (before, length) = float(np.max(np.abs(piece.pulse))), piece.wanted
+    if piece.flat:
+        yield "clipped", f"clipped for {piece.flat} samples"
+    if peak < SMALL * noise:
+        yield "small", f"small, {peak / noise:.0f} x noise"
+    if piece.next_row is not None and piece.next_row < length - before:
+        yield "double", f"double, {1e3 * piece.next_row / rate_hz:.0f} ms on"
+    if of_hammer and (again := _bounce(np.abs(piece.pulse))) is not None:
+        yield "double", f"double, bounces {1e3 * again / rate_hz:.1f} ms on"
+    if piece.reading.size < length:
+        yield "cut off", f"cut off at the {'start' if piece.before < before else 'end'}"
+    largest = float(np.max(np.abs(piece.reading[piece.before :])))
+    start, stop = (float(np.std(part)) for part in (piece.reading[: piece.before], piece.reading[-max(before, 2) :]))
+    most = max(LEFT * largest, 3 * floor)
+    if piece.before > 8 and start > most:
+        yield "still ringing", f"still ringing, {100 * start / largest:.0f} % before it"
+    if before > 8 and stop > most:
+        yield "cut off", f"cut off, {100 * stop / largest:.0f} % left: longer segment_s"
+
+
+def _bounce(pulse: Array) -> int | None:
+    """Return the row of a second pulse above a tenth of the largest, after the force has fallen to a twentieth."""
+    loud = pulse > BOUNCE * pulse.max()
+    first = int(np.argmax(loud))
+    fallen = np.flatnonzero(pulse[first:] < 0.5 * BOUNCE * pulse.max())
+    if not fallen.size:
+        return None
+    again = np.flatnonzero(loud[first + fallen[0] :])
+    return int(first + fallen[0] + again[0]) if again.size else None
+
+
+def hits_of(
+    recording: Run | Sequence[Run], segment_s: float | None = None, exclude: Collection[int] = ()
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    """Yield recordings with their hits, one after the other; hits of several are numbered through."""
+    if isinstance(recording, Stretches):
+        yield from _hits_of_parts(recording, segment_s, exclude)
+    elif isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence):
+        yield recording, pick_hits(recording, segment_s, exclude)
+    elif len(recording) == 1:
+        yield from hits_of(recording[0], segment_s, exclude)
+    else:
+        yield from _hits_of_several(recording, segment_s, exclude)
+
+
+def _hits_of_several(
+    recordings: Sequence[Run], segment_s: float | None, exclude: Collection[int]
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    count = 0
+    for run in recordings:
+        if isinstance(run, Stretches):
+            yield from _hits_of_parts(run, segment_s, exclude)
+            continue
+        found = pick_hits(run, segment_s, exclude, before=count)
+        count += len(found.table)
+        yield run, found
+    unknown = [number for number in exclude if not 1 <= number <= count]
+    if count and unknown:
+        raise must_be("exclude", unknown[0], f"from 1 to {count}")
+
+
+def _hits_of_parts(
+    parts: Stretches, segment_s: float | None, exclude: Collection[int]
+) -> Iterator[tuple[xr.Dataset, Hits]]:
+    """Yield the parts in which there are hits, numbered through; refuse if there are none in any."""
+    count, refused = 0, None
+    for run in parts:
+        try:
+            found = pick_hits(run, segment_s, exclude, before=count)
+        except FrictionloopError as error:
+            refused = error
+            continue
+        count += len(found.table)
+        yield run, found
+    if refused is not None and not count:
+        raise refused

@@ -8,18 +8,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.channels import READING
-from frictionloop.identification.opened import Opened
+from frictionloop.identification.opened import Opened, findings_of, written
 from frictionloop.identification.quiet_stretch import LOUD, PIECE_S
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.recording_columns import READING
+from frictionloop.quantities import must_be
+from frictionloop.recordings.contents import left_out
 
 Array = NDArray[np.float64]
 ROWS = 2**20
 """Rows that an analysis gets at once: of a channel in double precision 8 MiB, and some times as much for it."""
 MEANS_HZ = 2000.0
 """Rate of the means that weights and slides are found in: far above what a finger or a hand moves by (assumed)."""
-WORTH_MB = 100.0
-"""Memory of a recording that is read at once from which on it is said (assumed)."""
 QUIET_S = 60.0
 """A longer quiet stretch tells a density no better than 1 in 1000 (assumed enough)."""
 CALM_S = 0.2
@@ -32,13 +31,8 @@ def is_long(file: Opened) -> bool:
 
 
 def whole(file: Opened) -> xr.Dataset:
-    """Return all of a recording; of a long one it is said that it takes memory for all of its samples at once."""
-    found = file.part(0, file.rows)
-    size = file.rows * len(file.picked) * 8 / 1e6
-    if file.rows <= ROWS or size < WORTH_MB:
-        return found
-    said = f"all {file.rows:,} samples were read at once, which takes {size:,.0f} MB or more"
-    return found.assign_attrs(told=f"{found.attrs['told']}\n{said}".strip())
+    """Return all of a recording."""
+    return file.part(0, file.rows)
 
 
 class Stretches(Sequence[xr.Dataset]):
@@ -105,16 +99,13 @@ def calm(file: Opened, interval_s: tuple[float, float] | None = None) -> xr.Data
     if interval_s is not None:
         first, stop = (round(end * rate_hz) for end in interval_s)
         if not 0 <= first < stop <= file.rows:
-            lasts = file.rows / rate_hz
-            raise FrictionloopError(
-                f"interval_s = {interval_s[0]:g} to {interval_s[1]:g} s: must be within 0 to {lasts:g} s"
-            )
+            raise must_be("interval_s", interval_s, f"rising within 0 to {file.rows / rate_hz:g}", "s")
     else:
         first, stop = _longest(file, max(round(PIECE_S * rate_hz), 8))
     stop = min(stop, first + round(QUIET_S * rate_hz))
     found = file.part(first, stop)
-    said = f"of a long recording {first / rate_hz:.1f} to {stop / rate_hz:.1f} s were analysed"
-    return found.assign_attrs(told=f"{found.attrs['told']}\n{said}".strip())
+    rest = left_out("the rest", f"quiet enough: {first / rate_hz:.1f} to {stop / rate_hz:.1f} s")
+    return found.assign_attrs(findings=written([*findings_of(found.attrs), rest]))
 
 
 def _longest(file: Opened, piece: int) -> tuple[int, int]:

@@ -10,10 +10,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from frictionloop.identification.channels import channel, rate_of
-from frictionloop.identification.estimate import Estimate
+from frictionloop.findings import Finding
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.onsets import quiet_noise
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.recording_columns import channel, rate_of
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 
 Array = NDArray[np.float64]
@@ -43,7 +44,7 @@ class LoopDelay:
     spread_s: float
     """Standard deviation over jumps in s; waits of up to a control period make it a period over sqrt(12)."""
     jumps: int
-    told: tuple[str, ...]
+    findings: tuple[Finding, ...]
     time_s: Array
     """Of the first jump, drawn."""
     answer: Array
@@ -79,10 +80,7 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
     control_hz = number("control_hz", control_hz, "Hz", 1.0)
     jump, answer, rate_hz = channel(recording, "jump", ANY), channel(recording, "answer", ANY), rate_of(recording)
     if rate_hz < 4 * control_hz:
-        raise FrictionloopError(
-            f"recording: its rate {rate_hz:g} Hz is too low for a control rate of {control_hz:g} Hz: must be four "
-            "times as high, better ten"
-        )
+        raise must_be("recording: rate", rate_hz, f"at least {4 * control_hz:g}, four times control_hz", "Hz")
     length, before = round(window_s * rate_hz), round(BEFORE * window_s * rate_hz)
     change = np.abs(np.diff(jump))
     rows = np.flatnonzero(change > 0.5 * change.max()) + 1
@@ -91,35 +89,28 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
         if row >= before and row + length - before <= answer.size and (not starts or row >= starts[-1] + length):
             starts.append(row)
     if len(starts) < LEAST_JUMPS:
-        raise FrictionloopError(f"recording: 'jump' has {len(starts)} jumps: must have at least {LEAST_JUMPS}")
+        raise must_be("recording: jumps of 'jump'", len(starts), f"at least {LEAST_JUMPS}")
     fits = [_begin(answer[k - before : k - before + length], before, rate_hz) for k in starts]
     # The jump lies between two samples.
     begins = np.array([fit[0] for fit in fits]) + 0.5 / rate_hz
     lines = np.array([fit[1] for fit in fits]) + 0.5 / rate_hz
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT:
-        raise FrictionloopError(
-            f"recording: a delayed exponential leaves {misfit:.0%} of the answers unexplained: must be at most "
-            f"{WORST_MISFIT:.0%}; is {window_s:g} s after a jump long enough, and nothing else moving?"
-        )
+        raise must_be("recording: misfit of a delayed exponential", misfit, f"at most {WORST_MISFIT:g}")
     wait = 0.5 / control_hz if waits else 0.0
     spread = float(begins.std(ddof=1))
     error = spread / math.sqrt(begins.size)
     mean = float(begins.mean())
     method = math.hypot(abs(float(lines.mean()) - mean) / math.sqrt(3), 0.5 / rate_hz / math.sqrt(3))
     expected = 1 / control_hz / math.sqrt(12)
-    told = [f"{begins.size} jumps answered after {1e6 * begins.min():.0f} to {1e6 * begins.max():.0f} us"]
-    if waits and spread < 0.5 * expected:
-        told.append(
-            "the answers hardly scatter: the jumps keep step with the controller (waits = false), and half a period "
-            "was taken off wrongly"
-        )
-    if not waits and spread > 0.5 * expected:
-        told.append("the answers scatter as jumps do that keep no step with the controller")
+    # Jumps that come at any time scatter by a control period over sqrt(12), those of its clock hardly.
+    doubted = waits == (spread < 0.5 * expected)
+    remedy = f"waits = {str(not waits).lower()}"
+    found = (Finding("DELAY-WAITS", value=1e6 * spread, limit=1e6 * expected * waits, remedy=remedy),) * doubted
     return LoopDelay(
         Estimate(mean - wait, error, "s", begins.size - 1.0),
         Estimate(mean, error, "s", begins.size - 1.0),
-        method, spread, begins.size, tuple(told),
+        method, spread, begins.size, found,
         (np.arange(length) - before) / rate_hz, answer[starts[0] - before : starts[0] - before + length], fits[0][3],
     )  # fmt: skip
 

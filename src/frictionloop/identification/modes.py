@@ -1,29 +1,88 @@
-"""Several modes from the decays after hits, with or without a hammer that measures."""
+"""Several modes from the decays after hits, with or without a hammer that measures, and which of them are asked for."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.findings import Finding
 from frictionloop.identification.decays import decays_of, slower
-from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.long import Run
-from frictionloop.identification.mode import Mode, Modes, Which, chosen_of
-from frictionloop.identification.mode_fit import MOST_MODES, fit_decay, lasting, left_of, strong
-from frictionloop.identification.poles import Pole, stabilisation
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.poles import MOST_MODES, Pole, fit_decay, lasting, left_of, stabilisation, strong
 from frictionloop.identification.refused import Refused
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
+Which = Literal["first", "strongest"]
+NO_MODE = "recording: modes = 0: must be 1 or more, with nothing on the glass"
 WORST_MISFIT = 0.25
 """Most of the rms of a decay that its modes may leave unexplained (assumed)."""
 WORST_START = 0.8
 """The same of poles that are not yet fitted: beyond it no fit is tried (assumed)."""
 LONGEST_RING = 10.0
 """A mode that falls by e only after so many times what was heard of a decay is none (assumed)."""
+
+
+class Mode(NamedTuple):
+    """One damped oscillation that hits have in common."""
+
+    frequency: Estimate
+    """Hz, undamped; the standard error is that of the scatter from hit to hit."""
+    q: Estimate
+    share: float
+    """Of the energy of the decays."""
+    agreement: float
+    """1 - variance over hits of the frequency, in units of the mode's squared bandwidth: 1 is perfect, below 0 none."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The modes of a structure, from the lowest up."""
+
+    modes: tuple[Mode, ...]
+    """All that were found."""
+    chosen: tuple[int, ...]
+    """Which of them were asked for."""
+    misfit: float
+    """rms of what the modes leave over that of the decays."""
+    method_hz: tuple[float, ...]
+    """Standard error in Hz of each mode from window and order, and in Q below."""
+    method_q: tuple[float, ...]
+    hits: int
+    diagram: tuple[Pole, ...]
+    """Poles over order."""
+    findings: tuple[Finding, ...] = ()
+    """Which hits were left out."""
+    bow: float = 0.0
+    """Largest slow bow beneath the reading, which was taken off."""
+    fitted: tuple[tuple[float, float], ...] = ()
+    """Of a response: frequency in Hz, and the magnitude that the modes make there."""
+
+    @property
+    def asked(self) -> tuple[Mode, ...]:
+        """The modes that were asked for."""
+        return tuple(self.modes[k] for k in self.chosen)
+
+
+def chosen_of(found: Sequence[Mode], which: Which | int, band_hz: tuple[float, float]) -> tuple[int, ...]:
+    """Return which modes are asked for, listing what there is where they are not."""
+    listed = ", ".join(f"{mode.frequency.value:.5g} Hz ({mode.share:.0%})" for mode in found)
+    inside = [k for k, mode in enumerate(found) if band_hz[0] <= mode.frequency.value <= band_hz[1]]
+    if not inside:
+        raise must_be("band_hz", band_hz, f"around a mode: {listed}", "Hz")
+    if which == "first":
+        return (inside[0],)
+    if which == "strongest":
+        return (max(inside, key=lambda k: found[k].share),)
+    if isinstance(which, int) and not isinstance(which, bool) and 1 <= which <= len(inside):
+        return tuple(inside[:which])
+    raise must_be("which", which, f"'first', 'strongest' or 1 to {len(inside)}: {listed}")
 
 
 def modes(
@@ -62,19 +121,14 @@ def modes(
         For too few good hits, no stable mode or fewer than asked for, or modes that leave more than a quarter of a
         decay unexplained.
     """
-    decays, told, rate_hz = decays_of(recording, segment_s, exclude)
-    decays, rate_hz = slower(decays, rate_hz)
+    heard = decays_of(recording, segment_s, exclude)
+    decays, rate_hz = slower(heard.pieces, heard.rate_hz)
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
     curves = _drawn(diagram, starts, decays[0], rate_hz)
     if not starts:
-        raise Refused(
-            "recording: no mode stays where it is as the order rises; accepted: hits on what rings freely, with "
-            "nothing on the glass",
-            "hits",
-            curves,
-        )
+        raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
     _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
     fits, starts = _told_apart(decays, starts, rate_hz, curves)
@@ -90,8 +144,9 @@ def modes(
         method_hz=tuple(moved[:, 0].tolist()),
         method_q=tuple(moved[:, 1].tolist()),
         hits=len(decays),
-        told=told,
         diagram=tuple(diagram),
+        findings=tuple(heard.findings()),
+        bow=max(each.bow for each in heard.picked),
     )
 
 
@@ -111,11 +166,7 @@ def _told_apart(
             return fits, starts
         # One at a time: a pole too many spoils the one beside it.
         starts = [start for k, start in enumerate(starts) if k != int(np.argmax(doubt))]
-    raise Refused(
-        "recording: no mode is the same in all hits; accepted: hits on what rings freely, with nothing on the glass",
-        "hits",
-        curves,
-    )
+    raise Refused(NO_MODE, "hits", curves)
 
 
 def _drawn(
@@ -134,12 +185,8 @@ def _refuse_misfit(
 ) -> None:
     if misfit > most:
         listed = ", ".join(f"{hertz:.5g}" for hertz, _ in starts)
-        raise Refused(
-            f"recording: modes at {listed} Hz leave {misfit:.0%} of the decays unexplained: must be at most "
-            f"{WORST_MISFIT:.0%}; is something on the glass, or a band_hz needed?",
-            "hits",
-            curves,
-        )
+        said = f"recording: misfit of modes at {listed} Hz = {misfit:.2g}: must be at most {WORST_MISFIT:g}"
+        raise Refused(said, "hits", curves)
 
 
 def _modes(fits: Array) -> list[Mode]:

@@ -1,23 +1,31 @@
-"""Noise of the sensor left alone: spectrum, floor, rms in a band."""
+"""Noise of the sensor left alone: spectrum, lines, rms in a band, floor free of the converter and of the pole."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.signal import get_window, welch
 
-from frictionloop.identification.channels import READING, channel, rate_of, samples_in
-from frictionloop.identification.estimate import Estimate
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.recording_columns import READING, channel, rate_of, samples_in
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 OVERLAP_EXCESS = 19 / 18
 """Variance of a wide band's power by half overlapping Hann windows over the least possible: mean(g^2)/mean(g)^2 of the
 weight g = 3/4 + cos(4 pi t/T)/4 that the samples get in all windows together."""
+
+FILTERED = 1e-3
+"""Share of the power density that is left near half the rate, below which a file was low-passed (assumed)."""
+SPUR = 10.0
+"""A line is a spur if its power is above so many times the median around it (assumed)."""
+AROUND = 101
 
 
 @dataclass(frozen=True)
@@ -122,16 +130,102 @@ def floor_density(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -> Est
 
 def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -> NDArray[np.bool_]:
     """Return which frequencies are within a band, refusing one that is empty or beyond the spectrum."""
-    first, last = float(spectrum.frequency_hz[0]), float(spectrum.frequency_hz[-1])
     if not 0 <= low_hz < high_hz or high_hz > spectrum.rate_hz / 2:
-        raise FrictionloopError(
-            f"low_hz, high_hz = {low_hz:g}, {high_hz:g} Hz: must rise and be within 0 to {spectrum.rate_hz / 2:g}, "
-            "half the rate of the recording"
-        )
+        raise must_be("low_hz, high_hz", (low_hz, high_hz), f"rising within 0 to {spectrum.rate_hz / 2:g}", "Hz")
     inside = (spectrum.frequency_hz >= low_hz) & (spectrum.frequency_hz <= high_hz)
     if np.count_nonzero(inside) < 4:
-        raise FrictionloopError(
-            f"low_hz, high_hz = {low_hz:g}, {high_hz:g} Hz hold {np.count_nonzero(inside)} frequencies of {first:g} to "
-            f"{last:g}: must hold at least four"
-        )
+        seen = int(np.count_nonzero(inside))
+        raise must_be(f"low_hz, high_hz = {low_hz:g}, {high_hz:g} Hz: frequencies", seen, "at least 4")
     return inside
+
+
+def density_of(
+    spectrum: NoiseSpectrum,
+    clean: NDArray[np.bool_],
+    band_hz: tuple[float, float],
+    cutoff_hz: float | None,
+    step_n: float,
+) -> Estimate:
+    """Return the density of white noise before the pole, less the converter's, over a band without its lines."""
+    hertz = spectrum.frequency_hz
+    inside = clean & (hertz >= band_hz[0]) & (hertz <= band_hz[1])
+    if np.count_nonzero(inside) < 4:
+        said = f"recording: frequencies from {band_hz[0]:g} to {band_hz[1]:g} Hz"
+        raise must_be(said, int(np.count_nonzero(inside)), "at least 4: a longer one")
+    power = np.maximum(spectrum.power_density - step_n**2 / 6 / spectrum.rate_hz, 0.0)
+    shape = _shape(spectrum, clean & (hertz >= band_hz[0]), power, cutoff_hz)
+    white = power[inside] / shape[inside]
+    mean = float(white.mean())
+    # As band_rms: half overlapping Hann windows over the time that the recording lasts.
+    width = white.size * float(hertz[1] - hertz[0])
+    error = mean * math.sqrt(19 / 18 / (width * spectrum.duration_s))
+    value = math.sqrt(mean)
+    return Estimate(value, error / (2 * value) if value else 0.0, "N/rtHz")
+
+
+def _shape(spectrum: NoiseSpectrum, inside: NDArray[np.bool_], power: Array, cutoff_hz: float | None) -> Array:
+    """Return what the pole makes of white noise, plain or folded at half the rate, whichever the spectrum is nearer to.
+
+        plain 1/(1 + (f/c)^2),   folded sum_k 1/(1 + ((f + k r)/c)^2) = (b/2) sinh b/(cosh b - cos(2 pi f/r))
+
+    with b = 2 pi c/r: a recorder without a filter before its converter folds what lies above half its rate down.
+    """
+    hertz, rate_hz = spectrum.frequency_hz, spectrum.rate_hz
+    if not cutoff_hz:
+        return np.ones_like(hertz)
+    b = 2 * math.pi * cutoff_hz / rate_hz
+    plain = 1 / (1 + (hertz / cutoff_hz) ** 2)
+    if b > 500:
+        return plain  # nothing folds that the pole would have taken away
+    folded = b / 2 * math.sinh(b) / (math.cosh(b) - np.cos(2 * math.pi * hertz / rate_hz))
+    upto = inside & (hertz < 0.98 * rate_hz / 2) & (power > 0)
+    misfit = [float(np.std(np.log(power[upto] / each[upto]))) for each in (plain, folded)]
+    return plain if misfit[0] <= misfit[1] else np.asarray(folded)
+
+
+def converter_step(force: Array) -> float:
+    """Return the least step of the reading if its values are whole numbers of it."""
+    levels = np.unique(force[:20000])
+    if levels.size < 2 or levels.size > 5000:
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(gaps[gaps > 1e-6 * np.ptp(levels)].min()) if np.any(gaps > 1e-6 * np.ptp(levels)) else 0.0
+    whole = step > 0 and bool(np.all(np.abs(gaps / step - np.rint(gaps / step)) < 0.01))
+    return step if whole else 0.0
+
+
+def low_passed(spectrum: NoiseSpectrum) -> bool:
+    """Return whether the density near half the rate is a thousandth of that below: somebody has filtered."""
+    half = spectrum.rate_hz / 2
+    hertz, power = spectrum.frequency_hz, spectrum.power_density
+    below, near = (hertz > 0.1 * half) & (hertz < 0.3 * half), hertz > 0.95 * half
+    return float(np.median(power[near])) < FILTERED * float(np.median(power[below]))
+
+
+class Spur(NamedTuple):
+    """A line in the spectrum."""
+
+    frequency_hz: float
+    rms_n: float
+
+
+def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
+    """Return the lines, the highest first, and which frequencies are free of them."""
+    power = spectrum.power_density
+    ground = median_filter(power, min(AROUND, power.size // 4 * 2 + 1), mode="nearest")
+    high = power > SPUR * ground
+    step_hz = float(spectrum.frequency_hz[1] - spectrum.frequency_hz[0])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], high.astype(np.int8), [0]]))).reshape(-1, 2)
+    clean = np.ones(power.size, dtype=bool)
+    found = []
+    for first, stop in edges.tolist():
+        shoulders = np.concatenate([power[max(first - 10, 0) : max(first - 3, 0)], power[stop + 3 : stop + 10]])
+        if stop - first > 6 or power[first:stop].max() < SPUR / 2 * shoulders.max(initial=0.0):
+            continue  # a hump, or part of one, not a line
+        around = slice(max(first - 2, 0), stop + 2)
+        clean[around] = False
+        above = np.maximum(power[around] - ground[around], 0.0)
+        excess = max(float(np.sum(power[around] - ground[around])) * step_hz, 0.0)
+        hertz = float(np.sum(spectrum.frequency_hz[around] * above) / np.sum(above))
+        found.append(Spur(hertz, math.sqrt(excess)))
+    return sorted(found, key=lambda spur: -spur.rms_n), clean

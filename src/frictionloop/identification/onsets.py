@@ -1,4 +1,4 @@
-"""Where hits begin in a channel, and how long the piece around each may be."""
+"""Where hits begin in a channel without its slow bow, and how long the piece around each may be."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 Array = NDArray[np.float64]
-
 ABOVE_NOISE = 10.0
 """A hit begins where a channel leaves its mean by so many standard deviations of its noise (assumed: one false hit in
 1e23 samples of normal noise; other noise has longer tails)."""
@@ -26,6 +25,16 @@ LEAST_LEVELS, MOST_LEVELS = 8, 4
 mean (assumed)."""
 BEFORE = 0.1
 """Share of a piece that lies before its hit."""
+PIECES = 24
+"""Pieces whose medians tell the bow: a ringing goes as far up as down, and leaves its median (assumed)."""
+DEGREE = 5
+"""Of the polynomial: two turns and a half in a record; a ringing has many more (assumed)."""
+SHARE = 0.2
+"""A bow is told where it leaves at most this share of what the medians scatter (assumed)."""
+BOW_ABOVE = 5.0
+"""It spans at least so many standard deviations of the noise (assumed)."""
+ROUNDS = 20
+"""Rounds of reweighting towards least absolute deviations: pieces in which something happens do not count."""
 
 
 def quiet_noise(values: Array) -> float:
@@ -107,3 +116,29 @@ def piece_length(still: Array, onsets: list[int], rate_hz: float) -> int:
     loud = np.flatnonzero(envelope > max(5 * floor, 1e-3 * float(envelope.max())))
     decayed = int(loud[-1]) + 1 if loud.size else most
     return int(min(max(1.3 * decayed / (1 - BEFORE), 64), most / (1 - BEFORE)))
+
+
+def without_bow(values: Array) -> tuple[Array, float]:
+    """Return a channel without its slow bow, and how much that spans; without its median, and 0, if there is none.
+
+    The bow is a polynomial of fifth degree through the medians of 24 pieces, with the least absolute deviations.
+    """
+    level = float(np.median(values))
+    if values.size < 16 * PIECES:
+        return values - level, 0.0
+    size = values.size // PIECES
+    medians = np.median(values[: size * PIECES].reshape(PIECES, size), axis=1)
+    middle = 2 * ((np.arange(PIECES) + 0.5) * size - 0.5) / (values.size - 1) - 1
+    columns = np.polynomial.legendre.legvander(middle, DEGREE)
+    weight = np.ones(PIECES)
+    share = np.zeros(DEGREE + 1)
+    for _ in range(ROUNDS):
+        share = np.asarray(np.linalg.lstsq(columns * weight[:, None], medians * weight, rcond=None)[0], dtype=float)
+        off = np.abs(medians - columns @ share)
+        weight = np.asarray(1 / np.sqrt(np.maximum(off, 1e-3 * np.ptp(medians) + 1e-300)), dtype=float)
+    curve = np.polynomial.legendre.legval(np.linspace(-1, 1, values.size), share)
+    span, left = float(np.ptp(curve)), float(np.median(np.abs(medians - columns @ share)))
+    scatter = float(np.median(np.abs(medians - np.median(medians))))
+    if span < BOW_ABOVE * quiet_noise(values - curve) or left > SHARE * scatter:
+        return values - level, 0.0
+    return values - curve, span

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 import hashlib
+import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,16 +15,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from frictionloop.findings import Finding
+from frictionloop.findings.result import plain
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
-from frictionloop.identification.picked import all_channels, assumed_units, find_channel, left_out
-from frictionloop.identification.resampled import resampled
 from frictionloop.identification.sampling import Sampling, sampling_of
-from frictionloop.identification.scaled import Place, variable
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.scaled import Place, resampled, variable
+from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
+from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.whole import read_contents
 
+SHOWN = 12
+"""Channels that an error lists."""
 TABLE_ROWS = 64
 """A file of at most so many rows that has no column of times is a table (assumed)."""
 
@@ -40,8 +45,8 @@ class Opened:
     """None of a table."""
     sha256: str
     rate_from: str
-    resampled: str = ""
-    """What was done to uneven times, in words."""
+    resampled: tuple[Finding, ...] = ()
+    """What was done to uneven times."""
 
     @property
     def rows(self) -> int:
@@ -61,18 +66,14 @@ class Opened:
             for name, line in self.picked.items()
         }
         data = {name: self._freed(name, data) for name in data}
-        told = [
-            *([self.resampled] if self.resampled else []),
-            *left_out(self.contents, self.picked, self.mapped),
-            *assumed_units(self.picked, self.chart, data),
-        ]
+        doubts = [*self.resampled, *_of_channels(self.contents, self.picked, self.chart, data, self.mapped)]
         attributes = {
             "source": "recorded",
             "file": self.where,
             "sha256": self.sha256,
             "date": self.contents.date,
             "rate_from": self.rate_from,
-            "told": "\n".join(told),
+            "findings": written(doubts),
         }
         if not self.rate_hz:
             return xr.Dataset(data, attrs=attributes)
@@ -85,9 +86,8 @@ class Opened:
         found = data[name]
         for other, share in self.chart.channels[name].crosstalk.items():
             if other not in data or other == name:
-                there = ", ".join(each for each in data if each != name) or "none"
-                raise FrictionloopError(
-                    f"{self.where}: channels.{name}.crosstalk: {other!r} is no other channel; accepted: {there}"
+                check_known(
+                    f"{self.where}: channels.{name}.crosstalk", [other], [each for each in data if each != name]
                 )
             found = found.copy(data=found.values - share * data[other].values)
         return found
@@ -113,14 +113,14 @@ def opened(
     )
     rows = {name: line.samples.size for name, line in picked.items()}
     if chart is not None and len(set(rows.values())) > 1:
-        sizes = ", ".join(f"{name!r} has {size}" for name, size in rows.items())
-        raise FrictionloopError(f"{where}: channels have unequal lengths: {sizes} samples; accepted: equal ones")
+        raise must_be(f"{where}: samples of channels", rows, "equal")
     short = max(rows.values()) <= TABLE_ROWS and contents.clock() is None
-    resample_hz, said = resample_hz or (chart.resample_hz if chart else None), ""
+    done: list[Finding] = []
+    resample_hz = resample_hz or (chart.resample_hz if chart else None)
     is_table = ((sampling.rate_hz is None or short) and resample_hz is None) if table is None else table
     if not is_table and resample_hz is not None:
-        picked, said = resampled(where, contents, picked, chart, resample_hz)
-        sampling = Sampling(resample_hz, "resample_hz")
+        picked, how = resampled(where, contents, picked, chart, resample_hz)
+        done, sampling = [how], Sampling(resample_hz, "resample_hz")
     elif not is_table:
         _refuse_uneven(where, sampling)
     rate = float(sampling.rate_hz or 0.0)
@@ -128,7 +128,9 @@ def opened(
         channels={name: Channel(column=line.name, crosstalk={}) for name, line in picked.items()}
     )
     rate_hz = None if is_table else rate
-    return Opened(where, contents, picked, chart, channels is not None, rate_hz, sha256(path), sampling.source, said)
+    return Opened(
+        where, contents, picked, chart, channels is not None, rate_hz, sha256(path), sampling.source, tuple(done)
+    )
 
 
 def sha256(path: str | os.PathLike[str]) -> str:
@@ -139,24 +141,117 @@ def sha256(path: str | os.PathLike[str]) -> str:
 
 def _refuse_uneven(where: str, sampling: Sampling) -> None:
     if sampling.rate_hz is None:
-        raise FrictionloopError(
-            f"{where}: the sampling rate is told nowhere; accepted: rate_hz in the map, or a column of times"
-        )
+        raise must_be(f"{where}: rate_hz", None, "given in the map, or told by a column of times", "Hz", "RATE-UNKNOWN")
+    accepted = f"even, or brought to it by resample_hz = {math.ceil(sampling.rate_hz)}"
     if sampling.gaps:
-        row, missing = sampling.gaps[0]
-        lost = sum(count for _, count in sampling.gaps)
-        raise FrictionloopError(
-            f"{where}: {lost} samples are missing in {len(sampling.gaps)} gaps of the times, {missing} of them after "
-            f"row {row}; accepted: a recording without gaps, or {_offer(sampling.rate_hz)}"
-        )
+        lost, row = sum(count for _, count in sampling.gaps), sampling.gaps[0][0]
+        raise must_be(f"{where}: times", f"{lost} samples missing, first after row {row}", accepted, "", "DATA-GAPS")
     if not sampling.even:
-        raise FrictionloopError(
-            f"{where}: the times are uneven; accepted: equal steps, as a recorder's clock makes them, or "
-            f"{_offer(sampling.rate_hz)}"
-        )
+        raise must_be(f"{where}: times", "uneven", accepted, "", "TIMES-UNEVEN")
 
 
-def _offer(rate_hz: float) -> str:
-    return (
-        f"resample_hz = {math.ceil(rate_hz)} in the map or the project, which draws straight lines between the samples"
-    )
+def all_channels(contents: found.Contents) -> dict[str, found.Channel]:
+    """Return the channels that have as many samples as most samples are in."""
+    signals = contents.signals() or contents.channels
+    sizes = [line.samples.size for line in signals]
+    usual = max(set(sizes), key=lambda size: (size * sizes.count(size), size))
+    return {line.name: line for line in signals if line.samples.size == usual}
+
+
+def _of_channels(
+    contents: found.Contents,
+    picked: Mapping[str, found.Channel],
+    chart: ChannelMap,
+    data: Mapping[str, xr.Variable],
+    mapped: bool,
+) -> Iterator[Finding]:
+    """Yield channels that no map chose and that have another length than most, and units that nothing tells."""
+    taken = {line.name for line in picked.values()}
+    for line in () if mapped else contents.signals():
+        if line.name not in taken:
+            yield found.left_out(line.name, f"{line.samples.size} samples")
+    for name, line in picked.items():
+        unit = data[name].attrs["units"]
+        if unit and not _tells_unit(line, chart.channels[name]):
+            yield Finding("TAKEN-FOR", value=unit, more={"path": f"unit of {name}"})
+
+
+def _tells_unit(line: found.Channel, told: Channel) -> bool:
+    return bool(line.unit or told.unit or told.gives or told.scale is not None)
+
+
+def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:
+    """Return the channel that a map names: by its path, its last part, as its header spells it, or by its number."""
+    names = [line.name for line in contents.channels]
+    if isinstance(wanted.column, int):
+        if 0 <= wanted.column < len(names):
+            return contents.channels[wanted.column]
+        raise must_be(f"{where}: column", wanted.column, f"from 0 to {len(names) - 1}")
+    exact = [line for line in contents.channels if line.name == wanted.column]
+    loose = [
+        line for line in contents.channels if line.name.rpartition("/")[2].lower() == wanted.column.strip().lower()
+    ]
+    said = header(wanted.column)
+    spelt = [line for line in contents.channels if said.unit and (line.name, line.unit) == (said.name, said.unit)]
+    for candidates in (exact, loose, spelt):
+        if len(candidates) == 1:
+            return candidates[0]
+    lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
+    if lines:
+        every = lines[0].replace("0", "*", 1)
+        raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
+    near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
+    check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
+    raise must_be(f"{where}: column", wanted.column, "told by its number: the name stands twice")
+
+
+def written(doubts: Iterable[Finding]) -> str:
+    """Return findings as JSON, which the attributes of a recording and any file can hold."""
+    return json.dumps([plain(each) for each in doubts])
+
+
+def findings_of(attributes: Mapping[Any, Any]) -> list[Finding]:
+    """Return what is in doubt of a recording, from its attributes."""
+    return [Finding.from_dict(each) for each in json.loads(attributes.get("findings", "[]"))]
+
+
+def load(
+    path: str | os.PathLike[str],
+    channels: ChannelMap | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    *,
+    rate_hz: float | None = None,
+    resample_hz: float | None = None,
+    table: bool | None = None,
+) -> xr.Dataset:
+    """Return the channels of a file as one recording, all of it in memory (`opened` reads parts of a large one).
+
+    Parameters
+    ----------
+    path : path
+        File of any format that ``recordings.whole.read_contents`` knows.
+    channels : mapping or path, optional
+        What the file does not say: ``{"f_m": {"column": "Force", "scale": 0.25}}``, or a TOML file with the same under
+        ``[channels.f_m]`` (`Channel` lists the fields). None takes every column under its own name.
+    rate_hz : float, optional
+        Sampling rate in Hz, where the file tells none or two.
+    resample_hz : float, optional
+        Rate in Hz to which samples at uneven times are brought, by straight lines (`resampled`); None refuses such a
+        file. A finding says so.
+    table : bool, optional
+        Whether the rows are samples in time (False) or separate measurements such as one line per weight (True). None:
+        a table if nothing tells a rate, or if at most 64 rows come without times.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables with ``units`` over ``time`` in s, or over ``row`` for a table; attributes ``file``, ``sha256``,
+        ``date``, ``rate_from``, and ``findings`` (`findings_of`): channels left out, units that nothing tells.
+
+    Raises
+    ------
+    FrictionloopError
+        In one line: the file or the map cannot be read; a channel of the map is not in the file (near names are
+        listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
+    """
+    file = opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table)
+    return file.part(0, file.rows)

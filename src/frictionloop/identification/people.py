@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
-from frictionloop.identification.estimate import Estimate, Interval
+from frictionloop.findings import Finding
+from frictionloop.identification.measured import Estimate, Interval
 from frictionloop.parameters.population import Population, Spread
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import must_be, unit_of
 
 Array = NDArray[np.float64]
-LEAST_FINGERS, LEAST_CORRELATED = 3, 5
-"""Fingers from which a spread is told, and from which a correlation is: of three or four it is often 1 by chance."""
+LEAST_FINGERS, LEAST_CORRELATED, SURE_FINGERS = 3, 5, 8
+"""Fingers from which a spread is told, from which a correlation is (of three or four it is often 1 by chance), and from
+which neither is rough (assumed)."""
 Entry = Mapping[str, Sequence[float]]
 """Path -> (logarithm of the value, its standard error), of one recording or slide."""
 
@@ -64,17 +66,29 @@ class People:
     pooled_error: Array
 
     @property
-    def told(self) -> tuple[str, ...]:
-        """Sentences."""
-        lines = [f"{len(self.names)} fingers: {', '.join(self.names)}"]
+    def findings(self) -> tuple[Finding, ...]:
+        """What so few fingers do not tell."""
+        return tuple(few_fingers(len(self.names)))
+
+    def numbers(self) -> dict[str, Any]:
+        """Return medians, spreads of logarithms with their intervals, and correlations, by name."""
+        found: dict[str, Any] = {"fingers": len(self.names)}
         for each, median, spread in zip(self.population.value, self.medians, self.spreads, strict=True):
-            lines.append(f"{each.path}: median {median}, spread {spread} of its logarithm")
-        lines += [f"{a} and {b} go together by {estimate}" for a, b, estimate in self.correlations]
-        if len(self.names) < 8:
-            lines.append("fewer than eight fingers: spreads and correlations are rough")
-        if len(self.names) < LEAST_CORRELATED:
-            lines.append(f"correlations need {LEAST_CORRELATED} fingers: none is assumed")
-        return tuple(lines)
+            found |= {f"median {each.path}": median, f"spread {each.path}": [spread.value, *spread.interval()]}
+        return found | {f"{a} with {b}": estimate for a, b, estimate in self.correlations}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the population and how sure it is, by name."""
+        return {"population": self.population, "fingers": self.names, **self.numbers()}
+
+
+def few_fingers(count: int) -> Iterator[Finding]:
+    """Yield what so many fingers do not tell."""
+    needed = {"a population": LEAST_FINGERS, "correlations": LEAST_CORRELATED, "sure spreads": SURE_FINGERS}
+    for what, least in needed.items():
+        if count < least:
+            yield Finding("FEW-FINGERS", value=count, limit=least, more={"what": what})
+            return
 
 
 def people(measured: Mapping[str, Sequence[Entry]]) -> People:
@@ -97,10 +111,10 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     """
     names = tuple(measured)
     if len(names) < LEAST_FINGERS:
-        raise FrictionloopError(f"fingers: {', '.join(names) or 'none'}: must be {LEAST_FINGERS} at least")
+        raise must_be("fingers", len(names), f"at least {LEAST_FINGERS}")
     paths = tuple(next(iter(measured.values()))[0])
     if any(tuple(entry) != paths for entries in measured.values() for entry in entries):
-        raise FrictionloopError(f"fingers: all must have {', '.join(paths)}")
+        raise must_be("fingers", "unlike", f"all with {', '.join(paths)}")
     values = [np.array([[entry[path][0] for path in paths] for entry in measured[name]]) for name in names]
     errors = [np.array([[entry[path][1] for path in paths] for entry in measured[name]]) for name in names]
     counts = np.array([len(each) for each in values])

@@ -1,24 +1,62 @@
-"""Resonance and Q of the plate from how its vibration rises or falls after a jump of the drive."""
+"""Resonance, Q and corner of the plate from how its vibration rises or falls after a jump of the drive."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.ndimage import binary_closing
 from scipy.optimize import least_squares
 
-from frictionloop.identification.channels import channel, rate_of
-from frictionloop.identification.drive_jumps import CONSTANTS, WORST_MISFIT, jumps_of
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance
+from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
 from frictionloop.identification.ring_down import damped
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 Ring = tuple[float, float, float, float, float, Array]
+WORST_MISFIT = 0.1
+"""Most of a rise or fall that one time constant may leave unexplained (assumed)."""
+LEAST_JUMP = 0.3
+"""A jump is a change by more than this share of the largest (assumed)."""
+CONSTANTS = 8.0
+"""So many time constants after a jump are fitted: e^-8 is left."""
+
+
+def jumps_of(envelope: Array, size: int) -> list[tuple[int, int, bool]]:
+    """Return from where to where each fall lasts, from its steepest place to just before the next jump, and True.
+
+    Without a fall these are the rises, and False: a rise beats where the drive is beside the resonance, a fall never
+    does.
+    """
+    step = np.abs(envelope[2 * size :] - envelope[: -2 * size])
+    largest = float(np.percentile(envelope, 99.5))
+    # How long a rise takes is not known beforehand: twice the shortest stretch over which one is a jump is taken.
+    edges, starts = np.zeros((0, 2), dtype=int), []
+    for wide in (envelope.size // share for share in (400, 200, 100, 50)):
+        found_before = edges.size > 0
+        change = np.abs(envelope[2 * wide :] - envelope[: -2 * wide]) if wide > 0 else np.zeros(0)
+        high = np.concatenate([[False], change > LEAST_JUMP * largest, [False]])
+        # What flickers about the threshold is one jump.
+        high = binary_closing(np.pad(high, 4 * wide), np.ones(4 * wide + 1))[4 * wide : -4 * wide or None]
+        edges = np.flatnonzero(np.diff(high.astype(np.int8))).reshape(-1, 2)
+        if found_before:
+            break
+    for a, b in edges.tolist():
+        inner = slice(max(a + wide - 2 * size, 0), min(b + wide + 2 * size, step.size))
+        starts.append(inner.start + int(np.argmax(step[inner])) + size)
+    starts = [k for k in starts if k > 3 * size]
+    if not starts:
+        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%} of its largest")
+    stops = [*(k - 3 * size for k in starts[1:]), envelope.size - size]
+    found = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a > 20 * size]
+    falls = [(a, b, True) for a, b in found if envelope[b - 2 * size : b].mean() < 0.3 * envelope[a - 3 * size]]
+    return falls or [(a, b, False) for a, b in found]
 
 
 def plate_decay(recording: xr.Dataset) -> PlateResonance:
@@ -44,10 +82,7 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
     spectrum = np.abs(np.fft.rfft(y * np.hanning(y.size)))
     carrier_hz = float(np.fft.rfftfreq(y.size, 1 / rate_hz)[1 + int(np.argmax(spectrum[1:]))])
     if carrier_hz > 0.45 * rate_hz:
-        raise FrictionloopError(
-            f"recording: it vibrates at {carrier_hz:.5g} Hz, near half its rate of {rate_hz:g} Hz: must be sampled "
-            "faster, or recorded as 'envelope'"
-        )
+        raise must_be("recording: rate", rate_hz, f"above {carrier_hz / 0.45:.5g}, or record the 'envelope'", "Hz")
     size = max(round(4 * rate_hz / carrier_hz), 4)
     envelope = np.sqrt(2 * np.convolve(y**2, np.ones(size) / size, mode="same"))
     fits, late, drawn, falls = [], [], None, True
@@ -62,10 +97,7 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
     values, errors, freedom, moved = _over(fits, late)
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT or drawn is None:
-        raise FrictionloopError(
-            f"recording: one resonance at {values[0]:.5g} Hz leaves {misfit:.0%} of a decay unexplained: must be at "
-            f"most {WORST_MISFIT:.0%}"
-        )
+        raise must_be(f"recording: misfit of one resonance, {values[0]:.5g} Hz", misfit, f"at most {WORST_MISFIT:g}")
     return PlateResonance(
         Estimate(values[0], errors[0], "Hz", freedom),
         Estimate(values[1], errors[1], "", freedom),
@@ -73,7 +105,6 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
         moved[1],
         misfit,
         f"{len(fits)} {'falls' if falls else 'rises'} of the vibration",
-        (f"one resonance leaves {misfit:.1%} of a {'fall' if falls else 'rise'}",),
         np.arange(drawn[0].size) / rate_hz,
         drawn[0],
         drawn[1][5],
@@ -120,3 +151,74 @@ def _over(fits: list[Ring], late: list[Ring]) -> tuple[list[float], list[float],
         errors, freedom = np.array(fits[0][3:5]), math.inf
     moved = np.abs(other.mean(axis=0) - both.mean(axis=0)) / math.sqrt(3)
     return both.mean(axis=0).tolist(), errors.tolist(), freedom, moved.tolist()
+
+
+class PlateEnvelope(NamedTuple):
+    """How fast the amplitude follows, where only the amplitude was recorded."""
+
+    corner: Estimate
+    """Hz."""
+    method_hz: float
+    """Standard error in Hz from where the fit begins."""
+    jumps: int
+    misfit: float
+    time_s: Array
+    """The first jump, drawn."""
+    y: Array
+    fitted: Array
+
+
+def plate_envelope(recording: xr.Dataset) -> PlateEnvelope:
+    """Return the corner 1/(2 pi T) from the recorded amplitude, A(t) = A1 + (A0 - A1) e^(-t/T) after each jump.
+
+    Parameters
+    ----------
+    recording : xarray.Dataset
+        ``envelope`` in um, m/s or V over ``time`` in s: the amplitude, as a lock-in or a rectifier gives it.
+
+    Raises
+    ------
+    FrictionloopError
+        For a column that is missing, no jump, or a rise or fall that one time constant does not explain.
+    """
+    envelope, rate_hz = channel(recording, "envelope", VIBRATIONS), rate_of(recording)
+    size = max(min(envelope.size // 2000, round(2e-4 * rate_hz)), 1)
+    fits, late, drawn = [], [], None
+    for start, stop, _ in jumps_of(envelope, size):
+        piece = envelope[start + 1 : stop]
+        constant = _exponential(piece, rate_hz)[0] * rate_hz
+        piece = piece[: max(round(CONSTANTS * constant), 12)]
+        fits.append(_exponential(piece, rate_hz))
+        late.append(_exponential(piece[round(constant / 2) :], rate_hz))
+        drawn = drawn or (piece, fits[-1])
+    times = np.array([fit[0] for fit in fits])
+    misfit = float(np.median([fit[1] for fit in fits]))
+    if misfit > WORST_MISFIT or drawn is None:
+        said = f"recording: misfit of one time constant, {1e3 * times.mean():.3g} ms"
+        raise must_be(said, misfit, f"at most {WORST_MISFIT:g}")
+    mean = float(times.mean())
+    error = float(times.std(ddof=1)) / math.sqrt(times.size) if times.size > 1 else fits[0][2]
+    freedom = times.size - 1.0 if times.size > 1 else max(drawn[0].size - 3.0, 1.0)
+    corner = 1 / (2 * math.pi * mean)
+    moved = abs(float(np.mean([fit[0] for fit in late])) - mean) / math.sqrt(3)
+    return PlateEnvelope(
+        Estimate(corner, corner * error / mean, "Hz", freedom), corner * moved / mean, times.size, misfit,
+        np.arange(drawn[0].size) / rate_hz, drawn[0], drawn[1][3],
+    )  # fmt: skip
+
+
+def _exponential(piece: Array, rate_hz: float) -> tuple[float, float, float, Array]:
+    """Return the time constant in s, the misfit, the error of the time, and the fitted curve."""
+    time = np.arange(piece.size) / rate_hz
+
+    def fitted(x: Array) -> Array:
+        columns = np.stack([np.ones_like(time), np.exp(-time / math.exp(x[0]))], axis=1)
+        return np.asarray(columns @ np.linalg.lstsq(columns, piece, rcond=None)[0])
+
+    ends = float(piece[0]), float(np.median(piece[-max(piece.size // 10, 1) :]))
+    inner = np.flatnonzero(np.abs(piece - ends[1]) < abs(ends[0] - ends[1]) / math.e)
+    guess = max(float(inner[0]) if inner.size else 1.0, 1.0) / rate_hz
+    fit = least_squares(lambda x: fitted(x) - piece, [math.log(guess)], x_scale=0.1)
+    constant = math.exp(fit.x[0])
+    error = constant * float(sandwich(fit.jac, fit.fun).standard[0])
+    return constant, float(np.linalg.norm(fit.fun) / np.linalg.norm(piece - ends[1])), error, fitted(fit.x)

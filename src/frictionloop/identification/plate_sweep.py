@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from frictionloop.identification.channels import channel
-from frictionloop.identification.estimate import Estimate
+from frictionloop.findings import Finding
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.part import off_line
+from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 VIBRATIONS = ("um", "m/s", "V", "")
 LEAST_INSIDE = 3
 """Steps that must lie above half the power of the resonance."""
+MOVES = 0.1
+"""Share of its width by which a resonance that moves is told (assumed)."""
+LEAST = 8
+"""Samples of a step that are needed."""
 WORST_MISFIT = 0.1
 """Most of the rms amplitude that one resonance may leave unexplained (assumed)."""
 
@@ -36,11 +43,18 @@ class PlateResonance:
     misfit: float
     """rms of what the resonance leaves over that of the vibration."""
     how: str
-    told: tuple[str, ...]
     x: Array
     """What is drawn: frequency in Hz of a sweep, time in s of a decay."""
     y: Array
     fitted: Array
+    down_hz: float | None = None
+    """How much higher the resonance is on the way down, where a sweep goes both ways."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """That the resonance moves, where the plate is warm, or driven so hard that it bends."""
+        moves = self.down_hz is not None and abs(self.down_hz) > MOVES * self.resonance.value / self.q.value
+        return (off_line("resonance, way down", self.down_hz or 0.0, "Hz", "vibration"),) if moves else ()
 
     @property
     def corner(self) -> Estimate:
@@ -82,20 +96,13 @@ def plate_sweep(recording: xr.Dataset) -> PlateResonance:
     top = int(np.argmax(vibration))
     inside = vibration > vibration[top] / math.sqrt(2)
     if np.count_nonzero(inside) < LEAST_INSIDE or frequency.size < 5:
-        raise FrictionloopError(
-            f"recording: {np.count_nonzero(inside)} of {frequency.size} frequencies lie above half the power: must be "
-            f"{LEAST_INSIDE} of five at least"
-        )
+        seen = f"{np.count_nonzero(inside)} of {frequency.size}"
+        raise must_be("recording: frequencies above half the power", seen, f"{LEAST_INSIDE} of 5 at least")
     if frequency[top] in (frequency.min(), frequency.max()):
-        raise FrictionloopError(
-            f"recording: the largest vibration is at {frequency[top]:g} Hz, an end of the sweep: must lie inside it"
-        )
+        raise must_be("recording: largest vibration", float(frequency[top]), "inside the sweep", "Hz")
     values, errors, misfit = _fit(frequency, vibration, top)
     if misfit > WORST_MISFIT:
-        raise FrictionloopError(
-            f"recording: one resonance at {values[1]:.6g} Hz leaves {misfit:.0%} of the vibration unexplained: must be "
-            f"at most {WORST_MISFIT:.0%}; are there two, or is it driven so hard that it bends?"
-        )
+        raise must_be(f"recording: misfit of one resonance, {values[1]:.6g} Hz", misfit, f"at most {WORST_MISFIT:g}")
     near = vibration > vibration[top] / 2
     moved = values - _fit(frequency[near], vibration[near], int(np.argmax(vibration[near])))[0]
     method = np.abs(moved) / math.sqrt(3) if np.count_nonzero(near) > LEAST_INSIDE + 1 else np.zeros(3)
@@ -108,10 +115,10 @@ def plate_sweep(recording: xr.Dataset) -> PlateResonance:
         float(method[2]),
         misfit,
         f"stepped sine, {frequency.size} frequencies",
-        (*_directions(frequency, vibration, values), f"one resonance leaves {misfit:.1%} of the vibration"),
         frequency[order],
         vibration[order],
         np.interp(frequency[order], fine, _amplitude(fine, values)),
+        _down_less_up(frequency, vibration),
     )
 
 
@@ -145,16 +152,49 @@ def _fit(frequency: Array, vibration: Array, top: int) -> tuple[Array, list[Esti
     return found, errors, float(np.linalg.norm(fit.fun) / np.linalg.norm(vibration / largest))
 
 
-def _directions(frequency: Array, vibration: Array, values: Array) -> list[str]:
-    """Say how far the resonance is apart on the way up and down, where the sweep goes both ways."""
+def _down_less_up(frequency: Array, vibration: Array) -> float | None:
+    """Return how much higher in Hz the resonance is on the way down, None of a sweep one way."""
     way = np.sign(np.diff(frequency, prepend=frequency[0] - (frequency[1] - frequency[0])))
     found = []
     for sign in (1, -1):
         rows = way == sign
         if np.count_nonzero(rows) < 5:
-            return []
+            return None
         found.append(_fit(frequency[rows], vibration[rows], int(np.argmax(vibration[rows])))[0][1])
-    apart = found[1] - found[0]
-    share = abs(apart) / (values[1] / values[2])
-    bent = ": warm, or driven so hard that it bends" if share > 0.1 else ""
-    return [f"resonance {apart:+.3g} Hz on the way down, {share:.0%} of its width{bent}"]
+    return float(found[1] - found[0])
+
+
+def stepped(recording: xr.Dataset) -> xr.Dataset:
+    """Return a row for each step of the frequency: its amplitudes over the second half, when they have settled.
+
+    Of a channel that goes to and fro the amplitude is that of a sine of the step's frequency, by least squares; of one
+    that keeps its sign, as a lock-in's, the mean.
+    """
+    frequency, rate_hz = channel(recording, "frequency", ("Hz",)), rate_of(recording)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(frequency)) + 1, [frequency.size]])
+    halves = [(a + (b - a) // 2, b) for a, b in pairwise(edges.tolist()) if b - a >= 2 * LEAST]
+    if 2 * len(halves) < edges.size:
+        accepted = f"steps of {2 * LEAST} samples or more"
+        raise must_be("recording: frequency", f"{edges.size - 2} changes in {frequency.size} samples", accepted)
+    steps = np.array([frequency[b - 1] for _, b in halves])
+    rows = {"frequency": ("row", steps, recording["frequency"].attrs)}
+    for name in map(str, recording.data_vars):
+        if name != "frequency":
+            values = np.asarray(recording[name].values, dtype=float)
+            found = np.array(
+                [_step_amplitude(name, values[a:b], f / rate_hz) for (a, b), f in zip(halves, steps, strict=True)]
+            )
+            rows[name] = ("row", found, recording[name].attrs)
+    return xr.Dataset(rows, attrs=recording.attrs)
+
+
+def _step_amplitude(name: str, values: Array, periods: float) -> float:
+    """Return the amplitude of a channel during a step; ``periods`` in a sample."""
+    if abs(values.mean()) > values.std():
+        return float(abs(values.mean()))
+    if periods > 0.45:
+        raise must_be(f"recording: samples of {name!r} in a period", 1 / periods, "2.2 or more, or an amplitude")
+    angle = 2 * np.pi * periods * np.arange(values.size)
+    columns = np.column_stack([np.cos(angle), np.sin(angle), np.ones(values.size)])
+    weight = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return float(np.hypot(weight[0], weight[1]))

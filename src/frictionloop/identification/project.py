@@ -118,13 +118,7 @@ class Project(Description):
 
 
 def read_project(path: str | os.PathLike[str]) -> Project:
-    """Return the project that a TOML file describes.
-
-    Raises
-    ------
-    FrictionloopError
-        For a file that cannot be read, a field that is unknown or out of range, or a recording that is not there.
-    """
+    """Return the project that a TOML file describes."""
     project = Project.from_tree(read_tree(path), f"{path}: ")
     for take in project.recording:
         for name in take.files:

@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.channels import READING, READING_UNITS, channel, rate_of
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.floor import converter_step, density_of, low_passed
-from frictionloop.identification.noise import NoiseSpectrum, band_rms, noise_spectrum
+from frictionloop.findings import Finding
+from frictionloop.identification.measured import Estimate, measured
+from frictionloop.identification.noise import (
+    NoiseSpectrum,
+    Spur,
+    band_rms,
+    converter_step,
+    density_of,
+    low_passed,
+    noise_spectrum,
+    spurs_of,
+)
+from frictionloop.identification.part import Rows, Sensor, Told, in_newtons, thin, with_method
+from frictionloop.identification.project import Take
 from frictionloop.identification.quiet_stretch import given_stretch, quiet_stretch
-from frictionloop.identification.spurs import Spur, spurs_of
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 
 Array = NDArray[np.float64]
 BANDS_HZ = (1.0, 10.0, 100.0, 1000.0, 10000.0)
@@ -39,7 +51,7 @@ class Quiet:
     filtered: bool
     interval_s: tuple[float, float]
     spectrum: NoiseSpectrum
-    told: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
 
 def noise(
@@ -91,21 +103,59 @@ def noise(
     density = density_of(spectrum, clean, (low, top), cutoff_hz, step)
     upper = density_of(spectrum, clean, (math.sqrt(low * top), top), cutoff_hz, step)
     filtered = low_passed(spectrum)
-    told = [f"a line at {each.frequency_hz:.4g} Hz of {each.rms_n:.2g} N rms" for each in spurs[:5]]
-    if not isolated:
-        told.append(f"the density is that from {low:g} to {top:g} Hz, with whatever the base adds to the electronics")
-    if filtered:
-        told.append("the file was low-passed before it was saved: its density above is not the sensor's")
-    if step and np.std(force) < 0.6 * step:
-        told.append("the converter's step is coarser than the noise: the density is that of its steps")
+    coarse = bool(step and np.std(force) < 0.6 * step)
+    also = {"the base": not isolated, "a low-pass of the file": filtered, "converter steps": coarse}
+    doubts = [
+        Finding("NOISE-DOUBT", more={"low": low, "high": top, "what": what}) for what, is_so in also.items() if is_so
+    ]
     edges = [edge for edge in BANDS_HZ if edge < rate_hz / 2] + [rate_hz / 2]
     bands = [(a, b) for a, b in pairwise(edges) if _fits(spectrum, a, b)]
     rms = {f"{a:g} to {b:g} Hz": band_rms(spectrum, a, b).value for a, b in bands}
     return Quiet(
         density, (low, top), upper.value, rms, tuple(spurs), step, filtered,
-        (began_s + first / rate_hz, began_s + stop / rate_hz), spectrum, tuple(told),
+        (began_s + first / rate_hz, began_s + stop / rate_hz), spectrum, tuple(doubts),
     )  # fmt: skip
 
 
 def _fits(spectrum: NoiseSpectrum, low: float, high: float) -> bool:
     return int(np.count_nonzero((spectrum.frequency_hz >= low) & (spectrum.frequency_hz <= high))) >= 4
+
+
+def quiet_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+    """Return the density of the electronics."""
+    scaled = [in_newtons(run, sensor) for run in runs]
+
+    def at(cutoff_hz: float | None) -> list[Quiet]:
+        return [noise(run, _there(run, take.interval_s), 1.0, sensor.resonance_hz, cutoff_hz) for run, _ in scaled]
+
+    found = at(sensor.cutoff_hz)
+    off = at(sensor.cutoff_hz + sensor.cutoff_error_hz) if sensor.cutoff_hz else found
+    shifts = [
+        with_method(moved.density.value - each.density.value, each.other_density_n_rthz - each.density.value)
+        for each, moved in zip(found, off, strict=True)
+    ]
+    first = found[0]
+    (low, high), (start, stop) = first.band_hz, first.interval_s
+    how = f"mean density from {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
+    value = measured("sensor.noise_density_n_rthz", [each.density for each in found], shifts, how, take.files, date)
+    rows: Rows = [("band", "rms (N)"), *((band, f"{rms:.3g}") for band, rms in first.rms_n.items())]
+    doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
+    numbers: dict[str, Any] = {"lines_hz": [s.frequency_hz for s in first.spurs[:5]]} if first.spurs else {}
+    numbers |= {"lines_rms_n": [s.rms_n for s in first.spurs[:5]]} if first.spurs else {}
+    if first.step_n:
+        numbers |= {"converter_step_n": first.step_n, "density_counts_rthz": value.value / first.step_n}
+    hertz, density = thin(first.spectrum.frequency_hz, first.spectrum.density)
+    curves: dict[str, Any] = {"frequency_hz": hertz, "density": density, "band_hz": first.band_hz, "level": value.value}
+    rms = list(first.rms_n.values())
+    if rms:
+        bands = [*first.rms_n]
+        said = f"{bands[0].partition(' ')[0]} to {bands[-1].rpartition('to ')[2]}"
+        curves["floor"] = {"rms_n": float(np.linalg.norm(rms)), "band": said}
+    return Told([value], doubts, numbers, rows, curves)
+
+
+def _there(run: xr.Dataset, interval_s: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return as much of an interval as was read of a long recording."""
+    if interval_s is None or not float(run["time"][0]):
+        return interval_s
+    return float(run["time"][0]), min(interval_s[1], float(run["time"][-1]))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.identification.floor import converter_step
+from frictionloop.identification.noise import converter_step
 from frictionloop.identification.onsets import quiet_noise
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 
@@ -20,10 +20,7 @@ def given_stretch(interval_s: tuple[float, float], size: int, rate_hz: float) ->
     """Return the rows of a stretch that is given in s."""
     first, stop = (round(end * rate_hz) for end in interval_s)
     if not (0 <= first < stop <= size and (stop - first) >= SHORTEST_S * rate_hz):
-        raise FrictionloopError(
-            f"interval_s = {interval_s[0]:g} to {interval_s[1]:g} s: must be a second or more within 0 to "
-            f"{size / rate_hz:g} s"
-        )
+        raise must_be("interval_s", tuple(interval_s), f"1 s or more within 0 to {size / rate_hz:g}", "s")
     return first, stop
 
 
@@ -32,9 +29,7 @@ def quiet_stretch(reading: Array, rate_hz: float) -> tuple[int, int]:
     length = max(round(PIECE_S * rate_hz), 8)
     pieces = reading.size // length
     if pieces * length < SHORTEST_S * rate_hz:
-        raise FrictionloopError(
-            f"recording: it lasts {reading.size / rate_hz:.3g} s: must hold a second of quiet at least, better ten"
-        )
+        raise must_be("recording: duration", reading.size / rate_hz, "1 or more", "s")
     cut = reading[: pieces * length].reshape(pieces, length)
     limit = LOUD * max(quiet_noise(reading), float(np.median(np.sort(cut.std(axis=1))[: max(pieces // 4, 1)])))
     limit = max(limit, converter_step(reading))  # a reading that hardly leaves one step is quiet
@@ -42,8 +37,5 @@ def quiet_stretch(reading: Array, rate_hz: float) -> tuple[int, int]:
     edges = np.flatnonzero(np.diff(np.concatenate([[0], calm.astype(np.int8), [0]]))).reshape(-1, 2)
     first, stop = max(edges.tolist(), key=lambda run: run[1] - run[0])
     if (stop - first) * length < SHORTEST_S * rate_hz:
-        raise FrictionloopError(
-            f"recording: its longest quiet stretch is {(stop - first) * length / rate_hz:.2g} s: must be a second at "
-            "least; interval_s names one"
-        )
+        raise must_be("recording: longest quiet stretch", (stop - first) * length / rate_hz, "1 or more", "s")
     return first * length, stop * length

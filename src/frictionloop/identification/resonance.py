@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
+from frictionloop.identification.measured import Estimate
 from frictionloop.identification.refused import Refused
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 
@@ -70,9 +70,8 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     low, high = _band(measured, band_hz)
     inside = (measured.frequency_hz >= low) & (measured.frequency_hz <= high)
     if np.count_nonzero(inside) < 8:
-        raise FrictionloopError(
-            f"band_hz = ({low:g}, {high:g}) Hz holds {np.count_nonzero(inside)} frequencies: must hold at least eight"
-        )
+        seen = int(np.count_nonzero(inside))
+        raise must_be(f"band_hz = ({low:g}, {high:g}) Hz: frequencies", seen, "at least 8")
     frequency, response = measured.frequency_hz[inside], measured.response[inside]
     weight = np.sqrt(measured.input_density[inside] / np.mean(measured.input_density[inside]))
     # A channel that is turned round has a negative gain.
@@ -91,8 +90,7 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     found_hz = float(np.exp(fit.x[1]))
     if not (fit.success and low < found_hz < high):
         raise Refused(
-            f"band_hz = ({low:g}, {high:g}) Hz holds no resonance (best fit {found_hz:.4g} Hz); "
-            "must reach to both sides of one",
+            f"band_hz = ({low:g}, {high:g}) Hz: must reach to both sides of {found_hz:.4g} Hz",
             "response",
             {
                 "response": {
@@ -150,16 +148,11 @@ def _band(measured: FrequencyResponse, band_hz: tuple[float, float] | None) -> t
     if band_hz is not None:
         low, high = (float(end) for end in band_hz)
         if not 0 < low < high <= half_hz:
-            raise FrictionloopError(
-                f"band_hz = ({low:g}, {high:g}) Hz: must rise, above 0 and to {half_hz:g} at most, half the rate"
-            )
+            raise must_be("band_hz", (low, high), f"rising, within 0 to {half_hz:g}, half the rate", "Hz")
         return low, high
     excited = measured.input_density >= 0.01 * np.max(measured.input_density)
     upto = measured.frequency_hz[excited]
     peak_hz = float(upto[np.argmax(np.abs(measured.response[excited]))])
     if peak_hz > 0.8 * half_hz:
-        raise FrictionloopError(
-            f"recording: its rate {measured.rate_hz:g} Hz is too low, the response still rises at {peak_hz:g} Hz; "
-            "must be at least four times the resonance"
-        )
+        raise must_be("recording: rate", measured.rate_hz, f"four times the resonance, above {peak_hz:g}", "Hz")
     return 0.2 * peak_hz, min(2.5 * peak_hz, float(upto[-1]))

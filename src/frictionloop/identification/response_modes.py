@@ -3,21 +3,44 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.signal import find_peaks
 
-from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.mode import Mode, Modes, Which, chosen_of
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.modes import Mode, Modes, Which, chosen_of
+from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole
 from frictionloop.identification.refused import Refused
-from frictionloop.identification.response_fit import ResponseFit, fitted, rising, weighed
+from frictionloop.identification.resonance import Errors, sandwich
 
 Array = NDArray[np.float64]
 WORST_MISFIT = 0.25
 """Most of a response that its modes may leave unexplained (assumed)."""
 WIDEST = 1.0
 """A mode whose 95 % interval is wider than this share of its frequency is none."""
+
+ENOUGH = 0.8
+"""Modes are added while they lower the misfit to less than this share (assumed)."""
+SURE = 2.0
+"""Standard errors within which the value of a mode is taken to lie."""
+IN_VAIN = 2
+"""So many modes in a row that do not are the end (assumed)."""
+
+
+class ResponseFit(NamedTuple):
+    """A response fitted by some modes; arrays in the order of their frequencies."""
+
+    poles: Array
+    """Frequency and Q, shape (modes, 2)."""
+    errors: Array
+    freedom: Array
+    weights: NDArray[np.complex128]
+    misfit: float
+    model: NDArray[np.complex128]
 
 
 def response_modes(
@@ -56,7 +79,7 @@ def response_modes(
         inside &= (found.frequency_hz >= band_hz[0]) & (found.frequency_hz <= band_hz[1])
     hertz, seen = found.frequency_hz[inside], found.response[inside]
     if hertz.size < 12:
-        raise Refused(f"band_hz: holds {hertz.size} frequencies: must hold at least twelve", "response", {})
+        raise Refused(f"band_hz: frequencies = {hertz.size}: must be at least 12", "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
     fits, diagram = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
@@ -70,20 +93,19 @@ def response_modes(
         "modes_hz": [] if best is None else best.poles[:, 0].tolist(),
     }  # fmt: skip
     if best is None:
-        raise Refused("the response has no peak that stands out of what is around it", "response", curves)
+        raise Refused("response: peaks = 0: must be 1 or more", "response", curves)
     if best.misfit > WORST_MISFIT:
         listed = ", ".join(f"{each:.5g}" for each in best.poles[:, 0])
-        said = f"modes at {listed} Hz leave {best.misfit:.0%} of the response unexplained: must be at most"
-        raise Refused(f"{said} {WORST_MISFIT:.0%}; is a band_hz needed?", "response", curves)
+        said = f"response: misfit of modes at {listed} Hz = {best.misfit:.2g}: must be at most {WORST_MISFIT:g}"
+        raise Refused(said, "response", curves)
     half = fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
     moved = np.abs(half.poles - best.poles) / math.sqrt(3)
     modes = _modes(best, found, hertz)
     wide = [k for k, mode in enumerate(modes) if _too_wide(mode)]
     if wide:
         bad = modes[wide[0]].frequency
-        raise Refused(f"the mode at {bad} cannot be told: its interval is wider than itself", "response", curves)
+        raise Refused(f"response: mode = {bad}: must be known within itself", "response", curves)
     chosen = chosen_of(modes, which, band_hz or (0.0, math.inf))
-    told = f"{found.hits} hits" if found.hits > 1 else "as the table lists it"
     drawn = tuple(zip(hertz.tolist(), np.abs(best.model).tolist(), strict=True))
     return Modes(
         tuple(modes),
@@ -92,9 +114,8 @@ def response_modes(
         tuple(moved[:, 0]),
         tuple(moved[:, 1]),
         found.hits,
-        told,
         tuple(diagram),
-        drawn,
+        fitted=drawn,
     )
 
 
@@ -113,3 +134,147 @@ def _modes(fit: ResponseFit, found: FrequencyResponse, hertz: Array) -> list[Mod
         frequency = Estimate(float(f), float(ef), "Hz", float(nf))
         listed.append(Mode(frequency, Estimate(float(q), float(eq), "", float(nq)), float(part), coherence))
     return listed
+
+
+def rising(
+    hertz: Array, seen: NDArray[np.complex128], weight: Array, magnitude: bool
+) -> tuple[list[ResponseFit], list[Pole]]:
+    """Return fits of ever more modes, as long as each is worth it, and their poles."""
+    fits: list[ResponseFit] = []
+    best = 0
+    diagram: list[Pole] = []
+    left = np.abs(seen)
+    poles = np.zeros((0, 2))
+    for order in range(1, MOST_MODES + 1):
+        start = _peak(hertz, left * weight)
+        if start is None:
+            break
+        fit = fitted(hertz, seen, weight, np.vstack([poles, start]), magnitude)
+        if not np.all(np.isfinite(fit.errors)) or fit.poles[:, 0].min() < hertz[0] or fit.poles[:, 0].max() > hertz[-1]:
+            break
+        before = fits[-1].poles if fits else np.zeros((0, 2))
+        diagram += [Pole(order, float(f), float(q), _near(f, q, before)) for f, q in fit.poles]
+        fits.append(fit)
+        if len(fits) > 1 and fit.misfit <= ENOUGH * fits[best].misfit and _told_apart(fit):
+            new, old = (_unseen(hertz, seen, weight, each.poles, magnitude) for each in (fit, fits[best]))
+            best = len(fits) - 1 if new <= ENOUGH * old else best
+        if len(fits) - 1 - best >= IN_VAIN:
+            break
+        poles, left = fit.poles, np.abs(np.abs(seen) - np.abs(fit.model) if magnitude else seen - fit.model)
+        if fit.misfit < 1e-3:
+            break
+    return fits[: best + 1], diagram
+
+
+def _told_apart(fit: ResponseFit) -> bool:
+    """Return whether each mode is known to better than its width, and its Q to better than itself.
+
+    Noise that goes with the response is largest beside a peak, where modes without number lower the misfit.
+    """
+    (hertz, q), (error_hz, error_q) = fit.poles.T, SURE * fit.errors.T
+    return bool(np.all(error_hz < hertz / q) and np.all(error_q < q))
+
+
+def _unseen(hertz: Array, seen: NDArray[np.complex128], weight: Array, poles: Array, magnitude: bool) -> float:
+    """Return the misfit at every other frequency of a fit to the rest, both ways round: noise is not seen twice."""
+    left = 0.0
+    for out in (slice(0, None, 2), slice(1, None, 2)):
+        known = weight.copy()
+        known[out] = 0.0
+        model = fitted(hertz, seen, known, poles, magnitude).model
+        away = np.abs(model) - np.abs(seen) if magnitude else model - seen
+        left += float(np.sum(np.abs(weight * away)[out] ** 2))
+    return math.sqrt(left)
+
+
+def weighed(
+    hertz: Array, seen: NDArray[np.complex128], weight: Array, fit: ResponseFit, magnitude: bool
+) -> tuple[ResponseFit, Array]:
+    """Return the fit by the noise that is likelier, the same everywhere or a share of the response, and its weights.
+
+    Of normal noise of standard deviation s/w_i the log-likelihood is sum log w_i^2 - n log sum w_i^2 |r_i|^2.
+    """
+    sizes = np.maximum(np.abs(fit.model), 1e-3 * float(np.abs(fit.model).max()))
+    shared = weight / sizes
+    other = fitted(hertz, seen, shared, fit.poles, magnitude)
+
+    def likelihood(each: ResponseFit, by: Array) -> float:
+        away = np.abs(each.model) - np.abs(seen) if magnitude else each.model - seen
+        return float(np.sum(np.log(by**2)) - by.size * np.log(np.sum((by * np.abs(away)) ** 2)))
+
+    if not likelihood(other, shared) > likelihood(fit, weight):
+        return fit, weight
+    away = np.abs(other.model) - np.abs(seen) if magnitude else other.model - seen
+    misfit = float(np.linalg.norm(weight * away) / np.linalg.norm(weight * np.abs(seen)))
+    return other._replace(misfit=misfit), shared
+
+
+def _near(hertz: float, q: float, before: Array) -> bool:
+    return any(abs(f - hertz) <= NEAR_HZ * hertz and abs(other - q) <= NEAR_Q * q for f, other in before)
+
+
+def _peak(hertz: Array, size: Array) -> Array | None:
+    """Return frequency and Q of the peak that stands out the most on a logarithmic scale."""
+    if size.max() <= 0:
+        return None
+    level = np.log(np.maximum(size, 1e-6 * size.max()))
+    peaks, told = find_peaks(level, prominence=0.5, width=0, rel_height=0.5)
+    if not peaks.size:
+        return None
+    k = int(np.argmax(size[peaks] * np.minimum(told["prominences"], 3.0)))
+    row = peaks[k]
+    above = size >= size[row] / math.sqrt(2)
+    left = row - int(np.argmin(above[row::-1])) if not above[: row + 1].all() else 0
+    right = row + int(np.argmin(above[row:])) if not above[row:].all() else size.size - 1
+    width = max(hertz[right] - hertz[left], np.diff(hertz).min())
+    return np.array([[hertz[row], max(hertz[row] / width, 1.0)]])
+
+
+def fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Array, magnitude: bool) -> ResponseFit:
+    """Return the fit that begins at these poles: their weights are found by linear least squares within."""
+    scale = float(np.linalg.norm(weight * np.abs(seen)))
+    x0 = np.log(start).ravel()
+    if magnitude:
+        weights0 = np.full(len(start), math.sqrt(float(np.max(np.abs(seen)))))
+        for k, (f, q) in enumerate(start):
+            weights0[k] = float(np.abs(np.interp(f, hertz, np.abs(seen)))) / q
+        x0 = np.concatenate([x0, weights0 / weights0.max(), [0.0]])
+        unit = weights0.max()
+
+    def parts(x: Array) -> tuple[Array, NDArray[np.complex128]]:
+        poles = np.exp(np.clip(x[: start.size], -20, 20)).reshape(-1, 2)
+        relative = hertz[:, None] / poles[:, 0]
+        return poles, 1 / (1 - relative**2 + 1j * relative / poles[:, 1])
+
+    def model(x: Array) -> NDArray[np.complex128]:
+        poles, shape = parts(x)
+        if magnitude:
+            return np.asarray(unit * (shape @ x[start.size : -1] + x[-1]))
+        columns = np.concatenate([shape, 1j * shape * hertz[:, None] / poles[:, 0], np.ones((hertz.size, 1))], axis=1)
+        stacked = np.concatenate([(weight[:, None] * columns).real, (weight[:, None] * columns).imag])
+        target = np.concatenate([(weight * seen).real, (weight * seen).imag])
+        # By the normal equations, of columns of one length: many times faster than by singular values.
+        size = np.linalg.norm(stacked, axis=0)
+        share = np.linalg.lstsq(stacked.T @ stacked / np.outer(size, size), stacked.T @ target / size, rcond=1e-12)[0]
+        return np.asarray(columns @ (share / size))
+
+    def residuals(x: Array) -> Array:
+        if magnitude:
+            return np.asarray(weight * (np.abs(model(x)) - np.abs(seen)) / scale)
+        away = weight * (model(x) - seen) / scale
+        return np.concatenate([away.real, away.imag])
+
+    fit = least_squares(residuals, x0, x_scale=np.where(np.arange(x0.size) < start.size, 1e-2, 1.0), max_nfev=100)
+    try:
+        errors = sandwich(fit.jac, fit.fun)
+    except np.linalg.LinAlgError:  # a mode too many, which nothing determines
+        errors = Errors(np.full(x0.size, np.inf), np.ones(x0.size))
+    poles = np.exp(np.clip(fit.x[: start.size], -20, 20)).reshape(-1, 2)
+    order = np.argsort(poles[:, 0])
+    given = model(fit.x)
+    _, shape = parts(fit.x)
+    size = np.abs(np.linalg.lstsq(np.column_stack([shape, np.ones(hertz.size)]), given, rcond=None)[0][:-1])
+    spread = (errors.standard[: start.size].reshape(-1, 2) * poles)[order]
+    freedom = errors.freedom[: start.size].reshape(-1, 2)[order]
+    misfit = float(np.linalg.norm(fit.fun))
+    return ResponseFit(poles[order], spread, freedom, (size * poles[:, 1])[order], misfit, given)

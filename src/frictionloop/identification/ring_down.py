@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import least_squares
 
-from frictionloop.identification.channels import READING, READING_UNITS, channel, pieces, rate_of, samples_in
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, pieces, rate_of, samples_in
 from frictionloop.identification.refused import Refused
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 TRIGGER = 0.3
@@ -62,13 +62,11 @@ def fit_ring_down(recording: xr.Dataset, between_s: float = 0.5) -> RingDown:
         as one resonance does; then ``fl.plot(error)`` draws the tap.
     """
     reading, rate_hz = channel(recording, READING, READING_UNITS), rate_of(recording)
-    length = samples_in("between_s", between_s, rate_hz, 32, reading.size, "the length of the recording")
+    length = samples_in("between_s", between_s, rate_hz, 32, reading.size, "the whole recording")
     still = np.abs(reading - np.median(reading))
     starts = pieces(still > TRIGGER * still.max(), length)
     if len(starts) < LEAST_TAPS:
-        raise FrictionloopError(
-            f"recording: {len(starts)} taps with between_s = {between_s:g} s after each: must be at least {LEAST_TAPS}"
-        )
+        raise must_be(f"recording: taps with {between_s:g} s after each", len(starts), f"at least {LEAST_TAPS}")
     found = np.array([_fit(reading[k : k + length] - np.median(reading), rate_hz) for k in starts])
     mean, scatter = found.mean(axis=0), found.std(axis=0, ddof=1) / math.sqrt(len(found))
     hertz, q = (
@@ -83,23 +81,16 @@ def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
     spectrum = np.abs(np.fft.rfft(piece - piece.mean()))
     around_hz = float(np.fft.rfftfreq(piece.size, 1.0 / rate_hz)[1 + int(np.argmax(spectrum[1:]))])
     if around_hz > 0.25 * rate_hz:
-        raise FrictionloopError(
-            f"recording: its rate {rate_hz:g} Hz is too low for a ringing of {around_hz:g} Hz; must be at least four "
-            "times as high"
-        )
+        raise must_be("recording: rate", rate_hz, f"at least {4 * around_hz:g}, four times the ringing", "Hz")
     envelope = maximum_filter1d(np.abs(piece - np.median(piece)), max(round(rate_hz / around_hz), 3))
     top = int(np.argmax(envelope))
     below = [top + int(np.argmax(envelope[top:] < share * envelope[top])) for share in (FROM, TO)]
     begin, end = below[0], below[1] if below[1] > top else piece.size
     if begin <= top or (end - begin) * around_hz < LEAST_PERIODS * rate_hz:
         seen = {"time_s": (np.arange(piece.size) / rate_hz).tolist(), "reading": piece.tolist()}
-        raise Refused(
-            f"recording: a tap does not ring for {LEAST_PERIODS:g} periods between {FROM:.0%} and {TO:.0%} of its "
-            f"largest reading ({around_hz:.4g} Hz is its strongest frequency): must be tapped with nothing on the "
-            "glass",
-            "hits",
-            {"decay": seen},
-        )
+        periods = (end - begin) * around_hz / rate_hz
+        said = f"recording: periods of a tap at {around_hz:.4g} Hz = {periods:.2g}: must be {LEAST_PERIODS:g} or more"
+        raise Refused(said, "hits", {"decay": seen})
     time, decay = np.arange(end - begin) / rate_hz, piece[begin:end]
     curves = {"decay": {"time_s": time.tolist(), "reading": decay.tolist()}}
 
@@ -111,12 +102,8 @@ def _fit(piece: Array, rate_hz: float) -> tuple[float, float, float]:
     fit = least_squares(left, np.log([around_hz, max(guess_q, 1.0)]), x_scale=[1e-3, 1e-2], xtol=1e-12, ftol=1e-12)
     misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
     if not fit.success or misfit > WORST_MISFIT:
-        raise Refused(
-            f"recording: a damped oscillation leaves {misfit:.0%} of a decay unexplained: must be at most "
-            f"{WORST_MISFIT:.0%}; is something on the glass, or tapped twice?",
-            "hits",
-            curves,
-        )
+        said = f"recording: misfit of a damped oscillation = {misfit:.2g}: must be at most {WORST_MISFIT:g}"
+        raise Refused(said, "hits", curves)
     return float(np.exp(fit.x[0])), float(np.exp(fit.x[1])), misfit
 
 

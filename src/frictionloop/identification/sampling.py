@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.steps import MISSING
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
@@ -33,22 +33,7 @@ class Sampling(NamedTuple):
 
 
 def sampling_of(path: str, contents: Contents, rate_hz: float | None = None) -> Sampling:
-    """Return the rate of a file.
-
-    Parameters
-    ----------
-    path : str
-        Named in errors.
-    contents : Contents
-        From ``recordings.whole.read_contents``.
-    rate_hz : float, optional
-        Rate in Hz that is known from elsewhere; it decides where the file says two, and must agree where it says one.
-
-    Raises
-    ------
-    FrictionloopError
-        If two places tell rates that differ by more than 0.1 %, naming both.
-    """
+    """Return the rate of a file."""
     told = dict(contents.rates_hz)
     clock = contents.clock()
     gaps: tuple[tuple[int, int], ...] = ()
@@ -72,10 +57,8 @@ def sampling_of(path: str, contents: Contents, rate_hz: float | None = None) -> 
 
 
 def _disagree(path: str, told: dict[str, float]) -> None:
-    says = ", ".join(f"{where} says {hertz:.6g} Hz" for where, hertz in told.items())
-    raise FrictionloopError(
-        f"{path}: the sampling rate is in doubt: {says}; accepted: the right one as rate_hz in the map"
-    )
+    says = ", ".join(f"{hertz:.6g} Hz by {where}" for where, hertz in told.items())
+    raise must_be(f"{path}: rate_hz", says, "the right one, given in the map")
 
 
 def _steps(

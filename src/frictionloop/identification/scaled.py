@@ -1,7 +1,9 @@
-"""A column of a file in the unit, the sign and the time that a map gives it."""
+"""A column of a file in the unit, the sign and the time that a map gives it, or brought to even times."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,11 +11,15 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import shift
 
-from frictionloop.identification.channel_map import USUAL, Channel
-from frictionloop.quantities import FrictionloopError
+from frictionloop.findings import Finding
+from frictionloop.identification.channel_map import USUAL, Channel, ChannelMap
+from frictionloop.quantities import must_be
+from frictionloop.quantities.steps import MISSING
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
+from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.stored import Samples
+from frictionloop.recordings.straight_lines import even_times, mean_rate, tells_seconds
 
 Array = NDArray[np.float64]
 
@@ -32,9 +38,7 @@ class Place(NamedTuple):
 def variable(where: str, name: str, line: found.Channel, told: Channel, place: Place) -> xr.Variable:
     """Return rows of a column unwrapped, less its zero, scaled, turned and moved as the map says."""
     if line.samples.dtype.kind == "c":
-        raise FrictionloopError(
-            f"{where}: column {line.name!r} is complex, a response over frequency; accepted: samples"
-        )
+        raise must_be(f"{where}: column {line.name!r}", "complex", "samples in time")
     values = np.asarray(line.samples[place.first : place.stop], dtype=float)
     if place.mapped:
         _refuse_no_numbers(where, line, values, place)
@@ -56,21 +60,18 @@ def _refuse_no_numbers(where: str, line: found.Channel, values: Array, place: Pl
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         row = place.first + int(bad[0])
-        raise FrictionloopError(
-            f"{where}: column {line.name!r} is {values[bad[0]]} at row {row} and {bad.size - 1} more; accepted: numbers"
-        )
+        accepted = f"a number; {bad.size} are none"
+        raise must_be(f"{where}: column {line.name!r} at row {row}", float(values[bad[0]]), accepted, "", "DATA-GAPS")
     if line.samples.size == values.size > 1 and np.ptp(values) == 0:
-        raise FrictionloopError(f"{where}: column {line.name!r} is {values[0]:g} throughout; is it the right one?")
+        raise must_be(f"{where}: column {line.name!r}", f"{values[0]:g} throughout", "one that varies")
 
 
 def _zero(where: str, name: str, samples: Samples, told: Channel, rate_hz: float) -> float:
     window = told.zero_s or (0.0, 0.0)
     first, stop = round(window[0] * rate_hz), round(window[1] * rate_hz)
     if not 0 <= first < stop <= samples.size:
-        raise FrictionloopError(
-            f"{where}: channels.{name}.zero_s = {window[0]:g} to {window[1]:g} s holds no samples; accepted: within 0 "
-            f"to {samples.size / rate_hz:g}"
-        )
+        accepted = f"rising within 0 to {samples.size / rate_hz:g}"
+        raise must_be(f"{where}: channels.{name}.zero_s", window, accepted, "s")
     values = np.asarray(samples[first:stop], dtype=float)
     return float(values.mean() if told.wrap is None else np.unwrap(values, period=told.wrap).mean())
 
@@ -83,11 +84,54 @@ def _factor(where: str, name: str, line: found.Channel, told: Channel, mapped: b
         return told.scale, told.gives or USUAL.get(name, "N")
     if base is not None:
         if told.gives is not None and told.gives != base[0]:
-            raise FrictionloopError(
-                f"{where}: channels.{name}: {stated} is no {told.gives}; accepted: a scale in {told.gives}/{stated}"
-            )
+            raise must_be(f"{where}: channels.{name}.gives", told.gives, f"{base[0]}, or with a scale")
         return base[1], base[0]
     if told.gives is not None or not mapped:
         return 1.0, told.gives or stated or ""
     # A channel of which nothing is said is in the unit of its kind; counts and the like are kept as they are.
     return 1.0, stated or USUAL.get(name, "N")
+
+
+def resampled(
+    where: str,
+    contents: found.Contents,
+    picked: Mapping[str, found.Channel],
+    chart: ChannelMap | None,
+    resample_hz: float,
+) -> tuple[dict[str, found.Channel], Finding]:
+    """Return channels at even times, as `recordings.straight_lines` has them, and what was done.
+
+    A counter is unwrapped first.
+    """
+    times = _times(where, contents, resample_hz)
+    even = even_times(where, times, resample_hz)
+    lines: dict[str, found.Channel] = {}
+    for name, line in picked.items():
+        values = np.asarray(line.samples[: line.samples.size], dtype=float)
+        if values.size != times.size:
+            raise must_be(f"{where}: samples of {line.name!r}", int(values.size), f"{times.size}, as the times")
+        wrap = None if chart is None else chart.channels[name].wrap
+        values = values if wrap is None else np.unwrap(values, period=wrap)
+        lines[name] = replace(line, samples=np.interp(even, times, values))
+    apart_ms = 1e3 * np.diff(times)
+    gaps = int(np.count_nonzero(apart_ms > MISSING * np.median(apart_ms)))
+    more = {
+        "gaps": gaps,
+        "samples": times.size,
+        "least_apart_ms": float(apart_ms.min()),
+        "most_apart_ms": float(apart_ms.max()),
+    }
+    return lines, Finding("RESAMPLED", value=resample_hz, unit="Hz", limit=mean_rate(times) / 10, more=more)
+
+
+def _times(where: str, contents: found.Contents, resample_hz: float) -> Array:
+    """Return the times of a file in s."""
+    clock = contents.clock()
+    if clock is None or clock.samples.size < 3:
+        raise must_be(f"{where}: column of times", None, "there for resample_hz")
+    values = np.asarray(clock.samples[: clock.samples.size], dtype=float)
+    seconds = may_be_seconds(float(np.median(np.diff(values)))) or tells_seconds(values, resample_hz)
+    unit, factor = UNITS.get(str(clock.unit), ("s" if seconds else "", 1.0))
+    if unit != "s":
+        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "told by a name such as 'time_s'")
+    return factor * values

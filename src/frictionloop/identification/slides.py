@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,22 +13,33 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 from scipy.stats import linregress
 
-from frictionloop.identification.channels import READING, channel, rate_of
-from frictionloop.identification.electroadhesion import refuse_electroadhesion
-from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.position_jumps import jumps_said
-from frictionloop.identification.slide_exponent import load_exponent
-from frictionloop.identification.slide_rows import SHORTEST_S, SLOWEST_M_S, SMOOTH_S, slide_rows, without_zero
-from frictionloop.identification.slide_spectrum import tremor, welch_slope, whittle_slope
-from frictionloop.quantities import FrictionloopError
+from frictionloop.findings import Condition, Finding
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.part import not_told, off_line
+from frictionloop.identification.recording_columns import READING, channel, rate_of
+from frictionloop.identification.slide_rows import (
+    SHORTEST_S,
+    SLOWEST_M_S,
+    SMOOTH_S,
+    load_exponent,
+    refuse_electroadhesion,
+    slide_rows,
+    tremor,
+    welch_slope,
+    whittle_slope,
+    without_zero,
+)
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 TOUCHING = 0.2
 """Share of the usual load above which a finger touches (assumed)."""
 FASTEST_M_S = 2.0
 """A finger does not slide faster than this (assumed); a position in mm that is taken for m does."""
-LISTED = 4
-"""So many slides are told one by one (assumed); the table of the certificate has all."""
+JUMP = 0.25
+"""A step of the position by more than this share of all its way is a jump (assumed)."""
+CHANGES = 0.1
+"""Change of friction over load within a slide that is told (assumed)."""
 LIFTED = 0.4
 """A load that falls below this share of the usual one is that of a finger which has lifted (assumed)."""
 
@@ -67,7 +78,7 @@ class Friction:
     """Mean over slides; with two or more its error is their scatter."""
     exponent: Estimate
     """Of the load, over all slides."""
-    told: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     def level_n(self, load_n: float) -> float:
         """Return the friction at a load, mu N (load/N)^n about the mean load N of the slides, n = 1 if not known."""
@@ -107,53 +118,32 @@ def friction(recording: xr.Dataset) -> Friction:
         force, load = (without_zero(each, ~touching, window) for each in (force, load))
     found = [_slide(force, load, speed, a, b, rate_hz) for a, b in slide_rows(touching, speed, rate_hz)]
     if not found:
-        raise FrictionloopError(
-            f"recording: no slide of {SHORTEST_S:g} s at an even speed above {1e3 * SLOWEST_M_S:g} mm/s in contact; "
-            "accepted: position in m (or speed in m/s) and load in N of a finger that slides"
-        )
+        accepted = f"1 or more of {SHORTEST_S:g} s, even, above {1e3 * SLOWEST_M_S:g} mm/s"
+        raise must_be("recording: slides", 0, accepted)
     refuse_electroadhesion(recording, force)
     mus = np.array([slide.mu for slide in found])
     scatter = float(mus.std(ddof=1) / math.sqrt(mus.size)) if mus.size > 1 else abs(found[0].mu_change - 1) * mus[0] / 3
-    told = _listed(found)
-    if len(found) == 1:
-        told += _of_one(found[0])
-    told += jumps_said(recording)
+    mu = Estimate(float(mus.mean()), scatter, "", max(mus.size - 1.0, 1.0))
+    return Friction(tuple(found), mu, _exponent(found), tuple(_doubts(recording, found, lifted)))
+
+
+def _doubts(recording: xr.Dataset, found: Sequence[Slide], lifted: bool) -> Iterator[Finding]:
+    where = Condition(channel="position")
+    if "position" in recording and "speed" not in recording:
+        steps = np.abs(np.diff(recording["position"].values))
+        jumps = int(np.count_nonzero(steps > JUMP * float(np.ptp(recording["position"].values))))
+        if jumps:
+            at_s = float(recording["time"][int(np.argmax(steps))])
+            yield Finding("COUNTER-WRAPS", value=jumps, where=where, remedy="wrap in the map", more={"at_s": at_s})
     fastest = max(abs(slide.speed_m_s) for slide in found)
     if fastest > FASTEST_M_S:
-        told.append(
-            f'a slide at {fastest:.3g} m/s is faster than a finger: is the position in mm, and unit = "mm" missing?'
-        )
+        more = {"path": "speed", "low": SLOWEST_M_S, "high": FASTEST_M_S}
+        yield Finding("UNIT-DOUBT", value=fastest, unit="m/s", where=where, remedy="unit = mm", more=more)
+    change = max((slide.mu_change - 1 for slide in found), key=abs)
+    if abs(change) > CHANGES:
+        yield off_line("mu, change within a slide", 100 * change, "%", "f_m")
     if not lifted:
-        told.append("the finger never lifts: the zeros of friction and load are taken as they are")
-    changes = [s.mu_change - 1 for s in found if abs(s.mu_change - 1) > 0.1]
-    if changes:
-        ends = " to ".join(dict.fromkeys(f"{each:+.0%}" for each in (min(changes), max(changes))))
-        told.append(f"mu changes by {ends} within {len(changes)} slide{'s' * (len(changes) > 1)}")
-    return Friction(
-        tuple(found), Estimate(float(mus.mean()), scatter, "", max(mus.size - 1.0, 1.0)), _exponent(found), tuple(told)
-    )
-
-
-def _listed(slides: Sequence[Slide]) -> list[str]:
-    """Return the slides in words, each by itself as long as they are few."""
-    if len(slides) <= LISTED:
-        return [f"slide of {s.stop_s - s.start_s:.2f} s at {1e3 * s.speed_m_s:.1f} mm/s: mu {s.mu:.3f}" for s in slides]
-    lasts, speeds = sum(s.stop_s - s.start_s for s in slides), [1e3 * abs(s.speed_m_s) for s in slides]
-    mus = [s.mu for s in slides]
-    return [
-        f"{len(slides)} slides of {lasts:.1f} s in all, at {min(speeds):.1f} to {max(speeds):.1f} mm/s: mu "
-        f"{min(mus):.3f} to {max(mus):.3f}"
-    ]
-
-
-def _of_one(slide: Slide) -> list[str]:
-    """Return what more is worth a line of a slide that stands alone."""
-    return [
-        f"friction {slide.friction_n:.3g} N at a load of {slide.load_n:.3g} N",
-        f"spectrum f^{slide.slope_welch:.2f} by Welch's, f^{slide.slope_whittle:.2f} by Whittle's estimate",
-        f"tremor {slide.tremor_n:.2g} N rms",
-        f"before it slides, the friction reaches {slide.onset:.2f} of its mean",
-    ]
+        yield not_told("zeros of friction and load", "the finger never lifts")
 
 
 def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: float) -> Slide:

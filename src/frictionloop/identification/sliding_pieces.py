@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
-from frictionloop.identification.channels import READING, channel, rate_of
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.recording_columns import READING, channel, rate_of
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 AMPLITUDES = ("amplitude", "a")
@@ -92,10 +92,7 @@ def sliding_pieces(recording: xr.Dataset, piece_s: float, plate_hz: float | None
                 rows.append((np.log(friction), np.log(pressed), since, k > 0))
                 amplitudes.append(amplitude[piece])
     if len(rows) < LEAST_PIECES:
-        raise FrictionloopError(
-            f"recording: {len(rows)} pieces of {piece_s:g} s in which a finger slides and the amplitude has not just "
-            f"jumped: must be at least {LEAST_PIECES}"
-        )
+        raise must_be(f"recording: pieces of {piece_s:g} s that slide", len(rows), f"at least {LEAST_PIECES}")
     friction_, load_, contact, follows = (np.array(each) for each in zip(*rows, strict=True))
     return Pieces(friction_, load_, contact, np.array(amplitudes), follows.astype(bool))
 

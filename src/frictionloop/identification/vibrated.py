@@ -1,21 +1,26 @@
-"""tau and f0 of a finger from recordings with amplitude commands, with moisture and load in the model."""
+"""tau and f0 of a finger from recordings with amplitude commands, and the lookup table that these give."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import isotonic_regression
 from scipy.stats import t as student
 
-from frictionloop.identification.estimate import Estimate
+from frictionloop.findings import Finding
+from frictionloop.identification.measured import Estimate
+from frictionloop.identification.part import not_told
 from frictionloop.identification.sliding_pieces import AMPLITUDES, Pieces, sliding_pieces
-from frictionloop.identification.vibrated_fit import FIXED, LawFit, fit_law, relative_load, wet_share
-from frictionloop.identification.vibrated_laws import LAWS, VibratedLaw
-from frictionloop.quantities import FrictionloopError
+from frictionloop.identification.vibrated_fit import FIXED, LAWS, LawFit, VibratedLaw, fit_law, relative_load, wet_share
+from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import whole
 
 Array = NDArray[np.float64]
 PIECE_S = 0.1
@@ -23,8 +28,14 @@ PIECE_S = 0.1
 CANNOT_BE_TOLD = 4.0
 """Difference of AIC below which two laws are not told apart (Burnham and Anderson 2002: 4 to 7 is considerably less
 support for the worse one)."""
+UNTOLD = "cannot be told"
 SURE = 0.01
 """Chance below which a slope over amplitude squared is called real (assumed)."""
+BINS = 12
+"""Stretches of the amplitude over each of which pieces are averaged (assumed: enough for a curve with one bend)."""
+LEAST_PER_BIN = 3
+LEAST_FALL = 1e-4
+"""Least fall of log friction from stretch to stretch, so that each force has one amplitude."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +60,8 @@ class Vibrated:
     """Of each piece, log of the share of friction that is left, load and moisture taken off."""
     amplitude_um: Array
     """Root mean square of each piece."""
-    told: tuple[str, ...]
+    pieces: int
+    findings: tuple[Finding, ...]
 
     @property
     def law(self) -> str:
@@ -58,7 +70,7 @@ class Vibrated:
 
 
 def _told(laws: Sequence[LawFit]) -> str:
-    return laws[0].name if laws[1].aic - laws[0].aic >= CANNOT_BE_TOLD else "cannot be told"
+    return laws[0].name if laws[1].aic - laws[0].aic >= CANNOT_BE_TOLD else UNTOLD
 
 
 def _susceptibility(law: VibratedLaw, x: float, largest_um: float) -> tuple[float, float]:
@@ -73,7 +85,7 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
 
         log f = log f0 + n log(N/0.5 N) + log(1 + g w) + log mean(share(a)^(1 - k w)),   w = 1 - exp(-t/T)
 
-    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`vibrated_laws`). The mean
+    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`vibrated_fit`). The mean
     is over the samples of a piece, so amplitudes may step, sweep or be noise. Residuals follow each other as an
     autoregression of first order, since the roughness under a finger does; what n, g, k and T are where a recording
     does not tell is `PRIORS`.
@@ -96,10 +108,7 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
     square = np.mean(pieces.amplitude_um**2, axis=1)
     largest = float(pieces.amplitude_um.max())
     if not largest > 0 or np.ptp(square) < 0.2 * largest**2:
-        raise FrictionloopError(
-            f"recording: the amplitude reaches {largest:.3g} um and hardly changes: must step, sweep or be noise "
-            "between 0 and the largest"
-        )
+        raise must_be("recording: amplitude, its largest", largest, "reached and left, between 0 and this", "um")
     fits = [fit_law(law, pieces, largest) for law in LAWS]
     smooth, their_errors, their_freedom = min(fits[:2], key=lambda each: each[0].aic)
     _refuse_no_effect(smooth.x[FIXED], their_errors[FIXED], their_freedom)
@@ -120,7 +129,7 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
     def told_as(k: int, unit: str, scale: float = 1.0, shift: float = 0.0) -> Estimate:
         return Estimate(shift + scale * best.x[k], scale * errors[k], unit, freedom)
 
-    found = Vibrated(
+    return Vibrated(
         nominal=Estimate(f0, f0 * errors[0], "N", freedom),
         susceptibility=Estimate(tau, share * curve_errors[FIXED], "um^-2", freedom),
         load_exponent=told_as(1, ""),
@@ -132,9 +141,9 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
         largest_um=largest,
         log_share=(pieces.log_friction - rest) / (1 - best.x[3] * wet),
         amplitude_um=np.sqrt(square),
-        told=(),
+        pieces=len(pieces.contact_s),
+        findings=(not_told("the friction law", f"{laws[0].name} or {laws[1].name}"),) if told == UNTOLD else (),
     )
-    return _with_words(found, len(pieces.contact_s))
 
 
 def _moved(one: LawFit, other: LawFit) -> list[float]:
@@ -151,38 +160,80 @@ def _joined(parts: Sequence[Pieces]) -> Pieces:
 def _refuse_no_effect(exponent: float, error: float, freedom: float) -> None:
     sure = float(student.ppf(1 - SURE / 2, freedom)) * error
     if exponent < -sure:
-        raise FrictionloopError(
-            f"recording: friction rises with the amplitude, by {np.expm1(-exponent):.0%} at the largest, as "
-            "electroadhesion makes it: accepted are recordings of ultrasonic vibration, which lowers friction"
-        )
+        rise = float(np.expm1(-exponent))
+        raise must_be("recording: rise of friction with 'amplitude'", rise, "below 0: electroadhesion raises it")
     if exponent < sure:
-        raise FrictionloopError(
-            f"recording: friction does not change with the amplitude beyond its scatter (log share {-exponent:.3g} +- "
-            f"{error:.2g} at the largest): must fall; is the plate driven at its resonance?"
-        )
+        said = f"{-exponent:.3g} +- {error:.2g}"
+        raise must_be("recording: log share of friction at the largest amplitude", said, "surely below 0")
 
 
 def _refuse_unscaled(runs: Sequence[xr.Dataset]) -> None:
     for run in runs:
         name = next(each for each in AMPLITUDES if each in run)
         if (unit := run[name].attrs["units"]) != "um":
-            raise FrictionloopError(
-                f"recording: {name!r} is in {unit or 'shares'}: tau is per um^2, so a scale in um is needed (kind "
-                "'scale', from a vibrometer)"
-            )
+            raise must_be(f"recording: unit of {name!r}", unit, "um: kind 'scale' finds its scale")
 
 
-def _with_words(found: Vibrated, count: int) -> Vibrated:
-    best, second = found.laws[:2]
-    listed = ", ".join(f"{law.name} {law.aic - best.aic:.1f}" for law in found.laws)
-    told = [f"{count} pieces of {PIECE_S:g} s, {found.laws[0].residual:.1%} of scatter; AIC above the best: {listed}"]
-    if found.law == "cannot be told":
-        told.append(
-            f"which law cannot be told: {second.name} is nearly as likely as {best.name}; larger amplitudes or more "
-            "slides would tell"
-        )
-    elif best.name != "gaussian":
-        told.append(f"the law is {best.name} rather than Gaussian: {best.words}")
-    else:
-        told.append("the law is Gaussian, as equation (1) has it")
-    return Vibrated(**{**found.__dict__, "told": tuple(told)})
+class MonotoneTable(NamedTuple):
+    """Amplitude squared over force, at even forces, as ``controller.model`` has its table."""
+
+    force_n: Array
+    """From the lowest to f0."""
+    square_um2: Array
+    """a^2, falling to 0."""
+    gaussian_n: float
+    """Largest difference in force from equation (1) with the fitted f0 and tau, in N."""
+
+    def overrides(self) -> dict[str, object]:
+        """Return what a System's controller believes: f0, tau through the table's end, and the table."""
+        f0, floor, largest = float(self.force_n[-1]), float(self.force_n[0]), float(self.square_um2[0])
+        return {
+            "controller.model.nominal_n": f0,
+            "controller.model.max_amplitude_um": largest**0.5,
+            "controller.model.susceptibility_per_um2": float(np.log(f0 / floor) / largest),
+            "controller.model.table_size": self.square_um2.size,
+            "controller.model.table_um2": (*(float(f"{each:.6g}") for each in self.square_um2[:-1]), 0.0),
+        }
+
+
+def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
+    """Return the table a^2(u) that the recordings themselves give.
+
+    The mean of log share over twelve stretches of amplitude is made falling by isotonic regression (pool adjacent
+    violators), joined from (0, 0) on by a monotone cubic (Fritsch and Carlson 1980), and inverted.
+
+    Parameters
+    ----------
+    found : Vibrated
+        From `vibrated`.
+    entries : int
+        Entries of the table, 2 to 1025.
+
+    Raises
+    ------
+    FrictionloopError
+        For a number of entries out of range, or amplitudes in fewer than four stretches.
+    """
+    whole("entries", entries, 2, 1025)
+    edges = np.linspace(0.0, found.largest_um, BINS + 1)
+    which = np.clip(np.digitize(found.amplitude_um, edges) - 1, 0, BINS - 1)
+    rows = [which == k for k in range(BINS) if np.count_nonzero(which == k) >= LEAST_PER_BIN]
+    if len(rows) < 4:
+        raise must_be(f"recording: stretches of {BINS} with amplitudes", len(rows), "at least 4")
+    middle = np.array([float(np.sqrt(np.mean(found.amplitude_um[row] ** 2))) for row in rows])
+    weight = np.array([float(np.count_nonzero(row)) for row in rows])
+    falling = isotonic_regression(
+        [float(found.log_share[row].mean()) for row in rows], weights=weight, increasing=False
+    )
+    share = np.minimum(falling.x, 0.0) - LEAST_FALL * np.arange(1, len(rows) + 1)
+    if middle[0] < 1e-3 * found.largest_um:
+        middle, share = middle[1:], share[1:]
+    curve = PchipInterpolator(np.concatenate([[0.0], middle**2]), np.concatenate([[0.0], share]))
+    squares = np.linspace(0.0, float(middle[-1]) ** 2, 2001)
+    f0 = found.nominal.value
+    forces = f0 * np.exp(curve(squares))
+    wanted = np.linspace(forces[-1], f0, entries)
+    table = np.interp(wanted, forces[::-1], squares[::-1])
+    table[-1] = 0.0
+    apart = float(np.max(np.abs(forces - f0 * np.exp(-found.susceptibility.value * squares))))
+    return MonotoneTable(wanted, table, apart)

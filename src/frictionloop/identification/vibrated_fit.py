@@ -1,8 +1,9 @@
-"""One friction law fitted to the pieces of a finger on a vibrating plate, moisture and load in the model."""
+"""How friction may fall with the amplitude, and one such law fitted to pieces of a finger, with moisture and load."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +11,47 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.identification.sliding_pieces import Pieces
-from frictionloop.identification.vibrated_laws import VibratedLaw
 
 Array = NDArray[np.float64]
+LEAST_SHARE = 0.02
+"""Least share of the friction that the threshold law leaves: its straight line would go on below 0 (assumed)."""
+
+
+class VibratedLaw(NamedTuple):
+    """One law; ``exponent(a, x, largest)`` is -log of the share of friction that is left."""
+
+    name: str
+    words: str
+    exponent: Callable[[Array, Array, float], Array]
+    start: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+def _gaussian(amplitude_um: Array, x: Array, largest_um: float) -> Array:
+    return np.asarray(x[0] * (amplitude_um / largest_um) ** 2)
+
+
+def _exponential(amplitude_um: Array, x: Array, largest_um: float) -> Array:
+    return np.asarray(x[0] * amplitude_um / largest_um)
+
+
+def _threshold(amplitude_um: Array, x: Array, largest_um: float) -> Array:
+    beyond = np.maximum(amplitude_um / largest_um - x[1], 0.0)
+    return np.asarray(-np.log(np.maximum(1.0 - x[0] * beyond, LEAST_SHARE)))
+
+
+LAWS = (
+    VibratedLaw("gaussian", "exp(-tau a^2)", _gaussian, (1.0,), (-5.0,), (50.0,)),
+    VibratedLaw("exponential", "exp(-a/a1): rough contact", _exponential, (1.0,), (-5.0,), (50.0,)),
+    VibratedLaw("threshold", "1 up to a0, then linear", _threshold, (1.0, 0.2), (0.0, 0.0), (20.0, 0.95)),
+)
+"""x[0] is the exponent at the largest amplitude (of the threshold law the slope there), so of the order of 1 for all.
+
+Sources: Gaussian, paper, eq. 1; exponential, the closure of rough contact mu/mu0 = exp(-u/sigma) (physics/rough_contact
+has its parameters); threshold, intermittent contact that begins once the plate leaves the skin (form assumed)."""
+
+
 REFERENCE_LOAD_N = 0.5
 """Load that f0 is told for, that of `bench` (assumed there)."""
 PRIORS = {

@@ -82,13 +82,13 @@ def _part(name: str, signal: Recording, each: Found, duration_s: float) -> Itera
 def _resampled(name: str, system: System) -> Iterator[Finding]:
     """Yield how much of a recorded signal is faster than the control rate can hold, where that counts."""
     from frictionloop.recordings.read import scaled
-    from frictionloop.recordings.resampling import removed_share
+    from frictionloop.recordings.straight_lines import removed_share
 
     signal, rate_hz = getattr(system, name), system.controller.rate_hz
     force, file_hz, _, _ = scaled(signal, "N")
     share = removed_share(force, file_hz, rate_hz, signal.path)
     if share > REMOVED:
-        yield Finding("RESAMPLED", value=100.0 * share, unit="%", limit=rate_hz / 2.0, where=Condition(recording=name))
+        yield Finding("TOO-FAST", value=100.0 * share, unit="%", limit=rate_hz / 2.0, where=Condition(recording=name))
 
 
 def _another_finger(system: System, each: Found) -> Iterator[Finding]:

@@ -1,26 +1,30 @@
-"""Columns of binary files: HDF5 and NetCDF-4, MAT 5 and 7.3."""
+"""Columns of binary files: HDF5 and NetCDF-4, MAT 5 and 7.3, NumPy's, WAV."""
 
 from __future__ import annotations
 
 import math
 import os
 import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.attributes import attribute_unit, is_bare_dimension, unpacked
-from frictionloop.recordings.column import DEFAULT, Column, no_column
+from frictionloop.recordings.column import DEFAULT, Column, column_number, no_column
 from frictionloop.recordings.contents import rate_beside, told_rate
 from frictionloop.recordings.hdf5 import check_hdf5, expands
-from frictionloop.recordings.headers import header, is_time
+from frictionloop.recordings.headers import attribute_unit, header, is_bare_dimension, is_time, unpacked
 
+Array = NDArray[np.float64]
 _LINE = re.compile(r"(.*?)\s*(?:\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\])?", re.DOTALL)
+ONLY = "array"
+"""What the one array of a NPY file is called."""
 
 
 def read_hdf5(recording: Recording) -> Column:
@@ -171,3 +175,44 @@ def _pick(recording: Recording, arrays: Mapping[str, Any], in_matlab: bool) -> t
 def in_array(recording: Recording, samples: NDArray[Any]) -> Callable[[int], str]:
     """Return how a sample of an array is named."""
     return lambda i: f"column {recording.column!r} at index {i} is {samples[i]}"
+
+
+def read_npy(recording: Recording) -> Column:
+    """Return the array of a NPY file, or a column of it ("array[:, k]")."""
+    return picked(recording, {ONLY: np.load(recording.path, allow_pickle=False)})
+
+
+def read_npz(recording: Recording) -> Column:
+    """Return an array, or a line of one, of a NPZ file."""
+    with ZipFile(recording.path) as packed:
+        size = sum(each.file_size for each in packed.infolist())
+    if wrong := expands(os.path.getsize(recording.path), size):
+        raise FrictionloopError(f"{recording.path}: {wrong}")
+    arrays: dict[str, Any] = {}
+    with np.load(recording.path, allow_pickle=False) as file:
+        for name in file.files:
+            try:
+                arrays[name] = file[name]
+            except ValueError:  # a Python object
+                continue
+    return with_rate(recording, picked(recording, arrays), arrays, {})
+
+
+def read_wav(recording: Recording) -> Column:
+    """Return a channel of a WAV file; integers become -1 to 1 (full scale)."""
+    from scipy.io import wavfile
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", wavfile.WavFileWarning)
+        warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
+        rate_hz, channels = wavfile.read(recording.path)
+    channels = channels.reshape(len(channels), -1)
+    samples = channels[:, column_number(recording, [], channels.shape[1])]
+    place = in_array(recording, samples)
+    if samples.dtype.kind in "iu":
+        peak = 2.0 ** (8 * samples.dtype.itemsize - 1)
+        samples = (samples - (peak if samples.dtype.kind == "u" else 0.0)) / peak
+    others = [repr(str(k)) for k in range(channels.shape[1]) if str(k) != recording.column.strip()]
+    head = f"channel {recording.column} of {len(others) + 1}; others by column: {', '.join(others)}" if others else ""
+    by = "the header of the WAV file"
+    return Column(samples, place, rate_hz=float(rate_hz), rate_by=by, full_scale=True, head=head)

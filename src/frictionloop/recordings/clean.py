@@ -13,15 +13,7 @@ LEAST = 10
 
 
 def clean_part(values: Array, at_s: Array) -> tuple[str, str]:
-    """Return in words where values are no numbers, and what cuts out the longest part without such; "" without either.
-
-    Parameters
-    ----------
-    values
-        Samples.
-    at_s
-        Their times in s, as ``start_s`` counts.
-    """
+    """Return where values are no numbers, in words, and what cuts out the longest part without such; else ""."""
     bad = ~np.isfinite(values)
     if not bad.any():
         return "", ""

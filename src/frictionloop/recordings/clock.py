@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.steps import uneven_in
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import DEFAULT, Array, Column, no_column
@@ -66,16 +66,13 @@ def rate_of(recording: Recording, column: Column) -> tuple[float | None, str]:
     known_hz = told_hz if given_hz is None else given_hz
     found_hz = None if times is None or times.samples.size < 2 else _rate_of(recording.path, times, known_hz)
     if times is not None and found_hz is not None and told_hz is not None and abs(told_hz - found_hz) > EVEN * told_hz:
-        raise FrictionloopError(
-            f"{recording.path}: {times.name!r} rises at {found_hz:g} Hz, and {by} says {told_hz:g}; accepted: one rate"
-        )
+        said = f"{found_hz:g} Hz by {times.name!r}, {told_hz:g} Hz by {by}"
+        raise must_be(f"{recording.path}: rate_hz", said, "one rate")
     if times is not None and found_hz is not None:
         by = repr(times.name)
     found_hz = told_hz if found_hz is None else found_hz
     if given_hz is not None and found_hz is not None and abs(given_hz - found_hz) > EVEN * found_hz:
-        raise FrictionloopError(
-            f"{recording.path}: rate_hz = {given_hz:g} contradicts the file, whose rate is {found_hz:g}; give none"
-        )
+        raise must_be(f"{recording.path}: rate_hz", given_hz, f"{found_hz:g}, as in the file, or none", "Hz")
     return found_hz, by
 
 
@@ -93,15 +90,16 @@ def unevenness(column: Column, rate_hz: float) -> str:
         return f"times are not read: {times.place(0)}"
     usual = float(np.nanmedian(steps))
     if not are_seconds(times, usual, rate_hz):
-        return (
-            f"{times.name!r} has no unit and rises by {usual:g}: rows are taken {1 / rate_hz:g} s apart, start_s and "
-            "stop_s count from the first sample"
-        )
+        return f"{times.name!r} has no unit, steps of {usual:g}: {_rows_apart(rate_hz)}"
     uneven = uneven_in(in_s, 1 / rate_hz, _NEAR)
     if uneven is None:
         return ""
     off_s = np.nanmax(np.abs(in_s - in_s[0] - np.arange(in_s.size) / rate_hz))
-    return f"{uneven.said(times.place)}; rows are taken {1 / rate_hz:g} s apart, at most {off_s:.3g} s off"
+    return f"{uneven.said(times.place)}; {_rows_apart(rate_hz)}, at most {off_s:.3g} s off"
+
+
+def _rows_apart(rate_hz: float) -> str:
+    return f"rows are taken {1 / rate_hz:g} s apart"
 
 
 def _in_seconds_after_all(step: float, rate_hz: float) -> bool:
@@ -113,14 +111,12 @@ def _in_seconds_after_all(step: float, rate_hz: float) -> bool:
 
 def no_rate(column: Column) -> str:
     """Return the line that says a file does not tell its rate."""
-    named, why = "", "and no column of times (time, t, 'time_s', 'Time [ms]') tells it"
+    why = ""
     if column.times is not None and column.times.samples.size > 1:
         hertz = 1 / float(np.nanmedian(np.diff(np.asarray(column.times.samples, dtype=float))))
-        other = f", in ms {1e3 * hertz:g} Hz, or it counts samples" if hertz < SLOWEST_HZ else ""
-        why = f"and {column.times.name!r} has no unit: in s it gives {hertz:g} Hz{other}"
-        named = "a name of the times with its unit ('t_ms', 'Time [s]'), or "
-    flags = "--disturbance.rate_hz RATE, or --setpoint.rate_hz"
-    return f"rate_hz is missing, {why}; accepted: {named}the sampling rate in Hz ({flags})"
+        other = f", in ms {1e3 * hertz:g} Hz" if hertz < SLOWEST_HZ else ""
+        why = f", {column.times.name!r} without a unit: in s {hertz:g} Hz{other}"
+    return f"rate_hz is missing{why}; accepted: --disturbance.rate_hz, or a column 'time_s' or 'Time [ms]'"
 
 
 def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
@@ -132,16 +128,12 @@ def _rate_of(path: str, times: Column, given_hz: float | None) -> float | None:
     usual = float(np.nanmedian(steps))
     counts = usual != 0 and not are_seconds(times, abs(usual))
     if counts and given_hz is not None and _in_seconds_after_all(usual, given_hz):
-        raise FrictionloopError(
-            f"{path}: rate_hz = {given_hz:g} contradicts {times.name!r}, which has no unit and rises by {usual:g}: in "
-            f"s that is {1 / usual:.4g} Hz, in ms {1e3 / usual:.4g} Hz; accepted: near one of them, or resample_hz"
-        )
+        near = f"near {1 / usual:.4g} ({times.name!r} in s) or {1e3 / usual:.4g} (in ms), or resample_hz"
+        raise must_be(f"{path}: rate_hz", given_hz, near, "Hz")
     uneven = uneven_in(in_s, abs(usual) or 1.0, EVEN)
     if uneven is None:
         return None if counts else float(f"{(in_s.size - 1) / (in_s[-1] - in_s[0]):.9g}")
     mean = float(np.nanmax(in_s) - np.nanmin(in_s)) / (in_s.size - 1)
     if given_hz is not None and not counts and not any(abs(given_hz * step - 1) <= _NEAR for step in (usual, mean)):
-        raise FrictionloopError(
-            f"{path}: rate_hz = {given_hz:g} contradicts the times, which rise by {usual:g} s; accepted: near theirs"
-        )
+        raise must_be(f"{path}: rate_hz", given_hz, f"near that of the times, {1 / usual:g}", "Hz")
     return None

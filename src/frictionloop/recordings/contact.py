@@ -22,13 +22,6 @@ def off_plate(
     That part begins and ends where the magnitude passes half of its median.
 
     Nothing is found in a signal that lingers beside 0, as a sine about 0 or one that just reaches it, and noise do.
-
-    Parameters
-    ----------
-    force, rate_hz
-        Force with its mean left in, in any unit, and samples per second.
-    at_s
-        Time of each sample in the file, as `start_s` counts.
     """
     size = np.abs(force)
     near = size < NEAR * np.quantile(size, 0.95)

@@ -13,11 +13,12 @@ from zipfile import ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.findings import Finding
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.arrays import check_mat
-from frictionloop.recordings.attributes import attribute_unit, is_bare_dimension, unpacked
-from frictionloop.recordings.contents import Channel, Contents, lines_of, told_date, told_rates
+from frictionloop.recordings.contents import Channel, Contents, left_out, lines_of, told_date, told_rates
 from frictionloop.recordings.hdf5 import check_hdf5, expands
+from frictionloop.recordings.headers import attribute_unit, is_bare_dimension, unpacked
 from frictionloop.recordings.stored import is_large
 from frictionloop.recordings.stored_lines import hdf5_lines, wav_line
 
@@ -58,7 +59,8 @@ def _of_full_scale(values: NDArray[Any]) -> NDArray[Any]:
 
 def npz_contents(path: Path) -> Contents:
     """Return the arrays of a NPZ file; Python objects in it are left out, since reading one may run anything."""
-    arrays, notes = {}, []
+    arrays: dict[str, NDArray[Any]] = {}
+    found: list[Finding] = []
     with ZipFile(path) as packed:  # what an array says of itself beyond this is an error of NumPy's
         if wrong := expands(path.stat().st_size, sum(each.file_size for each in packed.infolist())):
             raise FrictionloopError(f"{path}: {wrong}")
@@ -67,8 +69,8 @@ def npz_contents(path: Path) -> Contents:
             try:
                 arrays[name] = file[name]
             except ValueError:
-                notes.append(f"{name!r} is a Python object and was left out")
-    return replace(_of_arrays(arrays), notes=tuple(notes))
+                found.append(left_out(name, "a Python object"))
+    return replace(_of_arrays(arrays), findings=tuple(found))
 
 
 def hdf5_contents(path: Path) -> Contents:
@@ -79,7 +81,7 @@ def hdf5_contents(path: Path) -> Contents:
     arrays: dict[str, NDArray[Any]] = {}
     units: dict[str, str | None] = {}
     said: list[tuple[str, Any]] = []
-    notes: list[str] = []
+    dropped: list[Finding] = []
     large: list[Channel] = []
     matlab = path.suffix.lower() == ".mat"
 
@@ -89,7 +91,7 @@ def hdf5_contents(path: Path) -> Contents:
             return
         if matlab and _class_of(item) not in ("", "double", "single", "logical") and "int" not in _class_of(item):
             if _class_of(item) not in ("char", "cell"):
-                notes.append(f"{name!r} is a MATLAB object ({_class_of(item)}) and was left out")
+                dropped.append(left_out(name, f"a MATLAB object ({_class_of(item)})"))
             return
         if item.dtype.kind in "iufbc" and item.ndim <= 2:
             if is_large(path, item.size, item.dtype.itemsize):
@@ -104,7 +106,7 @@ def hdf5_contents(path: Path) -> Contents:
         file.visititems(look)
     said = [(name.rpartition("@")[2], value) for name, value in said]
     found = _of_arrays(arrays, units)
-    return Contents((*found.channels, *large), told_rates(said) | dict(found.rates_hz), tuple(notes), told_date(said))
+    return Contents((*found.channels, *large), told_rates(said) | dict(found.rates_hz), tuple(dropped), told_date(said))
 
 
 def mat_contents(path: Path) -> Contents:
@@ -125,10 +127,10 @@ def mat_contents(path: Path) -> Contents:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tree = loadmat(path, appendmat=False)
-    notes: list[str] = []
-    arrays = dict(_leaves({name: value for name, value in tree.items() if not str(name).startswith("__")}, notes))
+    dropped: list[Finding] = []
+    arrays = dict(_leaves({name: value for name, value in tree.items() if not str(name).startswith("__")}, dropped))
     found = _of_arrays(arrays)
-    return Contents(found.channels, found.rates_hz, tuple(notes), date)
+    return Contents(found.channels, found.rates_hz, tuple(dropped), date)
 
 
 def _class_of(item: Any) -> str:
@@ -136,23 +138,21 @@ def _class_of(item: Any) -> str:
     return name.decode() if isinstance(name, bytes) else str(name)
 
 
-def _leaves(tree: Mapping[Any, Any], notes: list[str], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield the arrays of a MAT file by their path; what is an object goes to the notes."""
+def _leaves(tree: Mapping[Any, Any], dropped: list[Finding], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the arrays of a MAT file by their path; what is an object is dropped."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
     for name, value in tree.items():
         full = f"{prefix}{name}"
         if isinstance(value, (MatlabOpaque, MatlabFunction)) or name in (None, "None"):
-            notes.append(
-                f"{'an unnamed variable' if name in (None, 'None') else repr(full)} is a MATLAB object and was left out"
-            )
+            dropped.append(left_out("unnamed" if name in (None, "None") else full, "a MATLAB object"))
         elif isinstance(value, np.ndarray) and value.dtype.names:
             for k, each in enumerate(value.flat):
                 inside = {field: each[field] for field in value.dtype.names}
-                yield from _leaves(inside, notes, f"{full}/" if value.size == 1 else f"{full}({k + 1})/")
+                yield from _leaves(inside, dropped, f"{full}/" if value.size == 1 else f"{full}({k + 1})/")
         elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
             for k, each in enumerate(value.flat):
-                yield from _leaves({f"{{{k + 1}}}": each}, notes, full)
+                yield from _leaves({f"{{{k + 1}}}": each}, dropped, full)
         elif isinstance(value, np.ndarray):
             yield full, value
 

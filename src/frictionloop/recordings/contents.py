@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionloop.findings import Condition, Finding
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.headers import header, is_time
@@ -48,7 +49,7 @@ class Contents:
     channels: tuple[Channel, ...]
     rates_hz: Mapping[str, float] = field(default_factory=dict)
     """Sampling rate in Hz by where the file says it ("'sr'", "the header of the WAV file")."""
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     """What was left out, and why."""
     date: str = ""
     """When it was recorded, by the file."""
@@ -65,6 +66,11 @@ class Contents:
 
     def _is_clock(self, channel: Channel) -> bool:
         return channel.name in self.stamped or is_time(channel.name.rpartition("/")[2])
+
+
+def left_out(name: str, reason: str) -> Finding:
+    """Return that something of a file was left out."""
+    return Finding("LEFT-OUT", where=Condition(channel=name), more={"reason": reason})
 
 
 def told_rate(name: str, value: Any) -> float | None:
@@ -110,11 +116,6 @@ def rate_beside(
     """Return what tells the sampling rate of an array, and the rate in Hz: of all that do, the nearest.
 
     An attribute of the array comes first, then one of its group or a number beside it, then those of the group above.
-
-    Raises
-    ------
-    FrictionloopError
-        If two that are equally near differ by more than 0.1 %.
     """
     pairs, folder = list(attributes.get(name, {}).items()), name
     while True:

@@ -27,15 +27,7 @@ LARGE_BYTES, EXPANSION = 10**9, 100
 
 
 def check_hdf5(path: str | os.PathLike[str]) -> None:
-    """Refuse a file that is damaged, points to other files or is made to fill the memory.
-
-    Raises
-    ------
-    FrictionloopError
-        In one line: the file, and what is wrong.
-    FileNotFoundError
-        For a file that is not there.
-    """
+    """Refuse a file that is damaged, points to other files or is made to fill the memory."""
     from frictionloop.quantities.units import FrictionloopError
 
     told = Path(path).stat()
@@ -50,7 +42,7 @@ def _complaint(path: str, _changed: int, size: int) -> str:
 
     whole = is_whole(path) if size <= SEALED_BYTES else None
     if whole is False:
-        return "is damaged (its content is not what was saved: the checksum differs)"
+        return "is damaged (another checksum)"
     return looked_through(path) if whole else _looked_through_elsewhere(path)
 
 
@@ -59,7 +51,7 @@ def _looked_through_elsewhere(path: str) -> str:
     try:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=LOOK_S, check=False)
     except subprocess.TimeoutExpired:
-        return f"is damaged or made to harm (HDF5 looks through it for more than {LOOK_S:g} s)"
+        return f"is damaged (read for {LOOK_S:g} s)"
     if done.returncode:
         said = done.stderr.strip().splitlines()[-1:] or [f"HDF5 ends with code {done.returncode}"]
         return f"cannot be read, empty or damaged ({said[0]:.120})"
@@ -77,9 +69,7 @@ def looked_through(path: str) -> str:
 def expands(size: int, memory: int) -> str:
     """Return what is wrong with a file of some bytes that takes so many in memory, empty if nothing is."""
     if memory > max(LARGE_BYTES, EXPANSION * size):
-        return (
-            f"expands from {size / 1e6:.3g} MB to {memory / 1e9:.3g} GB; accepted: at most {EXPANSION} times its size"
-        )
+        return f"expands to {memory / 1e9:.3g} GB: must be at most {EXPANSION} x its size"
     return ""
 
 
@@ -98,7 +88,7 @@ def _walked(file: h5py.File) -> str | int:
             place = f"{group.name.rstrip('/')}/{name}"
             link = group.get(name, getlink=True)
             if isinstance(link, h5py.ExternalLink):
-                return f"{place!r:.80} points to another file ({link.filename!r:.80}); accepted: one file"
+                return f"{place!r:.80}: must not be in {link.filename!r:.80}"
             if isinstance(link, h5py.SoftLink):
                 continue
             item = group[name]
@@ -108,14 +98,12 @@ def _walked(file: h5py.File) -> str | int:
             met.add(address)
             attributes += _attributes(item)
             if len(met) > MOST_OBJECTS or attributes > ATTRIBUTE_BYTES:
-                return (
-                    f"has more than {MOST_OBJECTS} groups and datasets, or {ATTRIBUTE_BYTES // 10**6} MB of attributes"
-                )
+                return f"objects > {MOST_OBJECTS}, or attributes > {ATTRIBUTE_BYTES // 10**6} MB"
             if isinstance(item, h5py.Group):
                 groups.append(item)
             elif isinstance(item, h5py.Dataset):
                 if item.external or item.is_virtual:
-                    return f"{place!r:.80} has its values in another file; accepted: one file"
+                    return f"{place!r:.80}: must not be in another file"
                 size += item.nbytes
     return size
 

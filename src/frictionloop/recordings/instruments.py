@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.units import known_unit
-from frictionloop.recordings.contents import Channel, Contents
+from frictionloop.recordings.contents import Channel, Contents, left_out
 from frictionloop.recordings.stored import is_large
 from frictionloop.recordings.stored_lines import tdms_line
 
@@ -36,8 +36,8 @@ def lvm_contents(path: Path) -> Contents:
     steps = [step for step in segment.get("Delta_X", []) if np.isfinite(step) and step > 0]
     rates = {"'Delta_X'": 1.0 / float(steps[0])} if steps else {}
     more = lvm["Segments"] - 1
-    notes = (f"{more} more segments were left out",) if more else ()
-    return Contents(tuple(channels), rates, notes, f"{lvm.get('Date', '')} {lvm.get('Time', '')}".strip())
+    found = (left_out(f"{more} more segments", "the first is read"),) if more else ()
+    return Contents(tuple(channels), rates, found, f"{lvm.get('Date', '')} {lvm.get('Time', '')}".strip())
 
 
 def tdms_contents(path: Path) -> Contents:

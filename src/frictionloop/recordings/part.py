@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.steps import uneven_in
 from frictionloop.recordings.clean import LEAST, longest, taking
 from frictionloop.recordings.clock import EVEN, in_seconds, no_rate, rate_of
@@ -42,11 +42,6 @@ def part_of(recording: Recording, column: Column) -> Part:
     """Return the rows between ``start_s`` and ``stop_s``, which are times of the file where it has any.
 
     Where nothing but the times tells the rate, only those of the part in use must be even.
-
-    Raises
-    ------
-    FrictionloopError
-        For times with a gap in the part in use, a part that is not there, or a rate that is missing or contradicted.
     """
     times = column.times
     if recording.resample_hz is not None:
@@ -82,12 +77,10 @@ def _by_times(recording: Recording, times: Column, in_s: Array, usual_s: float) 
     refuse_gaps(path, at_s, place, accepted=ACCEPTED, cut=cut)
     uneven = uneven_in(at_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None or at_s.size < 2:
-        said = uneven.said(place) if uneven else "one row is no recording"
+        said = uneven.said(place) if uneven else "one row"
         as_s = f" if {times.name!r} is in s" * (times.unit is None)
-        raise FrictionloopError(
-            f"{path}: {said}; accepted: even steps (most are {usual_s:g} s{as_s}), {offer(at_s)}or rate_hz given, with "
-            f"which rows are taken one after the other{cut}"
-        )
+        accepted = f"steps of {usual_s:g} s{as_s}, {offer(at_s)}rate_hz given{cut}"
+        raise FrictionloopError(f"{path}: {said}; accepted: {accepted}")
     rate_hz = float(f"{(at_s.size - 1) / (at_s[-1] - at_s[0]):.9g}")
     return Part(first, stop, rate_hz, repr(times.name), at_s, None if clock is None else clock.begins_s)
 
@@ -96,17 +89,16 @@ def _brought_to(recording: Recording, times: Column | None, resample_hz: float) 
     """Return the rows whose times lie between both, and the even times they are brought to."""
     path = recording.path
     if times is None or times.samples.size < 2:
-        raise FrictionloopError(f"{path}: resample_hz: there is no column of times; accepted: a file that has one")
+        raise must_be(f"{path}: column of times", None, "there for resample_hz")
     in_s = in_seconds(times)
     usual_s = _usual(in_s)
     clock = clock_of(times, 1 / usual_s if usual_s > 0 and tells_seconds(in_s, resample_hz) else None)
+    if not usual_s > 0:
+        raise must_be(f"{path}: usual step of {times.name!r}", usual_s, "above 0 for resample_hz", "s")
     if clock is None:
         in_s_hz = 1 / usual_s if usual_s > 0 else math.nan
-        raise FrictionloopError(
-            f"{path}: resample_hz = {resample_hz:g}: nothing tells the unit of {times.name!r}, which in s gives "
-            f"{in_s_hz:.3g} Hz; accepted: a name such as 'time_s' or 'time [ms]', or a rate within {UNTOLD:g} times of "
-            "that, which takes them for s"
-        )
+        accepted = f"told by a name such as 'time_s', or a rate within {UNTOLD:g} x {in_s_hz:.3g} Hz"
+        raise must_be(f"{path}: unit of {times.name!r}", times.unit, accepted)
     first, stop = rows_between(recording, clock)
     at_s = clock.at_s[first:stop]
 

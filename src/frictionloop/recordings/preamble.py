@@ -64,8 +64,8 @@ def unit_in_doubt(said: Iterable[Said], signals: int) -> str:
     for each in filter(_is_unit, said):
         if not _unit_of(each) and signals > 1:
             return (
-                f"line {each.line}: {each.name!r} says {each.value}, but not of which of {signals} columns; accepted: "
-                f"unit = {each.value} given, or the unit in the name of the column"
+                f"line {each.line}: {each.name!r} is {each.value}, of one of {signals} columns; accepted: "
+                f"unit = {each.value} given"
             )
     return ""
 

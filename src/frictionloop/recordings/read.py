@@ -13,17 +13,15 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.arrays import read_hdf5, read_mat
+from frictionloop.recordings.arrays import read_hdf5, read_mat, read_npy, read_npz, read_wav
 from frictionloop.recordings.clean import clean_part
 from frictionloop.recordings.clock import refuse_times
 from frictionloop.recordings.column import Array, Column, refuse_gaps
 from frictionloop.recordings.headers import scale_of
-from frictionloop.recordings.numpy_files import read_npy, read_npz
 from frictionloop.recordings.part import Part, part_of, rows_until
 from frictionloop.recordings.recorders import RECORDERS, read_recorder
-from frictionloop.recordings.resampling import resampled
+from frictionloop.recordings.straight_lines import resampled
 from frictionloop.recordings.text import read_text
-from frictionloop.recordings.wav import read_wav
 
 
 def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
@@ -81,16 +79,6 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
     """Return the same in newtons with the last sample held for one of its own periods, as a signal of the loop.
 
     So 20 000 samples at 1 kHz last 20 s. A window that ``stop_s`` ends lasts no longer than it says.
-
-    Parameters
-    ----------
-    recording, rate_hz
-        As `read_recording`.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
     """
     taken = scaled(recording, "N")
     found = resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
@@ -99,13 +87,7 @@ def read_held(recording: Recording, rate_hz: float) -> Array:
 
 
 def lasting_s(recording: Recording) -> float:
-    """Return how long the part in use lasts in s, its last sample held.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Return how long the part in use lasts in s, its last sample held."""
     return _lasts_s(recording, scaled(recording, "N"))
 
 

@@ -36,7 +36,7 @@ def read_recorder(recording: Recording) -> Column:
     times = None
     if clock is not None and clock.samples.size == channel.samples.size:
         times = _column(recording.model_copy(update={"column": clock.name}), clock)
-    found = _column(recording, channel, times, others, "; ".join(contents.notes))
+    found = _column(recording, channel, times, others, "; ".join(map(str, contents.findings)))
     told = one_rate(recording.path, contents.rates_hz)
     return found if told is None else replace(found, rate_by=told[0], rate_hz=told[1])
 

@@ -32,13 +32,6 @@ def signs_of(force: NDArray[np.floating], duration_s: float) -> Signs:
 
     Friction that varies within a stroke by more than 1 to 4, or turns more often, is not found; a square wave about 0
     is taken for strokes.
-
-    Parameters
-    ----------
-    force : array
-        Force in any unit, or a sample of it that is even in time.
-    duration_s : float
-        How long it lasts in s.
     """
     size = np.abs(force)
     top = float(np.quantile(size, 0.95))

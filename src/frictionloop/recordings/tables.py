@@ -10,17 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.findings import Finding
+from frictionloop.quantities import must_be
 from frictionloop.recordings import stored
-from frictionloop.recordings.contents import Channel, Contents, told_date
+from frictionloop.recordings.contents import Channel, Contents, left_out, told_date
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import names_only, rates_in, said_in, unit_in
-from frictionloop.recordings.stamps import ACCEPTED, shown
+from frictionloop.recordings.stamps import shown
 from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import Layout, layout_of
-from frictionloop.recordings.table_names import names_of
+from frictionloop.recordings.table_layout import Layout, layout_of, names_of
 from frictionloop.recordings.table_rows import all_rows, rows_in
-from frictionloop.recordings.text_head import few_names
 from frictionloop.recordings.text_index import Index, bytes_of, indexed
 
 MOST_COLUMNS = 10_000
@@ -52,25 +51,14 @@ def read_table(path: Path) -> Contents:
         if k < width and k not in empty
     )
     date = told_date([(each.name, each.value) for each in said]) or next(map(shown, begun.values()), "")
-    notes = tuple(
-        f"{names[k]!r} is left out, for its cells hold no times; accepted: {ACCEPTED}"
-        for k in empty
-        if is_time(names[k])
-    )
-    commas = ["its commas are decimal: simulate reads them with --disturbance.decimal , (or --setpoint)"]
-    notes = (*notes, *commas * (layout.decimal == ","), *_unnamed(names))
-    return Contents(channels, rates_in(said), notes, date, tuple(header(names[k]).name for k in begun))
-
-
-def _unnamed(names: list[str]) -> list[str]:
-    """Return a note that the last columns have no names, though those before do."""
-    named = max((k + 1 for k, name in enumerate(names) if name != str(k)), default=0)
-    return [f"there are names for {few_names(named, len(names))}"] if 0 < named < len(names) else []
+    found = [left_out(names[k], "cells hold no times") for k in empty if is_time(names[k])]
+    found += [Finding("TAKEN-FOR", value=",", more={"path": "--disturbance.decimal"})] * (layout.decimal == ",")
+    return Contents(channels, rates_in(said), tuple(found), date, tuple(header(names[k]).name for k in begun))
 
 
 def _check_width(path: Path, width: int) -> None:
     if width > MOST_COLUMNS:
-        raise FrictionloopError(f"{path}: has {width} columns; accepted: at most {MOST_COLUMNS}")
+        raise must_be(f"{path}: columns", width, f"at most {MOST_COLUMNS}")
 
 
 def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int, stop: int) -> NDArray[np.float64]:
@@ -83,10 +71,8 @@ def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, s
     found = _parsed(path, changed, layout.mark, layout.decimal, layout.encoding, index, block, layout.begun)
     wanted = min(stored.BLOCK, index.rows - block * stored.BLOCK)
     if len(found) != wanted:
-        raise FrictionloopError(
-            f"{path}: {wanted - len(found)} of the lines {layout.first + first + 1} to {layout.first + first + wanted} "
-            "are blank or comments; accepted: a large table whose every line is a row of numbers"
-        )
+        lines = f"lines {layout.first + first + 1} to {layout.first + first + wanted}"
+        raise must_be(f"{path}: rows in {lines}", len(found), f"{wanted} in so large a table")
     return found[start : start + stop - first]
 
 

@@ -10,18 +10,27 @@ from itertools import dropwhile, islice
 import numpy as np
 
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.recordings.column import Column, column_number
 from frictionloop.recordings.contents import one_rate
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import Said, rates_in, tells, unit_in, unit_in_doubt
 from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.text_head import LOOKED_AT, Row, few_names, head_of
-from frictionloop.recordings.text_rows import comments_of, mark_of, readable, rows_of, settings_of
+from frictionloop.recordings.text_rows import (
+    LOOKED_AT,
+    Row,
+    comments_of,
+    few_names,
+    head_of,
+    mark_of,
+    readable,
+    rows_of,
+    settings_of,
+)
 
-_COMMA = '; is that a decimal comma? decimal = "," reads it (--disturbance.decimal ,)'
-_COMMAS = "; are there decimal commas? then columns must be apart by semicolons, tabs or spaces"
-_POINT = '; is that a decimal point? decimal = "." reads it (--disturbance.decimal .)'
+_COMMA = "; a decimal comma? --disturbance.decimal ,"
+_COMMAS = "; decimal commas? then columns need semicolons, tabs or spaces"
+_POINT = "; a decimal point? --disturbance.decimal ."
 
 
 @dataclass(frozen=True)
@@ -109,11 +118,11 @@ def _table(path: str, decimal: str) -> _Table:
     mark = mark_of(path, decimal)
     rows = list(islice(rows_of(path, decimal, mark), LOOKED_AT))
     if not rows:
-        raise FrictionloopError(f"{path}: is empty; accepted: rows of numbers")
+        raise must_be(f"{path}: rows of numbers", 0, "1 or more")
     settings = {each.line for each in settings_of(path, LOOKED_AT) if tells(each)}
     rows = [row for row in rows if row[0] not in settings]
     if not rows:
-        raise FrictionloopError(f"{path}: has no row of numbers in its first {LOOKED_AT} lines; accepted: a table")
+        raise must_be(f"{path}: rows of numbers", 0, f"some within {LOOKED_AT} lines")
     first, second = (*rows, (rows[0][0] + 1, []))[:2]
     head = head_of(rows, comments_of(path, mark), partial(_is_value, decimal=decimal))
     if head is not None:
@@ -131,8 +140,8 @@ def _table(path: str, decimal: str) -> _Table:
         return _Table(path, decimal, [], first, len(first[1]), mark, "no line of names")
     names = [readable(cell) for cell in first[1]]
     if not any(below) and len(second[1]) > len(names):
-        told = f"line {second[0]}: {', '.join(map(readable, second[1]))} stand below {', '.join(names)}"
-        raise FrictionloopError(f"{path}: {told}; accepted: # before lines that are not names, units or numbers")
+        said = ", ".join(map(readable, second[1]))
+        raise must_be(f"{path}: line {second[0]}", said, f"numbers or units below {', '.join(names)}")
     data = next((row for row in rows[1:] if row[1]), second)
     count = len(data[1]) if _are_more(data[1], names, mark, decimal) else len(names)
     few = f" for {few_names(len(names), count)}" if count > len(names) else ""
@@ -150,10 +159,7 @@ def _refuse_numbered(path: str, first: Row, below: list[str]) -> None:
     """Refuse a first row 0, 1, 2 ... over fractions: some programs write it to name columns."""
     numbered = [cell.strip() for cell in first[1]] == [str(k) for k in range(len(first[1]))]
     if numbered and len(first[1]) > 1 and below and all("." in cell or "," in cell for cell in below):
-        raise FrictionloopError(
-            f"{path}: line {first[0]}: {', '.join(first[1])} may number the columns or be the first sample; "
-            "accepted: names in their place, or 0.0 for a sample"
-        )
+        raise must_be(f"{path}: line {first[0]}", ", ".join(first[1]), "names, or a sample 0.0")
 
 
 def _refuse_commas(path: str, rows: list[Row]) -> None:
@@ -171,10 +177,8 @@ def _refuse_halves(table: _Table) -> None:
         return
     padded = any(len(row[1]) > 1 and row[1].startswith("0") for row in cells)
     if padded or (len(cells) > 2 and len({row[0] for row in cells}) == 1):
-        raise FrictionloopError(
-            f"{table.path}: line {table.first[0]}: {','.join(cells[0])} may be one number{_COMMA}; "
-            "a line of names says that it is two"
-        )
+        said = f"{table.path}: line {table.first[0]}: {','.join(cells[0])}"
+        raise FrictionloopError(f"{said} may be one number{_COMMA}, or below two names")
 
 
 def _number(cell: str, decimal: str) -> float:

@@ -61,13 +61,7 @@ class Found(NamedTuple):
 
 
 def found(recording: Recording) -> Found:
-    """Return what was read of a recording.
-
-    Raises
-    ------
-    FrictionloopError
-        As `read_recording`.
-    """
+    """Return what was read of a recording."""
     force, file_hz, column, part = scaled(recording, "N")
     raw = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N").force
     unit, by = _unit(recording, column)

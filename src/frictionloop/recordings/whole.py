@@ -54,9 +54,9 @@ def read_contents(path: str | os.PathLike[str]) -> Contents:
         raise
     except Exception as error:  # on a damaged file the libraries raise anything
         reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).splitlines()[0]
-        raise FrictionloopError(f"{file}: cannot be read, encrypted, cut off or damaged ({reason:.120})") from None
+        raise FrictionloopError(f"{file}: damaged or encrypted ({reason:.120})") from None
     if not found.channels:
-        told = f" ({'; '.join(found.notes)})" if found.notes else ""
-        raise FrictionloopError(f"{file}: holds no arrays of numbers{told}; accepted: channels of at least two samples")
+        told = "".join(f" ({each})" for each in found.findings)
+        raise FrictionloopError(f"{file}: holds no arrays of numbers{told}; accepted: two samples or more")
     saved = datetime.fromtimestamp(file.stat().st_mtime, UTC).date().isoformat()
     return replace(found, date=found.date or f"not told, the file is of {saved}")

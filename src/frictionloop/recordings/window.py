@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.recordings.clock import are_seconds, in_seconds
 from frictionloop.recordings.column import Array, Column
 
@@ -53,11 +53,6 @@ def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
     """Return the first row in use and the one behind the last, both near the times that are asked for.
 
     ``start_s = 0`` of a file whose times begin later is its beginning.
-
-    Raises
-    ------
-    FrictionloopError
-        For an end before the first time or behind the last, or where rows are missing.
     """
     at_s, usual_s, begins_s = clock
     end_s = float(np.nanmax(at_s))
@@ -72,38 +67,24 @@ def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
     for (name, value), at in zip(given.items(), (0, -1), strict=True):
         if value is None:
             continue
-        run = f"the times run from {begins_s:.9g} to {end_s:.9g} s"
-        if value < begins_s - usual_s / 2:
-            raise FrictionloopError(f"{recording.path}: {name} = {value:g} is before the beginning; {run}")
-        if value > ends[name] + usual_s / 2:
-            raise FrictionloopError(f"{recording.path}: {name} = {value:g} is beyond the end; {run}")
+        if not begins_s - usual_s / 2 <= value <= ends[name] + usual_s / 2:
+            raise must_be(f"{recording.path}: {name}", float(value), f"from {begins_s:.9g} to {end_s:.9g}", "s")
         if not found.size or abs(at_s[found[at]] - value) > 1.6 * usual_s:
             known_s = at_s[np.isfinite(at_s)]
             before = known_s[known_s < value].max(initial=begins_s)
             after = known_s[known_s > value].min(initial=end_s)
-            raise FrictionloopError(
-                f"{recording.path}: {name} = {value:g} lies where rows are missing in the times, {before:.9g} to "
-                f"{after:.9g} s; accepted: a time with a row"
-            )
+            accepted = f"a time with a row, not from {before:.9g} to {after:.9g}"
+            raise must_be(f"{recording.path}: {name}", float(value), accepted, "s")
         rows[name] = int(found[at])
     return rows["start_s"], rows["stop_s"] + 1
 
 
 def rows_counted(recording: Recording, count: int, rate_hz: float) -> tuple[int, int]:
-    """Return the same of rows that are counted at a rate, from the first on.
-
-    Raises
-    ------
-    FrictionloopError
-        For an end before the first sample or behind the last.
-    """
+    """Return the same of rows that are counted at a rate, from the first on."""
     path, start_s, stop_s = recording.path, recording.start_s or 0.0, recording.stop_s
-    lasts = f"the recording lasts {count / rate_hz:g} s ({count} samples at {rate_hz:g} Hz)"
-    for name, value in (("start_s", start_s), ("stop_s", stop_s)):
-        if value is not None and value < 0:
-            raise FrictionloopError(f"{path}: {name} = {value:g} is before the first sample; {lasts}")
-    if start_s * rate_hz >= count - 0.5:
-        raise FrictionloopError(f"{path}: start_s = {start_s:g} is beyond the end; {lasts}")
-    if stop_s is not None and stop_s * rate_hz > count + 0.5:
-        raise FrictionloopError(f"{path}: stop_s = {stop_s:g} is beyond the end; {lasts}")
+    for name, value, most in (("start_s", start_s, count - 0.5), ("stop_s", stop_s or 0.0, count + 0.5)):
+        beyond = value * rate_hz >= most if name == "start_s" else value * rate_hz > most
+        if value < 0 or beyond:
+            lasts = f"from 0 to {count / rate_hz:g}, {count} samples at {rate_hz:g} Hz"
+            raise must_be(f"{path}: {name}", float(value), lasts, "s")
     return round(start_s * rate_hz), count if stop_s is None else min(round(stop_s * rate_hz) + 1, count)

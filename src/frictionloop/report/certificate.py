@@ -16,10 +16,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup
 
 from frictionloop.figures.style import inline, svg
+from frictionloop.findings.render import findings_html
 from frictionloop.identification import Bench
-from frictionloop.identification.parts.part import Part
-from frictionloop.parameters import preset
-from frictionloop.parameters.wording import known_names
+from frictionloop.identification.part import Part, number_said
 from frictionloop.quantities import replacing, unit_of
 from frictionloop.quantities.version import package_version
 from frictionloop.report import bench_figures
@@ -38,6 +37,13 @@ TITLES = {
 
 def write_certificate(found: Bench, path: str | os.PathLike[str]) -> Path | None:
     """Write the certificate; an older one is kept beside it under a number. Return where the older one is.
+
+    Parameters
+    ----------
+    found : Bench
+        From ``fl.identify.bench``.
+    path : path
+        Page (.html) to write.
 
     Raises
     ------
@@ -76,14 +82,17 @@ def certificate(found: Bench) -> str:
         values=list(found.measured.values()),
         parts=parts,
         stated=[(name, _value(found, name), said) for name, said in found.stated.items()],
-        assumed=_assumed(found),
+        assumed=[(name, _value(found, name), unit_of(name)) for name in found.assumed],
         important=importance(found),
         peak=lambda ms: "out of reach" if math.isnan(ms) else f"{ms:.2f}" if math.isfinite(ms) else "unstable",
         left=lambda n: f"{1e3 * n:.3g} mN" if math.isfinite(n) else "–",
         corner=found.resonance_error,
         design_flags=found.design_flags,
         corners=found.corners,
-        together=found.told,
+        findings=[each for each in found.findings if not any(each in part.findings for part in found.parts)],
+        told=lambda some: Markup(findings_html(some)),
+        number=number_said,
+        range_db=found.range_db,
         crowd=_crowd(found),
         held=Markup(_held(found)),
         files=[each for part in found.parts for each in part.files],
@@ -103,7 +112,7 @@ def _crowd(found: Bench) -> Markup | None:
 
 def _held(found: Bench) -> str:
     """Return values and corners as JSON that no tag can end, for ``identify compare`` and ``design controller``."""
-    values: dict[str, Any] = {"measured": [each.as_dict() for each in found.measured.values()]}
+    values: dict[str, Any] = {"measured": [each.to_dict() for each in found.measured.values()]}
     values["corners"] = [each._asdict() for each in found.corners]
     return json.dumps(values).replace("<", "\\u003c")
 
@@ -113,16 +122,6 @@ def _value(found: Bench, name: str) -> Any:
     for word in name.split("."):
         value = getattr(value, word)
     return f"{value:.5g}" if isinstance(value, float) else value
-
-
-def _assumed(found: Bench) -> list[tuple[str, Any, str]]:
-    """Return the numbers of plate, sensor, delay and friction that nobody has measured or stated."""
-    blocks = ("friction.", "plate.", "sensor.", "finger.", "controller.delay_s", "controller.rate_hz")
-    told = set(found.measured) | set(found.stated)
-    names = [name for name in known_names(type(preset("bench")), found.system.model_dump()) if name.startswith(blocks)]
-    return [
-        (name, _value(found, name), unit_of(name)) for name in names if name not in told and not name.endswith("kind")
-    ]
 
 
 def _figures(part: Part, number: int) -> list[Markup]:

@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from frictionloop.figures.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
-from frictionloop.identification.first_look import first_look
+from frictionloop.identification.file_traces import first_look
 from frictionloop.report import bench_figures
-from frictionloop.report.recording_figure import recording_figure
 
 
 @styled
@@ -113,6 +112,6 @@ DRAWINGS: dict[str, dict[str, Callable[[Mapping[str, Any]], Figure]]] = {
     "quiet": {"density": _density},
     "load": {"force_n": _line},
     "slides": {"slides": _slides},
-    "recording": {"file": lambda curves: recording_figure(first_look(curves["file"]))},
+    "recording": {"file": lambda curves: first_look(curves["file"]).plot()},
     **bench_figures.DRAWINGS,
 }

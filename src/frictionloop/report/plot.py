@@ -58,11 +58,11 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 
 def _figure_of(result: Any) -> Figure:
-    from frictionloop.identification.first_look import FirstLook
+    from frictionloop.identification.file_traces import FirstLook
     from frictionloop.identification.refused import Refused
     from frictionloop.loop import sweep_figure
     from frictionloop.preview import Preview
-    from frictionloop.report import effect_figure, recording_figure, run_figure
+    from frictionloop.report import effect_figure, run_figure
     from frictionloop.report.refusal import refused_figure
 
     dims = getattr(result, "dims", ())
@@ -71,7 +71,7 @@ def _figure_of(result: Any) -> Figure:
     if hasattr(result, "data_vars") and "seed" in dims:
         return sweep_figure.figure_of(result)
     if isinstance(result, FirstLook):
-        return recording_figure.recording_figure(result)
+        return result.plot()
     if isinstance(result, Refused) and (figure := refused_figure(result)) is not None:
         return figure
     if isinstance(result, Preview):

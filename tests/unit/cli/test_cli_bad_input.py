@@ -58,7 +58,7 @@ CASES = [
     (("simulate", "--controller.kp", "1,2"), "several values are for frictionloop sweep --over"),
     (("simulate", "--controller.rate_hz", "1e12"), "must be less than or equal to 1000000000"),
     (("simulate", "--use", "empty.toml"), "--use empty.toml: there is no such module; a file must end in .py"),
-    ((*RECORDED, "empty.csv"), "empty.csv: is empty; accepted: rows of numbers"),
+    ((*RECORDED, "empty.csv"), "empty.csv: rows of numbers = 0"),
     ((*RECORDED, "folder"), "folder: is a folder; accepted is a file: .csv"),
     ((*RECORDED, "random.h5"), "random.h5: cannot be read, empty or damaged"),
     ((*RECORDED, "random.wav"), "random.wav: cannot be read, empty or damaged"),
@@ -71,7 +71,7 @@ CASES = [
     (("compare", "--out", "bench.toml"), "out = 'bench.toml': must end in .h5"),
     ((*DESIGN, "--law", "pid"), "law: 'pid' is unknown; did you mean pi?"),
     ((*DESIGN, "--speeds", "60,20"), "speeds = '60,20': must be mm/s, such as 20,60"),
-    ((*DESIGN, "--corners", "any.json"), "any.json: lists no corners; accepted: a certificate"),
+    ((*DESIGN, "--corners", "any.json"), "any.json = 'no corners': must be a certificate"),
     ((*DESIGN, "--resonance-error", "nan"), "resonance_error = nan: must be from 0 to 0.25"),
     ((*DESIGN, "--preset", "paper", "--law", "notch_pi"), "sensor.kind = 'lowpass': has no resonance for a notch"),
     (

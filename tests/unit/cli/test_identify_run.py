@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli import identify_run, main
-from frictionloop.cli.wizard import LASTS_S, TICK_HZ, steps_of
+from frictionloop.cli import main
 from frictionloop.device.transport import opener
+from frictionloop.identification.calibration_wizard import LASTS_S, TICK_HZ
 
 
 def run(capsys, *words):
@@ -22,13 +22,18 @@ def run(capsys, *words):
     return left.value.code, *capsys.readouterr()
 
 
+def entry(shown):
+    """Return the lines of a project file from the screen."""
+    lines = [line.removeprefix("project").strip() for line in shown.splitlines()]
+    return "\n".join(line for line in lines if line.startswith(("[[", "kind", "files", "map"))) + "\n"
+
+
 @pytest.mark.slow
 def test_slides_of_the_simulated_device_give_its_friction(tmp_path, capsys):
     out = tmp_path / "friction.h5"
     code, shown, said = run(capsys, "friction", "--device", "sim:", "--out", out)
-    assert code == 0 and "nothing was lost" in shown and "Slide a finger" in said
-    project = "\n".join(line for line in shown.splitlines() if line.startswith(("[[", "kind", "files", "map")))
-    (tmp_path / "lab.toml").write_text(project + "\n")
+    assert code == 0 and " 0 lost" in shown and "slide to and fro" in said
+    (tmp_path / "lab.toml").write_text(entry(shown))
     found = fl.identify.bench(tmp_path / "lab.toml")
     assert 0.3 < found.measured["friction.nominal_n"].value < 2.0
     code, _, said = run(capsys, "friction", "--device", "sim:", "--out", out)
@@ -41,8 +46,8 @@ def test_weights_hits_and_silence_give_the_bench_of_the_rigs(tmp_path, capsys):
     for kind in ("weights", "hits", "quiet"):
         code, shown, _ = run(capsys, kind, "--device", "sim:", "--out", tmp_path / f"{kind}.h5")
         assert code == 0
-        projects += [line for line in shown.splitlines() if line.startswith(("[[", "kind", "files", "map"))]
-    (tmp_path / "lab.toml").write_text("\n".join(projects) + "\n")
+        projects.append(entry(shown))
+    (tmp_path / "lab.toml").write_text("".join(projects))
     found = fl.identify.bench(tmp_path / "lab.toml")
     assert found.system.sensor.resonance_hz == pytest.approx(145.0, rel=1e-3)
     sensitivity = found.measured["sensitivity"]
@@ -56,27 +61,33 @@ def test_weights_hits_and_silence_give_the_bench_of_the_rigs(tmp_path, capsys):
 
 
 class Board:
-    """A line that loses samples, as a cable does."""
+    """A device that loses samples, as a cable does."""
+
+    address = "serial://none"
+
+    @property
+    def parameters(self):
+        return {"force.axes": 2}
 
     def stream(self, duration_s, decimation):
         rows = np.arange(int(duration_s * TICK_HZ), dtype=float)
         yield {"tick": np.delete(rows, [100, 101]), "f_m": np.ones(rows.size - 2)}
 
 
-def test_each_step_is_asked_for_and_what_is_lost_is_counted(monkeypatch, capsys):
+def test_each_step_is_asked_for_and_what_is_lost_is_counted():
     asked = []
-    monkeypatch.setattr("builtins.input", lambda text: asked.append(text) or "")
-    steps = steps_of("weights", (0.0, 50.0, 0.0))
-    columns = identify_run._recorded("weights", steps, Board(), asked=True)
-    assert len(asked) == 3 and "step 2 of 3: Hang 50 g" in capsys.readouterr().err
-    assert set(columns["mass"]) == {0.0, 0.05}
-    assert identify_run._lost(columns["time"]) == 6
+    found = fl.identify.run("weights", Board(), (0.0, 50.0, 0.0), ask=asked.append)
+    assert [step.mass_kg for step in asked] == [0.0, 0.05, 0.0]
+    assert set(found.columns["mass"]) == {0.0, 0.05}
+    (gaps,) = found.findings
+    assert found.lost_samples == gaps.value == 6 and gaps.code == "DATA-GAPS"
+    assert found.recording().f_m.sizes["time"] == found.samples
 
 
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("weights", "--masses-g", "1,2,x"), "must be numbers in g"),
+        (("weights", "--masses-g", "1,2,x"), "numbers in g"),
         (("weights", "--masses-g", "5,5,5"), "not all alike"),
         (("quiet", "--out", "a.csv"), ".h5"),
         (("sleep",), "weights"),

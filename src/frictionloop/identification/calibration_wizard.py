@@ -1,0 +1,250 @@
+"""A calibration recorded from a device, step by step: weights, hits, silence or slides."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from frictionloop.findings import Condition, Finding, Result
+from frictionloop.findings.result import Row
+from frictionloop.identification import rigs
+from frictionloop.quantities import check_known, must_be, replacing
+
+Block = Mapping[str, NDArray[np.float64]]
+Kind = Literal["weights", "hits", "quiet", "friction"]
+MASSES_G = (0.0, 40.0, 80.0, 120.0, 160.0, 200.0, 160.0, 120.0, 80.0, 40.0, 0.0)
+LASTS_S = {"weights": 4.0, "hits": 20.0, "quiet": 10.0, "friction": 12.0}
+"""Seconds of a recording, of weights for each weight."""
+SAYS = {
+    "hits": "tap the glass with a pen, ten times",
+    "quiet": "finger off, table untouched",
+    "friction": "slide to and fro, lift now and then",
+}
+TICK_HZ = 5000
+COLUMNS = {"weights": ("f_m",), "hits": ("f_m",), "quiet": ("f_m",), "friction": ("f_m", "load", "position")}
+UNITS = {"counts": "counts", "f_m": "N", "load": "N", "position": "m", "mass": "kg", "time": "s"}
+
+
+class Step(NamedTuple):
+    """One recording of a calibration."""
+
+    number: int
+    """From 1."""
+    of: int
+    says: str
+    """What is to be done before it."""
+    lasts_s: float
+    mass_kg: float | None = None
+
+
+class Line(Protocol):
+    """What readings come from: a device, or a rig in its place."""
+
+    def stream(self, duration_s: float, decimation: int) -> Iterator[Block]:
+        """Yield ``tick`` and readings as they come."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recorded(Result):
+    """What was recorded from a device."""
+
+    SCHEMA: ClassVar[str] = "identify.run/1"
+    kind: str
+    samples: int
+    lost_samples: int
+    duration_s: float
+    newtons_per_count: float | None
+    """By the device's calibration; None where it tells none."""
+    columns: Mapping[str, NDArray[np.float64]]
+    project: str = ""
+    """The entry of a project file, once it is known where the recording is (`saved_at`)."""
+
+    def rows(self) -> list[Row]:
+        """Return how long it is, and the lines of a project file."""
+        found = [(self.kind, f"{self.duration_s:.1f} s, {self.samples} samples, {self.lost_samples} lost")]
+        return [*found, *(("project" if k == 0 else "", line) for k, line in enumerate(self.project.splitlines()))]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the samples, by name."""
+        own = super().to_dict()
+        return {name: value for name, value in own.items() if name != "columns"}
+
+    def recording(self) -> xr.Dataset:
+        """Return the samples as the analyses take them, over ``time`` in s."""
+        data = {n: ("time", v, {"units": UNITS[n]}) for n, v in self.columns.items() if n != "time"}
+        return xr.Dataset(data, {"time": ("time", self.columns["time"], {"units": "s"})})
+
+    def channel_map(self) -> str:
+        """Return the channel map in TOML."""
+        names = (*COLUMNS[self.kind], *(("mass",) if self.kind == "weights" else ()))
+        lines = [f"# Channels of identify run {self.kind}."]
+        for name in names:
+            column = "counts" if name == "f_m" and self.newtons_per_count is not None else name
+            lines += ["", f"[channels.{name}]", f'column = "{column}"', f'unit = "{UNITS[column]}"']
+            if column == "counts":
+                lines.append(f"newtons_per_unit = {self.newtons_per_count:.9g}  # without weights")
+        return "\n".join(lines) + "\n"
+
+    def write(self, path: str | os.PathLike[str]) -> Path:
+        """Write the recording (.h5) and its channel map beside it, whose path is returned."""
+        import h5py
+
+        chart = map_beside(path)
+        with replacing(path) as beside, h5py.File(beside, "w") as file:
+            file.attrs["fs"] = float(TICK_HZ)
+            for name, values in self.columns.items():
+                file[name] = values
+                file[name].attrs["units"] = UNITS[name]
+        with replacing(chart) as beside:
+            beside.write_text(self.channel_map(), encoding="utf-8")
+        return chart
+
+    def saved_at(self, path: str | os.PathLike[str]) -> Recorded:
+        """Return it with the entry of a project file, for a recording written to this path."""
+        kind = "slides" if self.kind == "friction" else self.kind
+        files = f'files = ["{Path(path).name}"]\nmap = "{map_beside(path).name}"'
+        return replace(self, project=f'[[recording]]\nkind = "{kind}"\n{files}\n')
+
+
+def map_beside(path: str | os.PathLike[str]) -> Path:
+    """Return where the channel map of a recording stands."""
+    return Path(path).with_name(f"{Path(path).stem}-map.toml")
+
+
+def run(
+    kind: Kind,
+    device: Any,
+    masses_g: tuple[float, ...] = MASSES_G,
+    *,
+    ask: Callable[[Step], object] | None = None,
+    watch: Callable[[Block], object] | None = None,
+) -> Recorded:
+    """Record one measurement of a calibration from a device; the plate stays off.
+
+    At ``sim:`` rigs stand in for hands that hang weights, tap, and let go.
+
+    Parameters
+    ----------
+    kind : str
+        "weights", "hits", "quiet" or "friction".
+    device : Device
+        From ``fl.connect``.
+    masses_g : sequence of float
+        Weights in g in the order in which they are hung, at least three, none negative, not all alike.
+    ask : callable, optional
+        Called before each step, and returns when it may begin.
+    watch : callable, optional
+        Called with every block of samples as it comes.
+
+    Raises
+    ------
+    FrictionloopError
+        For an unknown kind, masses that are no calibration, or a device that sends no samples.
+    """
+    check_known("kind", [kind], get_args(Kind))
+    steps = steps_of(kind, masses_g)
+    simulated = device.address.startswith("sim:")
+    line: Line = Rig(kind, steps) if simulated and kind != "friction" else device
+    columns = recorded(kind, steps, line, ask or (lambda step: None), watch or (lambda block: None))
+    unit_n = with_counts(columns, device)
+    time = columns["time"]
+    lost = int(np.sum(np.rint(np.diff(time) * TICK_HZ) - 1)) if time.size > 1 else 0
+    row = int(np.argmax(np.diff(time) * TICK_HZ > 1.5)) if lost else 0
+    gaps = [Finding("DATA-GAPS", value=lost, where=Condition(recording=kind), more={"row": row})] if lost else []
+    return Recorded(
+        kind=kind,
+        samples=time.size,
+        lost_samples=lost,
+        duration_s=time.size / TICK_HZ,
+        newtons_per_count=unit_n,
+        columns=columns,
+        findings=tuple(gaps),
+    )
+
+
+def steps_of(kind: str, masses_g: tuple[float, ...] = MASSES_G) -> list[Step]:
+    """Return what is to be done, in order.
+
+    Raises ``FrictionloopError`` for masses that are fewer than three, negative or all alike.
+    """
+    if kind != "weights":
+        return [Step(1, 1, SAYS[kind], LASTS_S[kind])]
+    if len(masses_g) < 3 or min(masses_g) < 0 or len(set(masses_g)) < 2:
+        raise must_be("masses_g", list(masses_g), "at least 3, none below 0, not all alike", "g")
+    count, lasts_s = len(masses_g), LASTS_S[kind]
+    return [
+        Step(k + 1, count, f"hang {mass:g} g, wait until still", lasts_s, 1e-3 * mass)
+        for k, mass in enumerate(masses_g)
+    ]
+
+
+def recorded(
+    kind: str,
+    steps: list[Step],
+    line: Line,
+    ask: Callable[[Step], object],
+    watch: Callable[[Block], object],
+) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of all steps, one after the other; times of steps follow each other without a gap."""
+    parts: list[dict[str, NDArray[np.float64]]] = []
+    began_s = 0.0
+    for step in steps:
+        ask(step)
+        blocks = []
+        for block in line.stream(step.lasts_s, 1):
+            watch(block)
+            blocks.append(block)
+        if not blocks:
+            raise must_be("device: samples", 0, "1 or more")
+        tick = np.concatenate([block["tick"] for block in blocks])
+        part = {name: np.concatenate([block[name] for block in blocks]) for name in COLUMNS[kind]}
+        part["time"] = began_s + ((tick - tick[0]) % 2**32) / TICK_HZ
+        if step.mass_kg is not None:
+            part["mass"] = np.full(tick.size, step.mass_kg)
+        began_s = float(part["time"][-1]) + 1 / TICK_HZ
+        parts.append(part)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+class Rig:
+    """The simulated rig that stands in for hands at ``sim:``: weights, hits and silence."""
+
+    def __init__(self, kind: str, steps: list[Step], seed: int = 0) -> None:
+        if kind == "weights":
+            masses = [step.mass_kg or 0.0 for step in steps]
+            found = rigs.weights_rig(masses, dwell_s=steps[0].lasts_s, seed=seed)
+        elif kind == "hits":
+            found = rigs.hammer_rig(peak_n=0.3, hits=10, interval_s=steps[0].lasts_s / 10, seed=seed)
+        else:
+            found = rigs.floor_rig(duration_s=steps[0].lasts_s, seed=seed)
+        self._reading, self._at = found["f_m"].values, 0
+
+    def stream(self, duration_s: float, decimation: int) -> Iterator[Block]:
+        """Yield the next seconds, a tenth of one at a time."""
+        stop = min(self._at + round(duration_s * TICK_HZ), self._reading.size)
+        for first in range(self._at, stop, TICK_HZ // 10):
+            rows = np.arange(first, min(first + TICK_HZ // 10, stop), decimation)
+            yield {"tick": rows.astype(float), "f_m": self._reading[rows]}
+        self._at = stop
+
+
+def with_counts(columns: dict[str, NDArray[np.float64]], device: Any) -> float | None:
+    """Add what the converter read, by the calibration that the device has; return newtons in a count.
+
+        counts = f_m / n_per_count + zero_counts
+
+    None, and nothing is added, where the force is the magnitude of two channels, which tells neither.
+    """
+    if int(device.parameters["force.axes"]) != 1:
+        return None
+    unit_n = float(np.ravel(device.parameters["force.n_per_count"])[0])
+    zero = float(np.ravel(device.parameters["force.zero_counts"])[0])
+    columns["counts"] = np.rint(columns["f_m"] / unit_n + zero)
+    return unit_n

@@ -1,0 +1,176 @@
+"""What a certificate holds for programs, and two of them over time: what has changed more than its uncertainty."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from scipy.stats import t as student
+
+from frictionloop.findings import Finding, Result
+from frictionloop.findings.result import Row
+from frictionloop.identification.agreement import Corner
+from frictionloop.identification.measured import Estimate
+from frictionloop.quantities import FrictionloopError, must_be
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
+_HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
+ACCEPTED = "a certificate (.html) or a bench (.json)"
+
+
+def certified(path: str | os.PathLike[str]) -> Any:
+    """Return what a certificate (.html), or the output of ``identify bench --json`` (.json), holds.
+
+    Raises ``FrictionloopError`` for a file that cannot be read or holds nothing of the kind.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise FrictionloopError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    held = _HELD.search(text)
+    try:
+        return json.loads(held.group(1) if held else text)
+    except ValueError:
+        raise must_be(str(path), "no measured values", ACCEPTED) from None
+
+
+def certified_corners(path: str | os.PathLike[str]) -> tuple[Corner, ...]:
+    """Return the ends of the intervals that a certificate lists: benches on which gains have to hold.
+
+    Raises ``FrictionloopError`` for a file that cannot be read or lists none.
+    """
+    tree = certified(path)
+    try:
+        return tuple(Corner(str(each["path"]), float(each["value"]), str(each["side"])) for each in tree["corners"])
+    except (ValueError, KeyError, TypeError):
+        raise must_be(str(path), "no corners", ACCEPTED) from None
+
+
+CHANGED = 0.01
+"""Chance of so large a difference below which a value is said to have changed (assumed)."""
+
+
+class Change(NamedTuple):
+    """One value in two certificates."""
+
+    path: str
+    before: Estimate | None
+    """None: not measured then."""
+    after: Estimate | None
+    dates: tuple[str, str]
+    chance: float
+    """Of a difference so large if nothing has changed; NaN where one is missing."""
+
+    @property
+    def changed(self) -> bool:
+        """Whether the value has changed beyond its uncertainty."""
+        return self.chance < CHANGED
+
+    @property
+    def share(self) -> float:
+        """Relative change; NaN where one is missing."""
+        if self.before is None or self.after is None or self.before.value == 0:
+            return math.nan
+        return self.after.value / self.before.value - 1
+
+    def finding(self) -> Finding:
+        """Return that it has changed."""
+        old, new = (0.0 if each is None else each.value for each in (self.before, self.after))
+        more = {"path": self.path, "before": old, "after": new, "chance": self.chance}
+        return Finding("VALUE-CHANGED", value=100.0 * self.share, unit=self.after.unit if self.after else "", more=more)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name."""
+        return self._asdict() | {"change": self.share, "changed": self.changed}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison(Result):
+    """Two certificates of a bench."""
+
+    SCHEMA: ClassVar[str] = "identify.compare/1"
+    before: str
+    after: str
+    values: tuple[Change, ...]
+
+    def rows(self) -> list[Row]:
+        """Return how many values have changed."""
+        both = [each for each in self.values if not math.isnan(each.chance)]
+        return [("changed", f"{sum(each.changed for each in both)} of {len(both)} values measured twice")]
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return the values before and after, their change, and its chance where nothing has changed."""
+        import pandas as pd
+
+        index = [each.path for each in self.values]
+        short = {
+            "before": [None if each.before is None else each.before.value for each in self.values],
+            "after": ["-" if each.after is None else str(each.after._replace(unit="")) for each in self.values],
+            "change, %": [100 * each.share for each in self.values],
+            "chance": [each.chance for each in self.values],
+        }
+        sides = {"before": [each.before for each in self.values], "after": [each.after for each in self.values]}
+        whole = {name: ["-" if one is None else str(one) for one in each] for name, each in sides.items()}
+        return {"values": pd.DataFrame(short, index), "intervals": pd.DataFrame(whole, index)}
+
+
+def compare(before: str | os.PathLike[str], after: str | os.PathLike[str]) -> Comparison:
+    """Return each measured value of two certificates, with Welch's test of their difference.
+
+        t = (b - a) / sqrt(s_a^2 + s_b^2),   1/freedom = sum of (share of the variance)^2 / freedom
+
+    Parameters
+    ----------
+    before, after : path
+        Certificates (.html), or what ``identify bench --json`` printed (.json).
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read or holds no measured values.
+    """
+    old, new = _values(before), _values(after)
+    found = tuple(_change(path, old.get(path), new.get(path)) for path in dict.fromkeys([*old, *new]))
+    changed = tuple(each.finding() for each in found if each.changed)
+    return Comparison(before=str(before), after=str(after), values=found, findings=changed)
+
+
+def _change(path: str, old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> Change:
+    one, other = (None if each is None else _estimate(each) for each in (old, new))
+    dates = ("" if old is None else str(old["date"]), "" if new is None else str(new["date"]))
+    if one is None or other is None:
+        return Change(path, one, other, dates, math.nan)
+    a, b = one.standard_error**2, other.standard_error**2
+    if a + b == 0:
+        return Change(path, one, other, dates, 1.0 if one.value == other.value else 0.0)
+    below = (a / (a + b)) ** 2 / one.freedom + (b / (a + b)) ** 2 / other.freedom
+    freedom = 1 / below if below else math.inf
+    apart = abs(other.value - one.value) / math.sqrt(a + b)
+    return Change(path, one, other, dates, float(2 * student.sf(apart, freedom)))
+
+
+def _estimate(each: Mapping[str, Any]) -> Estimate:
+    error = math.sqrt(sum(float(each[line]) ** 2 for line in ("within", "between", "method")))
+    freedom = math.inf if each["freedom"] is None else float(each["freedom"])
+    return Estimate(float(each["value"]), error, str(each["unit"]), freedom)
+
+
+def _values(path: str | os.PathLike[str]) -> dict[str, Mapping[str, Any]]:
+    tree = certified(path)
+    try:
+        measured = tree["measured"] if isinstance(tree, dict) else tree
+        values = {str(each["path"]): each for each in measured}
+        for each in values.values():
+            _estimate(each)
+            str(each["date"])
+        return values
+    except (ValueError, KeyError, TypeError):
+        raise must_be(str(path), "no measured values", ACCEPTED) from None

@@ -1,0 +1,153 @@
+"""What is in a file, before anything is computed from it: channels, rate, clipping, wraps, lost samples."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from frictionloop.findings import Condition, Finding, Result
+from frictionloop.findings.result import Row
+from frictionloop.identification.channel_summary import ChannelSummary, Glance
+from frictionloop.identification.file_traces import first_look
+from frictionloop.identification.sampling import Sampling, sampling_of
+from frictionloop.loop.progress import progress_bar
+from frictionloop.quantities import replacing
+from frictionloop.recordings.contents import Channel, Contents
+from frictionloop.recordings.stored import blocks_of, count_blocks
+from frictionloop.recordings.whole import read_contents
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+    from matplotlib.figure import Figure
+
+MOST = 12
+"""Channels in the table that belongs to the answer."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileChannels(Result):
+    """A file at a glance."""
+
+    SCHEMA: ClassVar[str] = "identify.channels/1"
+    path: str
+    date: str
+    rate_hz: float | None
+    """None: a plain table, or uneven times."""
+    rate_from: str
+    even: bool
+    """Whether the times rise in equal steps."""
+    gaps: tuple[tuple[int, int], ...]
+    """Row before each gap in the times, and how many samples are missing there."""
+    channels: tuple[ChannelSummary, ...]
+
+    def rows(self) -> list[Row]:
+        """Return file, date, rate and duration."""
+        rate = "none" if self.rate_hz is None else f"{self.rate_hz:g} Hz ({self.rate_from})"
+        longest = max(each.samples for each in self.channels)
+        lasts = f"{longest} samples" + (f", {longest / self.rate_hz:.4g} s" if self.rate_hz else "")
+        found = [("file", self.path), ("recorded", self.date), ("rate", rate), ("lasts", lasts)]
+        more = len(self.channels) - MOST
+        return [*found, ("channels", f"{MOST} of {len(self.channels)}: --all")] if more > 0 else found
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return range, rms about the mean and type of each channel."""
+        import pandas as pd
+
+        names = {"name": "channel", "least": "from", "most": "to"}
+        left = ["clipped", "wraps", "missing", "first_missing", "both_signs"]
+        frame = pd.DataFrame(self.channels).drop(columns=left).rename(columns=names).set_index("channel")
+        listed = {"channels": frame.head(MOST)}
+        return listed if len(frame) <= MOST else listed | {"all channels": frame}
+
+    def plot(self) -> Figure:
+        """Return the range of each channel in short windows along the file."""
+        return first_look(self.path, self.rate_hz).plot()
+
+    def channel_map(self) -> str:
+        """Return a channel map in TOML with every channel of the file, to be renamed, filled in and cut down."""
+        lines = [
+            f"# Channels of {Path(self.path).name}: name those to use f_m, hammer, mass, load ..., drop the others"
+        ]
+        lines += ["# rate_hz = 1000.0"] if self.rate_hz is None else []
+        for k, each in enumerate(self.channels):
+            lines += ["", f"[channels.channel_{k}]", f"column = {_quoted(each.name)}"]
+            lines.append(f"unit = {_quoted(each.unit)}" if each.unit else '# unit = "V"')
+            lines += ["# scale = 1.0  # newtons in one unit", "# sign = -1", "# zero_s = [0.0, 1.0]"]
+        return "\n".join(lines) + "\n"
+
+    def write_map(self, path: str | os.PathLike[str]) -> None:
+        """Write `channel_map` to a file."""
+        with replacing(path) as beside:
+            beside.write_text(self.channel_map(), encoding="utf-8")
+
+
+def channels(path: str | os.PathLike[str], rate_hz: float | None = None, progress: bool | None = None) -> FileChannels:
+    """Return what a file holds; of a large one every sample is looked at, block by block.
+
+    Parameters
+    ----------
+    path : path
+        File of any known format.
+    rate_hz : float, optional
+        Sampling rate in Hz, where the file tells none or two.
+    progress : bool, optional
+        Whether to show a progress bar; None: on a terminal, for a file that is large.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be read, or one that tells two rates.
+    """
+    contents = read_contents(path)
+    sampling = sampling_of(str(path), contents, rate_hz)
+    seen = _summaries(contents.channels, sampling.rate_hz, progress)
+    return FileChannels(
+        path=str(path),
+        date=contents.date,
+        rate_hz=sampling.rate_hz,
+        rate_from=sampling.source,
+        even=sampling.even,
+        gaps=sampling.gaps,
+        channels=seen,
+        findings=(*_findings(contents, sampling), *(each for one in seen for each in one.findings())),
+    )
+
+
+def _summaries(lines: Sequence[Channel], rate_hz: float | None, progress: bool | None) -> tuple[ChannelSummary, ...]:
+    found = [Glance(line) for line in lines]
+    total = max(count_blocks(line.samples) for line in lines)
+    show = progress if total > 1 else False
+    with progress_bar("looking through the file", 2 * total, show) as bar:
+        for take in (Glance.first, Glance.second):
+            # Block by block through all channels, since a file usually has them side by side.
+            for blocks in zip_longest(*(blocks_of(line.samples) for line in lines)):
+                for each, block in zip(found, blocks, strict=True):
+                    if block is not None:
+                        take(each, block)
+                bar()
+    return tuple(each.result(rate_hz) for each in found)
+
+
+def _findings(contents: Contents, sampling: Sampling) -> Iterator[Finding]:
+    yield from contents.findings
+    if sampling.rate_hz is None and sampling.even:
+        yield Finding("RATE-UNKNOWN", remedy="--rate-hz, or rate_hz in the map")
+    if sampling.gaps:
+        lost = sum(count for _, count in sampling.gaps)
+        more = {"row": sampling.gaps[0][0], "gaps": len(sampling.gaps)}
+        yield Finding("DATA-GAPS", value=lost, where=Condition(channel="times"), more=more)
+    if not sampling.even:
+        yield Finding("TIMES-UNEVEN", remedy="resample_hz")
+    sizes = sorted({line.samples.size for line in contents.signals()})
+    for size in sizes[:-1]:
+        names = [line.name for line in contents.signals() if line.samples.size == size]
+        reason = {"reason": f"{size} samples, others {sizes[-1]}"}
+        yield Finding("LEFT-OUT", value=len(names), where=Condition(channel=", ".join(names)), more=reason)
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,0 +1,222 @@
+"""Hits of a project: the resonance of the sensor, its Q, and the pole behind it where a hammer tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.findings import Condition, Finding
+from frictionloop.identification.frequency_response import FrequencyResponse, response
+from frictionloop.identification.hits import NoHits, hits_of, pick_hits
+from frictionloop.identification.long import Run, Stretches
+from frictionloop.identification.measured import Estimate, Measured, measured
+from frictionloop.identification.modes import Modes, modes
+from frictionloop.identification.part import POINTS, Rows, Sensor, Told, extra_modes, not_told, thin, with_method
+from frictionloop.identification.project import Take
+from frictionloop.identification.recording_columns import rate_of
+from frictionloop.identification.resonance import fit_resonance
+from frictionloop.identification.response_modes import response_modes
+from frictionloop.quantities import FrictionloopError
+
+SAME = 0.05
+"""Two modes closer than this share are one (assumed)."""
+WORST_MISFIT = 0.2
+"""Most of a frequency response that one resonance may leave unexplained (assumed)."""
+
+
+def hits_told(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Told:
+    """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
+    names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
+    struck, alone, found = _struck(runs, names)
+    groups: list[Run | list[Run]] = [[*struck.values()]] if alone else [*struck.values()]
+    free = [modes(group, take.mode, take.band_hz, take.segment_s, take.exclude) for group in groups]
+    picked = same_mode(free)
+    chosen = [each.modes[k] for each, k in picked]
+    found += [each for one in free for each in one.findings]
+    found += _turned(struck, take)
+    if len(picked) < len(free):
+        more = {"reason": f"{len(free)} have not all the {take.mode} mode"}
+        found.append(Finding("LEFT-OUT", value=len(free) - len(picked), where=Condition(recording="some"), more=more))
+    if len(free) == 1:
+        found.append(not_told("the spread over mountings", "recorded once"))
+    numbers: dict[str, Any] = {
+        "hits": sum(each.hits for each in free),
+        "bow_taken_off": max(each.bow for each in free),
+        "modes_hz": [mode.frequency.value for mode in free[0].modes],
+        "modes_q": [mode.q.value for mode in free[0].modes],
+        "modes_share_of_energy": [mode.share for mode in free[0].modes],
+    }
+    shift_hz = [each.method_hz[k] for each, k in picked]
+    shift_q = [each.method_q[k] for each, k in picked]
+    curves: dict[str, Any] = {"poles": [(p.order, p.frequency_hz, p.stable) for p in free[0].diagram]}
+    curves["modes_hz"] = [m.frequency.value for m in free[0].modes]
+    curves["decay"] = _drawn_decay(next(iter(struck.values())), take)
+    how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
+    extra: list[Measured] = []
+    if all("hammer" in run.data_vars for run in struck.values()):
+        by_force = hammered(take, [*struck.values()], free[0], chosen[0].frequency.value, date)
+        found += by_force.findings
+        numbers |= by_force.numbers
+        extra = by_force.extra
+        if by_force.mode is not None:
+            hertz, q = by_force.mode
+            shift_hz = [with_method(s, c.frequency.value - hertz) for s, c in zip(shift_hz, chosen, strict=True)]
+            shift_q = [with_method(s, c.q.value - q) for s, c in zip(shift_q, chosen, strict=True)]
+            curves["response"] = by_force.curve
+    values = [
+        measured("sensor.resonance_hz", [m.frequency for m in chosen], shift_hz, how, take.files, date),
+        measured("sensor.q", [m.q for m in chosen], shift_q, how, take.files, date),
+        *extra,
+        *extra_modes(take, free[0], how.partition(",")[0], date),
+    ]
+    return Told(values, found, numbers, _rows(groups, [*struck], take), curves)
+
+
+def _turned(struck: dict[str, Run], take: Take) -> list[Finding]:
+    """Return that the pulses of a hammer are negative; its response is turned round for that."""
+    found = (next(hits_of(run, take.segment_s))[1] for run in struck.values())
+    inverted = [
+        (name, min(hit.peak for hit in each.table))
+        for name, each in zip(struck, found, strict=True)
+        if each.inverted and each.channel == "hammer"
+    ]
+    return [_sign(Condition(recording=name, channel="hammer"), peak, 0.0, "N") for name, peak in inverted]
+
+
+def _sign(where: Condition, low: float, high: float, unit: str) -> Finding:
+    return Finding("SIGN-DOUBT", unit=unit, where=where, remedy="sign = -1", more={"low": low, "high": high})
+
+
+def _rows(groups: Sequence[Run | Sequence[Run]], names: Sequence[str], take: Take) -> Rows:
+    """Return the table of every hit."""
+    rows: Rows = [("recording", "hit", "time (s)", "peak", "verdict")]
+    left = list(names)
+    for group in groups:
+        name = ""
+        for _, found in hits_of(group, take.segment_s, take.exclude):
+            # A long recording comes in parts, which have one name.
+            name = name if isinstance(group, Stretches) and name else left.pop(0)
+            rows += [
+                (name, str(h.number), f"{h.time_s:.3f}", f"{h.peak:.3g}", h.reason or h.verdict) for h in found.table
+            ]
+    return rows
+
+
+def same_mode(found: Sequence[Modes]) -> list[tuple[Modes, int]]:
+    """Return the mode that is asked for in each recording that shows it: the one that half of them call so.
+
+    Which mode is the lowest or the strongest may differ from hit to hit; one mode lies within 5 % of itself.
+    """
+    asked = sorted(each.asked[0].frequency.value for each in found)
+    hertz = asked[(len(asked) - 1) // 2]
+    picked = []
+    for each in found:
+        near = [k for k, mode in enumerate(each.modes) if abs(mode.frequency.value / hertz - 1) < SAME]
+        if near:
+            picked.append((each, min(near, key=lambda k: abs(each.modes[k].frequency.value - hertz))))
+    return picked
+
+
+def _struck(runs: Sequence[Run], names: Sequence[str]) -> tuple[dict[str, Run], bool, list[Finding]]:
+    """Return the recordings with hits, whether some have one alone (then all are one), and which are left out."""
+    struck: dict[str, Run] = {}
+    alone = False
+    told: list[Finding] = []
+    for name, run in zip(names, runs, strict=True):
+        try:
+            alone |= isinstance(run, xr.Dataset) and pick_hits(run).good < 2
+        except NoHits as none:
+            if len(runs) == 1:
+                raise
+            told.append(Finding("LEFT-OUT", where=Condition(recording=name), more={"reason": str(none)}))
+        else:
+            struck[name] = run
+    if not struck:
+        raise NoHits(f"recordings with hits = 0 of {len(runs)}: must be 1 or more")
+    return struck, alone and len(runs) > 1, told
+
+
+def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
+    run, found = next(hits_of(recording, take.segment_s, take.exclude))
+    start = found.starts[0] if found.starts else 0
+    reading, time = run["f_m"].values, run["time"].values
+    piece = reading[start : start + found.length]
+    step = max(piece.size // (4 * POINTS), 1)
+    return {
+        "time_s": (time[: piece.size : step] - time[0]).tolist(),
+        "reading": (piece[::step] - np.median(piece)).tolist(),
+    }
+
+
+class Hammered(NamedTuple):
+    """What the force of a hammer adds to the free decays."""
+
+    extra: list[Measured]
+    """The pole behind the springs, where it can be told."""
+    mode: tuple[float, float] | None
+    """Frequency in Hz and Q of the mode in question, None where the response does not tell it."""
+    findings: list[Finding]
+    numbers: dict[str, Any]
+    curve: dict[str, list[float]]
+
+
+def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> Hammered:
+    """Return what the frequency response tells of the mode near a frequency, one of those that ring freely.
+
+    One resonance with a pole behind it is tried first; where that leaves too much, several modes without a pole.
+    """
+    found = response(runs, take.segment_s or _segment(runs), exclude=take.exclude)
+    try:
+        fit = fit_resonance(found, (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz)))
+    except FrictionloopError:
+        return _several(found, take, free, near_hz)
+    if fit.misfit > WORST_MISFIT:
+        return _several(found, take, free, near_hz)
+    numbers = {"response_resonance": fit.resonance, "response_q": fit.q, "response_gain": fit.gain}
+    one, curve = (fit.resonance.value, fit.q.value), _drawn(found, fit.band_hz)
+    doubts = []
+    if fit.gain.value < 0:
+        doubts = [_sign(Condition(channel="f_m or hammer"), fit.gain.value, 0.0, fit.gain.unit)]
+    lag = fit.lag
+    if not lag.value > 3 * lag.standard_error:
+        doubts.append(not_told("the pole behind the springs", f"lag {lag}"))
+        return Hammered([], one, doubts, numbers, curve)
+    cutoff = Estimate(fit.cutoff_hz, fit.cutoff_hz * lag.standard_error / lag.value, "Hz", lag.freedom)
+    how = f"H1 of {found.hits} hits, {fit.band_hz[0]:.0f} to {fit.band_hz[1]:.0f} Hz"
+    extra = [measured("sensor.cutoff_hz", [cutoff], [0.0], how, take.files, date)]
+    return Hammered(extra, one, doubts, numbers, curve)
+
+
+def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) -> Hammered:
+    heard = [mode.frequency.value for mode in free.modes]
+    try:
+        several = response_modes(found, "first", take.band_hz or (0.5 * heard[0], 1.4 * heard[-1]))
+    except FrictionloopError as refused:
+        return Hammered([], None, [not_told("the frequency response", str(refused))], {}, {})
+    near = [mode for mode in several.modes if abs(mode.frequency.value / near_hz - 1) < SAME]
+    numbers = {
+        "response_modes_hz": [mode.frequency.value for mode in several.modes],
+        "response_modes_q": [mode.q.value for mode in several.modes],
+    }
+    doubts = [not_told("the pole behind the springs", f"{len(several.modes)} modes")]
+    if not near:
+        doubts.append(not_told(f"a mode at {near_hz:.5g} Hz by response", "none there"))
+        return Hammered([], None, doubts, numbers, {})
+    one = min(near, key=lambda mode: abs(mode.frequency.value - near_hz))
+    band = several.modes[0].frequency.value / 2, 1.5 * several.modes[-1].frequency.value
+    return Hammered([], (one.frequency.value, one.q.value), doubts, numbers, _drawn(found, band))
+
+
+def _segment(runs: Sequence[Run]) -> float:
+    """Return the longest piece that every recording allows, in s."""
+    return min(found.length / rate_of(run) for run, found in hits_of(runs))
+
+
+def _drawn(found: FrequencyResponse, band_hz: tuple[float, float]) -> dict[str, Any]:
+    inside = (found.frequency_hz > 0.5 * band_hz[0]) & (found.frequency_hz < 1.5 * band_hz[1])
+    hertz, size = thin(found.frequency_hz[inside], np.abs(found.response[inside]))
+    _, coherence = thin(found.frequency_hz[inside], found.coherence[inside])
+    return {"frequency_hz": hertz, "magnitude": size, "coherence": coherence}

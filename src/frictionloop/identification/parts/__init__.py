@@ -1,1 +1,0 @@
-"""One kind of entry of a project each."""

@@ -1,0 +1,199 @@
+"""Scales of a project from known quantities: weights on the force sensor, weights on the load cells, a known way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.constants import g as STANDARD_GRAVITY
+from scipy.stats import t as student
+
+from frictionloop.findings import Finding
+from frictionloop.identification.calibration import Calibration, Plateaus, weights
+from frictionloop.identification.measured import Estimate, Measured, measured
+from frictionloop.identification.part import Numbers, Rows, Sensor, Told, off_line
+from frictionloop.identification.project import Take
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column
+from frictionloop.identification.straight_scale import straight_scale
+from frictionloop.identification.straightness import SURE, straightness
+from frictionloop.quantities import must_be
+
+HIDDEN = 1.5e-4
+"""Relative error that a pulley on ball bearings leaves while a swinging hook hides its friction: b = 2.5e-4 of a
+friction of 0.0015 (docs/calibration), over sqrt(3)."""
+GRAVITY = 0.0015
+"""The same of the standard gravity for that of an unknown place: 9.780 to 9.832 m/s^2, over sqrt(3)."""
+STANDING, MOVING = 0.9, 0.7
+"""A step of weights clips where more than the first share of its samples is at one end, and in the other steps less
+than the second (assumed: with a coarse converter it is that much everywhere)."""
+APART = 0.05
+"""Masses that differ by more than this share of the largest cannot give one reading (assumed: readings are rounded)."""
+
+
+def weights_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+    """Return sensitivity and offset; the errors that all weights share are those of the method."""
+    gravity = take.gravity_m_s2 or STANDARD_GRAVITY
+    lines = [weights(run, take.settle_s, gravity, take.tolerance) for run in runs]
+    for line in lines:
+        _refuse_clipped(line)
+    straight = [straightness(line) for line in lines]
+    methods = []
+    for line, left in zip(lines, straight, strict=True):
+        bent = abs(left.curvature.value) if left.curved else 0.0
+        apart = 0.0 if left.friction is None else abs(left.friction.sensitivity.value - line.sensitivity.value)
+        shares = [bent, line.weights_error, _swing(line), HIDDEN, 0.0 if take.gravity_m_s2 else GRAVITY]
+        share = float(np.linalg.norm(shares))
+        methods.append(float(np.hypot(share * abs(line.sensitivity.value), apart / np.sqrt(3))))
+    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
+    values = [
+        measured("sensitivity", [_safer(line) for line in lines], methods, how, take.files, date),
+        measured("offset", [line.offset for line in lines], [0.0] * len(lines), how, take.files, date),
+    ]
+    found = [each for left in straight for each in left.findings]
+    found += [each for run in runs for each in _crosstalk(run, take, gravity)]
+    found += _gravity(take)
+    return Told(values, found, _numbers(lines), _listed(lines), _drawn(lines, values, gravity))
+
+
+def load_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+    """Return the scale of the load cells from weights put on the plate, and what of a load the force sensor reads."""
+    gravity = take.gravity_m_s2 or STANDARD_GRAVITY
+    lines = [weights(_as_reading(run), take.settle_s, gravity, take.tolerance) for run in runs]
+    unit = lines[0].steps.unit
+    slopes = [max(line.sensitivity, line.left_out, key=lambda each: each.standard_error) for line in lines]
+    share = 0.0 if take.gravity_m_s2 else GRAVITY
+    methods = [float(np.hypot(line.weights_error, share)) * abs(line.sensitivity.value) for line in lines]
+    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights on the plate"
+    none = [0.0] * len(lines)
+    values = [
+        measured("load_sensitivity", slopes, methods, how, take.files, date),
+        measured("load_offset", [line.offset for line in lines], none, how, take.files, date),
+    ]
+    if all(READING in run for run in runs):
+        crossed = [weights(run, take.settle_s, gravity).sensitivity for run in runs]
+        shares = [
+            Estimate(s.value / sensor.sensitivity, s.standard_error / abs(sensor.sensitivity), "N/N", s.freedom)
+            for s in crossed
+        ]
+        values.append(measured("crosstalk", shares, none, how, take.files, date))
+    board = {"board.load_n_per_count": 1 / values[0].value, "board.load_zero_counts": round(values[1].value)}
+    curves = _drawn(lines, values, gravity) | {"overrides": board if unit == "counts" else {}}
+    return Told(values, _gravity(take), _numbers(lines), _listed(lines), curves)
+
+
+def position_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+    """Return the scale of the position sensor from known ways: ``position`` in m and ``reading``."""
+    found, unit = [], ""
+    for run in runs:
+        dim = "row" if "row" in run.dims else "time"
+        known = channel(run, "position", ("m",), dim=dim)
+        reading = channel(run, "reading", (*READING_UNITS, "m", ""), dim=dim)
+        unit = str(run["reading"].attrs["units"])
+        found.append(straight_scale(reading, known, f"m/{unit or 'reading'}"))
+    how = f"line through {sum(line.x.size for line in found)} places"
+    slopes, methods = [line.slope for line in found], [line.method for line in found]
+    value = measured("position_scale", slopes, methods, how, take.files, date)
+    numbers = {"r2": [line.r2 for line in found], "residual_um": [1e6 * line.residual for line in found]}
+    rows: Rows = [("reading", "position (mm)")]
+    rows += [(f"{x:.6g}", f"{1e3 * y:.4g}") for line in found for x, y in zip(line.x[:200], line.y[:200], strict=True)]
+    overrides = {"board.position_m_per_count": value.value} if unit == "counts" else {}
+    drawn = found[0].drawn(f"reading ({unit})", "position (m)")
+    return Told([value], [], numbers, rows, {"pairs": drawn, "overrides": overrides})
+
+
+def _as_reading(run: xr.Dataset) -> xr.Dataset:
+    if "load" not in run:
+        raise no_column("load", run)
+    return run.drop_vars(READING, errors="ignore").rename(load=READING)
+
+
+def _numbers(lines: Sequence[Calibration]) -> Numbers:
+    found: dict[str, Any] = {
+        "r2": [line.r2 for line in lines],
+        "residual_mn": [1e3 * line.residual_rms_n for line in lines],
+    }
+    loops = [100 * line.hysteresis for line in lines if np.isfinite(line.hysteresis)]
+    return found | ({"hysteresis_percent": loops} if loops else {})
+
+
+def _listed(lines: Sequence[Calibration]) -> Rows:
+    rows: Rows = [("mass (g)", f"reading ({lines[0].steps.unit})", "residual (mN)")]
+    for line in lines:
+        parts = zip(line.steps.mass_kg, line.steps.reading, line.residuals_n, strict=True)
+        rows += [(f"{1e3 * m:.4g}", f"{y:.6g}", f"{1e3 * r:+.3g}") for m, y, r in parts]
+    return rows
+
+
+def _drawn(lines: Sequence[Calibration], values: Sequence[Measured], gravity: float) -> dict[str, Any]:
+    return {
+        "unit": lines[0].steps.unit,
+        "force_n": [(line.steps.mass_kg * gravity).tolist() for line in lines],
+        "reading": [line.steps.reading.tolist() for line in lines],
+        "residual_n": [line.residuals_n.tolist() for line in lines],
+        "slope": values[0].value,
+        "offset": values[1].value,
+    }
+
+
+def _gravity(take: Take) -> list[Finding]:
+    if take.gravity_m_s2:
+        return []
+    return [Finding("TAKEN-FOR", value=f"{STANDARD_GRAVITY:.5f}", unit="m/s^2", more={"path": "gravity_m_s2"})]
+
+
+def _refuse_clipped(line: Calibration) -> None:
+    steps = line.steps
+    at = clipped_steps(steps)
+    if at.any():
+        masses = ", ".join(f"{1e3 * mass:g}" for mass in np.unique(steps.mass_kg[at]))
+        level = float(steps.reading[at][0])
+        raise must_be(f"recording: f_m clipped under {masses} g", level, "within the range", steps.unit, "CLIPPED")
+
+
+def clipped_steps(steps: Plateaus) -> NDArray[np.bool_]:
+    """Return which steps of a calibration stand at an end of the sensor's range.
+
+    Two different masses give exactly the same reading there, or the noise of the others is missing at that end.
+    """
+    found = np.zeros(steps.reading.size, dtype=bool)
+    near = 1e-9 * float(np.ptp(steps.reading))
+    for k, end in enumerate((float(steps.reading.min()), float(steps.reading.max()))):
+        at = np.abs(steps.reading - end) <= near
+        shares = steps.at_ends[:, k]
+        others = float(np.median(shares[~at])) if not at.all() else 1.0
+        several = float(np.ptp(steps.mass_kg[at])) > APART * float(np.ptp(steps.mass_kg))
+        if several or (float(shares[at].max()) > STANDING and others < MOVING):
+            found |= at
+    return found
+
+
+def _swing(line: Calibration) -> float:
+    """Return the relative error that hooks which still swing leave in the sensitivity.
+
+    A swing of phi changes the tension by (phi^2/4)(1 - 3 cos 2wt): what does not average out is 0.47 of the standard
+    deviation of what does.
+    """
+    force = np.abs(line.steps.reading - line.offset.value)
+    heavy = force > 0.5 * force.max()
+    return 0.47 * float(np.sqrt(np.mean((line.steps.moves[heavy] / force[heavy]) ** 2)))
+
+
+def _safer(line: Calibration) -> Estimate:
+    """Return the sensitivity with the larger error of scatter and, with fewer than 12 steps, of leaving one out."""
+    few = line.steps.mass_kg.size < 12
+    return max(line.sensitivity, line.left_out, key=lambda e: e.standard_error) if few else line.sensitivity
+
+
+def _crosstalk(run: xr.Dataset, take: Take, gravity: float) -> Iterator[Finding]:
+    """Yield what other channels read of the force that the weights make."""
+    for name in map(str, run.data_vars):
+        if name in ("mass", READING) or run[name].attrs.get("units") not in READING_UNITS:
+            continue
+        if float(np.ptp(run[name].values)) == 0:
+            continue
+        line = weights(run.assign({READING: run[name]}), take.settle_s, gravity, take.tolerance).sensitivity
+        if abs(line.value) > float(student.ppf(1 - SURE / 2, line.freedom)) * line.standard_error:
+            yield off_line(f"crosstalk of {READING}", line.value, line.unit, name)
