@@ -9,8 +9,8 @@ A loop          paper  feasible  bench  preset  read_toml  write_toml  System (e
 its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
                 SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
 Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  load
-Judge it        plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
-Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
+Judge it        diagnose  doubts  plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
+Look ahead      rings  linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
 Effects, trials rendering  experiments (their own names: help(fl.rendering))
 Run a device    connect  Device
@@ -51,8 +51,9 @@ _HOME = {
     "physics.rough_contact": "RoughContactFriction",
     "physics.friction": "amplitude_for friction_force reachable",
     "sensing.measurement": "Measurement",
-    "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n touch_spectrum",
+    "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n rings touch_spectrum",
     "design.pi_synthesis": "retune",
+    "design.run_diagnosis": "diagnose",
     "design.described": "described",
     "design.best_point": "best",
     "design.comparison.effect_comparison": "compare_effects",
@@ -61,6 +62,7 @@ _HOME = {
     "design.people_served": "PeopleInterrupted people",
     "design.notch": "retune_notch",
     "loop.record": "load save system_of",
+    "loop.signal_warnings": "doubts",
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
     "loop.sweep": "SweepInterrupted sweep",
@@ -75,7 +77,8 @@ _HOME = {
     "report.refusal": "draw_refused",
     "report.reproduction": "reproduce",
     "loop.all_metrics": "metrics",
-    "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index",
+    "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index"
+    " scored_from",
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
 _ROOMS = {

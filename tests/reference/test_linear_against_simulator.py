@@ -12,7 +12,7 @@ import frictionloop as fl
 from frictionloop.analysis import LinearLoop, linearise
 
 # A response is measured about a point, with a signal that is small on purpose.
-pytestmark = pytest.mark.filterwarnings("ignore:disturbance rms:frictionloop.SignalWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:UNIT-DOUBT:frictionloop.SignalWarning")
 
 RATE_HZ = 5000
 SETTLE_S = 2.0  # the slowest pole, ki / (1 + kp) = 18 / s or faster, has decayed by exp(-36)

@@ -15,7 +15,7 @@ import frictionloop as fl
 from frictionloop.analysis import kp_limit, linearise
 
 # A response is measured about a point, with a signal that is small on purpose.
-pytestmark = pytest.mark.filterwarnings("ignore:disturbance rms:frictionloop.SignalWarning")
+pytestmark = pytest.mark.filterwarnings("ignore:UNIT-DOUBT:frictionloop.SignalWarning")
 
 RATE_HZ, TS = 5000, 1 / 5000
 SETTLE_S, SCORE_S = 2.0, 1.0

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.cli.describe import system_rows
 from frictionloop.device.simulated_pipe import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.kernel.structure import structure
@@ -153,9 +152,3 @@ def test_no_simulation_depends_on_it():
     points = points_of({"controller.kp": [1.0]}, 1)
     one, other = (fingerprint(system, points, 0.1, 0.0, ["rms_error"]) for system in (plain, wired))
     assert one == other
-
-
-def test_a_summary_shows_it_where_somebody_has_set_it():
-    assert "board" not in [row[0] for row in system_rows(fl.bench())]
-    (row,) = (row for row in system_rows(fl.bench().evolve({"board.ceiling_um": 0.5})) if row[0] == "board")
-    assert "ceiling_um=0.5" in row[1]

@@ -73,8 +73,8 @@ def test_a_block_shows_what_it_prints_and_draws_and_what_is_refused(tmp_path):
         page.run("python", "fl.preset('paper')  # refused")
     page.run("toml", '# mine.toml\nschema = 1\npreset = "paper"\n')
     block = "$ frictionloop simulate mine.toml \\\n    --duration-s 0.1 | head -n 1\n"
-    assert page.run("console", block)[0].splitlines()[2:] == ["system       mine.toml"]
-    assert "r2_identity" in page.run("console", "$ frictionloop simulate mine.toml --duration-s 0.1")[0]
+    assert page.run("console", block)[0].splitlines()[2:] == ["pi       kp 10   ki 2 1/s"]
+    assert "R2 " in page.run("console", "$ frictionloop simulate mine.toml --duration-s 0.1")[0]
     with pytest.raises(RuntimeError, match="exit code 2"):
         page.run("console", "$ frictionloop simulate yours.toml")
 

@@ -8,10 +8,9 @@ from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
-from frictionloop.cli import advice_text
 from frictionloop.design.controller_findings import of_places
 from frictionloop.design.corners import corners
-from frictionloop.design.elsewhere import NEAR, Elsewhere, elsewhere, strokes_of
+from frictionloop.design.elsewhere import Elsewhere, elsewhere, strokes_of
 from frictionloop.design.over import Over
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
@@ -106,10 +105,6 @@ def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
         there = corners(made.evolve({"motion.speed_mm_s": speed}), LIMITS)
         assert max(each.excess for each in there) <= 1.002
     assert found.overrides["controller.ki"] < fl.retune(fl.bench(), 1.7).ki
-
-
-def test_advice_and_design_mean_the_same_by_near():
-    assert advice_text.NEAR == NEAR
 
 
 @pytest.mark.slow

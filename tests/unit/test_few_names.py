@@ -7,7 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import told
+from frictionloop.recordings.told import found
 from frictionloop.recordings.whole import read_contents
 
 RATE_HZ = 1000.0
@@ -27,7 +27,7 @@ def path(tmp_path, request):
 def test_columns_without_a_name_are_read_by_number(path, column, k):
     recording = fl.Recording(path=path, column=column)
     assert read_recording(recording, RATE_HZ) == pytest.approx(VALUES[:, k])
-    assert "(names in line 1 for 3 of 6 columns, from the left; the others go by number)" in told(recording)
+    assert found(recording).head == "names in line 1 for 3 of 6 columns, from the left; the others go by number"
 
 
 def test_a_run_takes_the_columns_that_the_list_of_channels_has(path):

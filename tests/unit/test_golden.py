@@ -9,11 +9,13 @@ import importlib
 import json
 import os
 import re
+import tempfile
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from golden import GOLDEN, REWRITE, check_golden
 
@@ -48,12 +50,34 @@ def sensor() -> Result:
     return fl.design.sensor(resonance_hz=200.0, range_n=2.0, noise_rms_n=1e-4)
 
 
+def simulate() -> Result:
+    return fl.diagnose(fl.simulate(fl.bench()))
+
+
+def simulate_paper() -> Result:
+    return fl.diagnose(fl.simulate(fl.paper()))
+
+
+def simulate_recorded() -> Result:
+    at_s = np.arange(4000) / 1000.0
+    force_n = 0.3 + 0.02 * np.sin(3.0 * at_s) + 0.01 * np.sin(150.0 * at_s)
+    with tempfile.TemporaryDirectory() as folder:
+        path = f"{folder}/slide.csv"
+        np.savetxt(path, np.c_[at_s, force_n], header="time_s,Ft [N]", comments="", delimiter=",")
+        slide = fl.Recording(path=path, column="Ft", remove_mean=True)
+        system = fl.bench().evolve({"disturbance": slide, "motion.stroke_mm": 40.0} | fl.RETUNED)
+        return fl.diagnose(fl.simulate(system, 3.0), split_hz=(8,))
+
+
 SITUATIONS: dict[str, Callable[[], Result]] = {
     "design-check": check,
     "design-check-people": check_of_people,
     "design-controller": controller,
     "design-plate": plate,
     "design-sensor": sensor,
+    "simulate": simulate,
+    "simulate-paper": simulate_paper,
+    "simulate-recorded": simulate_recorded,
 }
 """By the name of a file in tests/golden. Another verb is one more function, and its name here."""
 SLOW = {"design-controller"}

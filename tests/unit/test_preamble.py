@@ -7,7 +7,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.recordings.contents import told_rate
-from frictionloop.recordings.told import found, told
+from frictionloop.recordings.told import found
 from frictionloop.recordings.whole import read_contents
 
 ROWS = "".join(f"{k / 10:.1f}\n" for k in range(1, 9))
@@ -42,7 +42,6 @@ def test_both_readers_take_the_same_rate_from_the_same_line(tmp_path, above, nam
     assert by == (one.rate_by, pytest.approx(1000.0))
     assert [each.name for each in read_contents(path).channels] == ["force"]
     assert [each.unit for each in read_contents(path).channels] == ["N"]
-    assert f"at 1000 Hz by {one.rate_by}" in told(Recording(path=str(path), column="force"))
 
 
 def test_two_rates_are_in_doubt_and_times_contradict_a_rate(tmp_path):
@@ -117,10 +116,10 @@ def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_t
     path = text(tmp_path, "t [ms],force [N]\n" + rows)
     with pytest.raises(fl.FrictionloopError, match="times: 1 before line 5, 1 before line 8; times no"):
         found(Recording(path=str(path), column="force"))
-    said = told(Recording(path=str(path), column="force", rate_hz=500.0))
+    said = found(Recording(path=str(path), column="force", rate_hz=500.0)).uneven
     assert "no later than the row before: line 7: t [ms] is '10'; rows are taken 0.002 s apart, at most 0.002 s" in said
     path = text(tmp_path, "t [ms],force [N]\n" + "".join(f"{2 * k},1\n" for k in range(8)))
-    assert "rows are taken" not in told(Recording(path=str(path), column="force", rate_hz=500.0))
+    assert found(Recording(path=str(path), column="force", rate_hz=500.0)).uneven == ""
 
 
 def test_a_decimal_comma_below_names_and_units_is_hinted_at(tmp_path):
@@ -129,5 +128,5 @@ def test_a_decimal_comma_below_names_and_units_is_hinted_at(tmp_path):
         fl.FrictionloopError, match=r"line 3: '0,0' is no number; a decimal comma\? --disturbance\.decimal ,$"
     ):
         found(Recording(path=str(path), column="Kraft"))
-    said = told(Recording(path=str(path), column="Kraft", decimal=","))
-    assert "in gf by the file, 2 samples at 500 Hz by 'Zeit [ms]'" in said
+    one = found(Recording(path=str(path), column="Kraft", decimal=","))
+    assert (one.unit, one.unit_by, one.samples, one.rate_hz, one.rate_by) == ("gf", "file", 2, 500.0, "'Zeit [ms]'")

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
 import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.reach import Missed, missed
-from frictionloop.cli import advice_text, ringing
 from frictionloop.design import synthesis
 from frictionloop.design.controller_findings import out_of_reach
 from frictionloop.design.corners import corners, occlusions
@@ -74,40 +72,6 @@ def test_a_force_out_of_reach_is_told_with_the_nearest_where_that_is_worst():
 def test_a_force_and_the_nearest_have_digits_that_tell_them_apart():
     assert Missed(0.6, 0.5996, 0.0).in_words == ("0.6", "0.5996")
     assert Missed(0.3, 0.401234, 0.0).in_words == ("0.3", "0.401")
-
-
-def test_advice_says_which_level_it_leaves_out():
-    found = ringing.of_system(bench(0.3).evolve({"controller.kp": 10.0, "controller.ki": 2.0}))
-    assert found is not None
-    said = " ".join(advice_text.lines(found, {"saturation_index": 0.0, "r2_identity": 1.0}))
-    assert "(0.241 to 0.8 N; 0.2 N is out of reach)" in said
-
-
-def test_advice_on_levels_within_reach_says_nothing_of_reach():
-    system = fl.bench().evolve({"controller.kp": 10.0, "controller.ki": 2.0})
-    found = ringing.of_system(system)
-    assert found is not None
-    assert found.band.out_of_reach_n == ()
-
-
-def test_the_error_is_split_by_reach_and_the_parts_add_up():
-    system = bench(0.3).evolve(fl.RETUNED)
-    run = fl.simulate(system, 2.0)
-    mask = run["scored"].values.astype(bool) if "scored" in run else np.ones(run.sizes["time"], dtype=bool)
-    said = " ".join(advice_text.out_of_reach(run, mask))
-    error, f_r, d = (run["f_a"] - run["f_r"]).values[mask], run["f_r"].values[mask], run["d"].values[mask]
-    missed_at = (f_r < run["floor"].values[mask] + d) | (f_r > run["limit"].values[mask] + d)
-    beyond, within = (np.sqrt(np.mean(np.where(there, error, 0.0) ** 2)) for there in (missed_at, ~missed_at))
-    assert 0.05 < missed_at.mean() < 0.9
-    assert f"out of reach {missed_at.mean():.0%} of the time" in said
-    assert f"{1e3 * beyond:.3g} mN come from there, {1e3 * within:.3g} mN from within reach" in said
-    assert np.hypot(beyond, within) == pytest.approx(fl.rms_error(run, mask), rel=1e-9)
-
-
-def test_a_set_point_within_reach_has_no_split():
-    run = fl.simulate(fl.bench().evolve(fl.RETUNED), 2.0)
-    mask = np.ones(run.sizes["time"], dtype=bool)
-    assert advice_text.out_of_reach(run, mask) == []
 
 
 def test_no_feed_forward_where_the_set_point_reaches_the_believed_friction():

@@ -19,7 +19,7 @@ from scipy.io import savemat, wavfile
 from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import told
+from frictionloop.recordings.told import found
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -495,7 +495,7 @@ def test_titles_and_settings_above_the_names_are_passed_over(tmp_path):
         path = text(tmp_path, above + rows)
         assert read(path, "F", rate_hz=None).tolist() == [1.0, 2.0]
         line = above.count("\n") + 1
-        assert f"(names in line {line})" in told(Recording(path=str(path), column="F"))
+        assert found(Recording(path=str(path), column="F")).head == f"names in line {line}"
 
 
 def test_names_of_which_too_few_stand_above_the_numbers_are_refused(tmp_path):
@@ -513,9 +513,8 @@ def test_a_comment_right_above_the_numbers_is_a_line_of_names(tmp_path):
 def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
     path = text(tmp_path, f"Rig 2\nt,Ft,level\n{units}\n0,1000,3\n0.01,2000,4\n")
     assert read(path, "Ft", rate_hz=None).tolist() == [1.0, 2.0]
-    assert told(Recording(path=str(path), column="Ft")).startswith(
-        "column 'Ft [mN]' (names in line 2, units in line 3), in mN by the file, 2 samples at 100 Hz by 't [s]'"
-    )
+    one = found(Recording(path=str(path), column="Ft"))
+    assert (one.column, one.head, one.rate_by) == ("Ft [mN]", "names in line 2, units in line 3", "'t [s]'")
 
 
 @pytest.mark.parametrize("name", ["level/dB", "level [dB]", "level dB", "level in dB"])
@@ -616,19 +615,17 @@ def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
     assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' in dyn: scale = None")
 
 
-def test_what_was_found_is_told(tmp_path):
+def test_what_was_found_has_the_unit_and_what_tells_it(tmp_path):
     path = text(tmp_path, "t,Ft [mN]\n0,250\n0.01,-500\n")
-    assert told(Recording(path=str(path), column="Ft")).startswith(
-        "column 'Ft [mN]' (names in line 1), in mN by the file, 2 samples at 100 Hz by 't', -0.5 to"
-    )
-    assert "in mN by the file, scale makes 2 N of 1 mN, " in told(Recording(path=str(path), column="Ft", scale=2.0))
+    one = found(Recording(path=str(path), column="Ft"))
+    assert (one.unit, one.unit_by, one.newtons_per_unit, one.lowest_n) == ("mN", "file", 1e-3, -0.5)
+    assert found(Recording(path=str(path), column="Ft", scale=2.0)).newtons_per_unit == 2.0
     wavfile.write(tmp_path / "a.wav", 100, np.zeros(8, np.int16))
     (tmp_path / "bare.csv").write_text("t,F\n0,0.1\n0.01,0.3\n0.02,0.2\n")
     bare = Recording(path=str(tmp_path / "bare.csv"), column="F")
-    assert told(bare).startswith("column 'F' (names in line 1), no unit in the file: taken for N, 3 samples")
-    assert "in line 1), in N as given, 3 samples" in told(bare.model_copy(update={"unit": "N"}))
-    assert "in line 1), scale makes 1 N of each unit, 3 samples" in told(bare.model_copy(update={"scale": 1.0}))
-    assert "full scale taken for 1 N, 8 samples" in told(Recording(path=str(tmp_path / "a.wav")))
+    given = [bare, *(bare.model_copy(update=each) for each in ({"unit": "N"}, {"scale": 1.0}))]
+    given.append(Recording(path=str(tmp_path / "a.wav")))
+    assert [found(each).unit_by for each in given] == ["taken for N", "given", "scale", "full scale"]
 
 
 # Arrays

@@ -12,7 +12,7 @@ from frictionloop.identification.sampling import sampling_of
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import found, told
+from frictionloop.recordings.told import found
 from frictionloop.recordings.whole import read_contents
 
 FORCE = 0.3 + 0.1 * np.sin(np.arange(50.0))
@@ -37,7 +37,7 @@ def saved(path, step=None, units=None, **attributes):
 def test_times_that_are_hardly_in_seconds_are_asked_about(tmp_path, name, step, said):
     recording = saved(tmp_path / name, step)
     with pytest.raises(FrictionloopError) as caught:
-        told(recording)
+        found(recording)
     assert f"'t' without a unit: {said}" in str(caught.value)
     assert "--disturbance.rate_hz" in str(caught.value) and "\n" not in str(caught.value)
     for rate_hz in (25.0, 25000.0):  # either may be meant, and nothing in the file says it
@@ -53,10 +53,10 @@ def test_a_rate_beside_times_without_a_unit_is_held_against_them(tmp_path, uneve
     (tmp_path / "a.csv").write_text("Time,ft\n" + "".join(f"{t:.9g},{0.1 * t:.4g}\n" for t in at))
     path, ft = str(tmp_path / "a.csv"), {"column": "ft"}
     with pytest.raises(FrictionloopError, match=r"rate_hz = 100 Hz: must be near 7.* \('Time' in s\)"):
-        told(Recording(path=path, rate_hz=100.0, **ft))
-    taken = told(Recording(path=path, rate_hz=71400.0, **ft))  # in ms
+        found(Recording(path=path, rate_hz=100.0, **ft))
+    taken = found(Recording(path=path, rate_hz=71400.0, **ft)).uneven  # in ms
     assert "'Time' has no unit, steps of 0.01" in taken and "rows are taken" in taken
-    assert "has no unit" not in told(Recording(path=path, rate_hz=71.4, **ft))
+    assert "has no unit" not in found(Recording(path=path, rate_hz=71.4, **ft)).uneven
 
 
 def test_times_with_a_unit_are_believed_at_any_rate(tmp_path):
@@ -71,9 +71,9 @@ def test_a_rate_beside_a_force_is_that_of_identify(tmp_path, ending, name, value
     recording = saved(tmp_path / f"a{ending}", **{name: value})
     assert found(recording).rate_hz == pytest.approx(25000.0)
     assert sampling_of("a", read_contents(recording.path)).rate_hz == pytest.approx(25000.0)
-    assert f"50 samples at 25000 Hz by {name!r}" in told(recording)
+    assert (found(recording).samples, found(recording).rate_by) == (50, repr(name))
     with pytest.raises(FrictionloopError, match="rate_hz = 1000 Hz: must be 25000, as in the file"):
-        told(recording.model_copy(update={"rate_hz": 1000.0}))
+        found(recording.model_copy(update={"rate_hz": 1000.0}))
 
 
 def test_a_rate_settles_times_without_a_unit_and_contradicts_others(tmp_path):

@@ -17,6 +17,6 @@ from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.analysis.noise import command_noise_rms_n, equation_3_rms_n, output_noise_rms_n
 from frictionloop.analysis.responses import Reading
-from frictionloop.analysis.stability import kp_limit
+from frictionloop.analysis.stability import Ringing, kp_limit, rings
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.analysis.waterbed import Waterbed, waterbed_bound

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.operating import asked, law_at, reach_n
-from frictionloop.parameters import FingerFriction, System, check_system
+from frictionloop.findings import Condition
+from frictionloop.parameters import FingerFriction, Skin, Strokes, System, check_system
 from frictionloop.quantities import FrictionloopError
+
+
+def condition_of(system: System) -> Condition:
+    """Return at which slip length, speed and load a loop is linearised."""
+    finger, motion = system.finger, system.motion
+    found = Condition(slip_length_um=finger.slip_length_um if isinstance(finger, Skin) else None)
+    return replace(found, speed_mm_s=motion.speed_mm_s, load_n=motion.load_n) if isinstance(motion, Strokes) else found
 
 
 def operating_band(

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.analysis.operating import asked, law_at, reach_n
+from frictionloop.findings import Finding
 from frictionloop.parameters import Constant, Sine
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.doubts import SIGNALS, Doubt, doubt, doubts_of
-from frictionloop.recordings.told import found as found_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from frictionloop.parameters import System
 
+SIGNALS = ("setpoint", "disturbance")
+UNCLEAR = frozenset({"UNIT-DOUBT", "SIGN-DOUBT", "COLUMN-DOUBT"})
+"""Doubts with which nothing else is said of a signal."""
 RECORDED, OFTEN_N = ("recording", "samples"), 0.2
 """Kinds of signals that are measured, and the mean from which a disturbance is asked about (chosen)."""
 
@@ -46,24 +48,26 @@ def left_in(system: System, mean_n: float) -> bool:
     return system.disturbance.kind in RECORDED and not removed and abs(mean_n) > OFTEN_N
 
 
-def misread(system: System, signals: Sequence[str] = SIGNALS) -> list[Doubt]:
-    """Return all questions about the recorded ones of these signals.
+def misread(system: System, signals: Sequence[str] = SIGNALS) -> list[Finding]:
+    """Return what is in doubt of the recorded ones of these signals.
 
-    That about a mean is put only where size, sign and name of the signals are not in doubt.
+    A mean is only where size, sign and name of the signals are not.
 
     Raises
     ------
     FrictionloopError
         As `read_recording`.
     """
+    from frictionloop.recordings.doubts import doubts_of  # readers of files, which most runs do without
+
     found = list(doubts_of(system, signals))
-    other = any(each.about not in ("contact", "small") for each in found)
+    other = any(each.code in UNCLEAR for each in found)
     mean = None if other or "disturbance" not in signals else _kept_mean(system)
     return found if mean is None else [mean, *found]
 
 
-def _kept_mean(system: System) -> Doubt | None:
-    """Return the question whether a recorded disturbance still holds the mean friction; None where it seems not to.
+def _kept_mean(system: System) -> Finding | None:
+    """Return that a recorded disturbance seems to hold the mean friction still; None where it does not.
 
     It seems to where its mean, and nothing else, puts what the set-point asks for out of reach.
     """
@@ -84,8 +88,10 @@ def _kept_mean(system: System) -> Doubt | None:
         or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n)
     ):
         return None
-    meant = doubt("MEAN-DOUBT", "mean", "disturbance", {"remove_mean": True}, value=added[2], unit="N")
-    return meant._replace(of_array="values - values.mean()", is_array=system.disturbance.kind == "samples")
+    from frictionloop.recordings.doubts import doubt
+
+    array = system.disturbance.kind == "samples"
+    return doubt("MEAN-DOUBT", "disturbance", added[2], {"remove_mean": True}, array=array, unit="N")
 
 
 def too_wide(rms_n: float, span_n: float) -> bool:
@@ -109,7 +115,9 @@ def _range_and_mean(
             return None
         values = run[column].values[mask]
     elif signal.kind == "recording":
-        read = found_in(signal)
+        from frictionloop.recordings.told import found
+
+        read = found(signal)
         return read.lowest_n, read.highest_n, read.mean_n, read.rms_n
     else:
         values = signal.values_n

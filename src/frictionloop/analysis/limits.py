@@ -6,8 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import tanhsinh
-from scipy.optimize import brentq
 
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
@@ -82,6 +80,8 @@ def bode_integral(loop: LinearLoop) -> float:
     # ln|S| is steep near the poles of S and near its zeros, the poles of law and plant.
     zeros = np.concatenate([loop.law.poles(), np.linalg.eigvals(loop.plant.transition)])
     edges = panel_edges(loop, np.concatenate([loop.poles(), zeros]))
+    from scipy.integrate import tanhsinh
+
     panels = tanhsinh(log_sensitivity, edges[:-1], edges[1:], rtol=1e-9, atol=1e-9 * loop.nyquist_hz / edges.size)
     return float(np.sum(panels.integral)) / loop.nyquist_hz
 
@@ -147,4 +147,6 @@ def available_crossover_hz(loop: LinearLoop, inverted: bool = True) -> float:
         return (lag.fixed if inverted else lag.total) - LEFT_DEG
 
     # The hold alone takes 90 degrees at half the rate.
+    from scipy.optimize import brentq
+
     return float(brentq(excess, 1e-9 * loop.nyquist_hz, loop.nyquist_hz, xtol=1e-9, rtol=1e-12))

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, minimize_scalar
 
 from frictionloop.analysis.state_space import Array, Complex
 
@@ -63,6 +62,8 @@ def crossings(value: Callable[[Array], Array], grid: Array, on_grid: Array) -> A
 
     def scalar(frequency: float) -> float:
         return float(value(np.array([frequency]))[0])
+
+    from scipy.optimize import brentq  # takes long to load: not for what is unstable
 
     return np.array([brentq(scalar, grid[i], grid[i + 1], xtol=1e-15 * grid[-1], rtol=1e-14) for i in changes])
 
@@ -126,6 +127,8 @@ def gain_factor(loop_gain: LoopGain, grid: Array, nyquist_hz: float, peak: float
         return math.inf
     around = full[max(least - 1, 0)], full[min(least + 1, full.size - 1)]
     far = 2.0 * float(roots[least])  # what has no root is farther, for a search that wants numbers
+    from scipy.optimize import minimize_scalar
+
     refined = minimize_scalar(
         lambda f: min(far, float(root(np.array([f]))[0])), bounds=around, method="bounded",
         options={"xatol": 1e-9 * around[1]},
@@ -171,5 +174,7 @@ def _peak(loop_gain: LoopGain, grid: Array, gains: Complex) -> float:
     distances = np.abs(1.0 + gains)
     nearest = int(np.argmin(distances))
     around = grid[max(nearest - 1, 0)], grid[min(nearest + 1, grid.size - 1)]
+    from scipy.optimize import minimize_scalar
+
     refined = minimize_scalar(distance, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
     return 1.0 / min(float(refined.fun), float(distances[nearest]))

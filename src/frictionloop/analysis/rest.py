@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from frictionloop.analysis.elements import Elements
 from frictionloop.analysis.operating import mean_disturbance_n
@@ -137,6 +136,8 @@ def _settled(step: LawStep, begin: Array, wanted: float) -> Array | None:
 
     def rests(unknown: Array, residual: Array) -> bool:
         return bool(np.all(np.abs(residual * rows) <= RESTS * (1.0 + np.abs(np.append(unknown[:-1], wanted)))))
+
+    from scipy.optimize import least_squares  # what a PI does not need, and takes long to load
 
     at_first = left(begin[:-1])
     if not np.all(np.isfinite(at_first)):

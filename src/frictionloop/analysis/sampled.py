@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
-from scipy.signal import ss2tf, tf2ss
 
 from frictionloop.analysis.elements import Elements
 from frictionloop.analysis.state_space import Array, Complex, StateSpace
@@ -57,9 +56,9 @@ class SampledPlant:
 
         They stand over one denominator, the characteristic polynomial of ``transition``.
         """
-        nothing, rows = np.zeros((1, 1)), []
+        rows = []
         for output in self.output:
-            new, old = (ss2tf(self.transition, b[:, None], output[None], nothing)[0][0] for b in (self.new, self.old))
+            new, old = (_numerator(self.transition, b, output) for b in (self.new, self.old))
             # An entry of old, if there is any, came a period before.
             rows.append(np.concatenate([np.zeros(self.whole_periods), np.append(new, 0.0) + np.append(0.0, old)]))
         return rows[0], rows[1]
@@ -139,9 +138,22 @@ def _block(lti: Lti, period_s: float) -> tuple[Array, Array, Array]:
     Companion matrices in seconds mix sizes as far apart as powers of 2 pi 1000, which costs digits later.
     """
     num, den = (np.asarray(p) / period_s ** np.arange(len(p))[::-1] for p in (lti.num, lti.den))
-    matrix, drive, output, _ = tf2ss(num, den)
+    matrix, drive, output = _companion(num, den)
     size = np.max(np.abs(output))
     return matrix, drive * size, output / size
+
+
+def _companion(num: Array, den: Array) -> tuple[Array, Array, Array]:
+    """Return A, b, c of num(s) / den(s), a strictly proper fraction, in controller canonical form."""
+    order = den.size - 1
+    late = np.concatenate([np.zeros(order + 1 - num.size), num]) / den[0]
+    matrix = np.vstack([-den[1:] / den[0], np.eye(order - 1, order)])
+    return matrix, np.eye(order, 1), (late[1:] - late[0] * den[1:] / den[0])[None]
+
+
+def _numerator(matrix: Array, drive: Array, output: Array) -> Array:
+    """Return the numerator of c (z - A)^-1 b, highest power first: det(z - A + b c) - det(z - A)."""
+    return np.asarray(np.poly(matrix - np.outer(drive, output)) - np.poly(matrix))
 
 
 def _hold(matrix: Array, drive: Array, span: float) -> tuple[Array, Array, Array]:

@@ -1,20 +1,87 @@
-"""The largest proportional gain that keeps the loop stable, and where a loop rings."""
+"""Whether a loop rings, where, and up to which proportional gain it is stable."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
+from frictionloop.analysis.band import condition_of, operating_band
 from frictionloop.analysis.law_space import pi_space
+from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
 from frictionloop.analysis.margins import real_axis
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.state_space import Array, Complex, close
-from frictionloop.parameters import System
+from frictionloop.findings import Condition
+from frictionloop.parameters import SuspendedSensor, System
 
 LOWEST_HZ = 5.0
 """Ringing is above the tracking of a set-point (chosen)."""
+NEAR = 4.0
+"""Ms above which a loop is said to be near instability: less than 0.25 from -1, a phase margin below 15 degrees."""
+OPEN = frozenset({"lookup"})
+"""Laws that close no loop."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ringing:
+    """How near the linear loop comes to instability, over forces and states of the finger."""
+
+    how: Literal["unstable", "near", "calm"]
+    """``near``: Ms above `NEAR`."""
+    sensitivity_peak: float
+    """Largest Ms; infinite where a loop is unstable."""
+    frequency_hz: float | None
+    """Of the least damped pole above 5 Hz; None if none oscillates."""
+    dry: bool
+    """Whether a finger just landed is as near to it, and not a moist one alone."""
+    where: Condition
+    """The worst loop; of unstable ones on a finger just landed, if it is unstable there."""
+
+
+def rings(system: System, occluded: Sequence[float] = (), resonance_off: float = 0.0) -> Ringing:
+    """Return whether a loop rings: lowest, mean and highest force asked for, by state of the finger.
+
+    Parameters
+    ----------
+    system
+        The loop; of recorded signals their levels count (`at_levels`).
+    occluded
+        States of the finger, 0 to 1; just landed and moist after its contacts if not given.
+    resonance_off
+        Share by which the sensor's resonance is off; a sensor without one stays as it is.
+
+    Raises
+    ------
+    FrictionloopError
+        A law or a place without a linear analysis.
+    """
+    system, sensor = at_levels(system), system.sensor
+    if resonance_off and isinstance(sensor, SuspendedSensor):
+        system = system.evolve({"sensor.resonance_hz": (1.0 + resonance_off) * sensor.resonance_hz})
+    loops = operating_band(system, occluded=occluded or occlusions(system))
+    peaks = [loop.sensitivity_peak() for loop in loops]
+    worst = max(peaks)
+    how: Literal["unstable", "near", "calm"] = (
+        "calm" if worst < NEAR else "near" if math.isfinite(worst) else "unstable"
+    )
+    least = min(loop.elements.occluded for loop in loops)
+    alike = [k for k, peak in enumerate(peaks) if peak == worst or (how == "near" and peak >= NEAR)]
+    landed = [k for k in alike if loops[k].elements.occluded == least]
+    at = loops[max(landed or alike, key=lambda k: peaks[k])].elements
+    return Ringing(
+        how=how,
+        sensitivity_peak=worst,
+        frequency_hz=ringing_hz(loops),
+        dry=bool(landed),
+        where=replace(
+            condition_of(system), force_n=at.force_n, occluded=at.occluded or None, resonance_off=resonance_off or None
+        ),
+    )
 
 
 def ringing_hz(loops: Sequence[LinearLoop]) -> float | None:

@@ -32,7 +32,7 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
         return None
     from frictionloop.analysis.levels import RECORDED, at_levels
     from frictionloop.loop.record import system_of
-    from frictionloop.quantities import FrictionloopError
+    from frictionloop.loop.run_ringing import loudest_hz
 
     system, bound = system_of(run), metrics["r2_bound"]
     recorded = "d" in run and system.disturbance.kind in RECORDED
@@ -47,27 +47,7 @@ def ringing(run: xr.Dataset, mask: np.ndarray, metrics: dict[str, float]) -> Rin
         return None
     if found is None or found.frequency_hz is None:
         return found
-    return found._replace(frequency_hz=_loudest_hz(run, mask, found.frequency_hz))
-
-
-def by_itself(run: xr.Dataset, mask: np.ndarray, found: Ringing | None) -> bool:
-    """Tell whether a loop rings whatever the disturbance.
-
-    That is one that is unstable on a finger just landed. One that is close to it, or unstable on a moist finger alone,
-    is asked whether it is clamped with the mean of the disturbance alone, where a set-point out of reach does not
-    explain that: once it swings between the ends of its clamp it does not come to rest.
-    """
-    from frictionloop.loop.metrics import out_of_reach, saturation_index
-    from frictionloop.loop.open_loop import steady_of
-
-    if found is None:
-        return False
-    if not (found.stable or found.moist_alone):
-        return True
-    calm = steady_of(run, mask)
-    if calm is None or float(out_of_reach(calm, mask).mean()) > CLAMPED:
-        return False
-    return saturation_index(calm, mask) > CLAMPED
+    return found._replace(frequency_hz=loudest_hz(run, mask, found.frequency_hz))
 
 
 def of_recording(run: xr.Dataset, mask: np.ndarray) -> dict[str, float]:
@@ -98,13 +78,3 @@ def of_population(system: System, median_r2: float, duration_s: float) -> Ringin
         return None
     # What is clamped rings lower than the pole it grew from, and no run of a finger is kept that shows how low.
     return found if found is None or found.stable else found._replace(frequency_hz=None)
-
-
-def _loudest_hz(run: xr.Dataset, mask: np.ndarray, loop_hz: float) -> float:
-    """Return where the error of a run has most power, within half to twice the loop's frequency: not the tremor."""
-    force = run["f_a" if "f_a" in run else "f_m"].values
-    time, error = run["time"].values, np.where(mask, force - run["f_r"].values, 0.0)  # what was lost is NaN
-    spectrum = np.abs(np.fft.rfft(error * np.hanning(error.size)))
-    frequency = np.fft.rfftfreq(error.size, time[1] - time[0] if time.size > 1 else 1.0)
-    spectrum[(frequency < loop_hz / 2) | (frequency > 2 * loop_hz)] = 0.0
-    return float(frequency[np.argmax(spectrum)]) or loop_hz

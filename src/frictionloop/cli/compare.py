@@ -79,11 +79,8 @@ def command(
     checks.check_count("fingers", fingers, 1, MOST_FINGERS)
     checks.check_folder("plots", plots)
     checks.check_workers(jobs, resume, out, "comparison")
-    from frictionloop.cli import recorded_units
-
     given = flags.given(file, preset, overrides, "bench", designed="notch_pi")
-    recorded_units.ask(given.system, ("disturbance",))
-    screen.tell_notes()  # before the comparison, which takes minutes
+    doubts = fl.doubts(given.system, ("disturbance",))
     names = None if laws is None else [name.strip() for name in laws.split(",")]
     common: tuple[Any, ...] = (names, fingers, SEED if seed is None else seed, checks.speeds_of(speeds))
     brought = tuple(flags.overrides_of(overrides))
@@ -104,7 +101,7 @@ def command(
     if plots is not None:
         with screen.waiting("drawing"):
             checks.write_figures("plots", plots, found.figures())
-    shown.show(found.with_findings(given.findings), saved={"results": out, "table": csv, "figures": plots})
+    shown.show(found.with_findings((*given.findings, *doubts)), saved={"results": out, "table": csv, "figures": plots})
 
 
 def _refuse(options: dict[str, Any]) -> None:

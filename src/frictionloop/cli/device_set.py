@@ -125,9 +125,10 @@ def _holding(system: System, tuned: dict[str, Any], unchecked: bool) -> System:
 
 def _holding_off(system: System, given: str) -> None:
     """Refuse a loop that rings with the resonance up to 10 % off; say at which other contact or speed it does."""
+    from frictionloop.analysis.stability import NEAR
     from frictionloop.cli.ringing import OFF, points_of
     from frictionloop.design.corners import Corner
-    from frictionloop.design.elsewhere import NEAR, elsewhere
+    from frictionloop.design.elsewhere import elsewhere
     from frictionloop.design.plants import shifted
 
     limits = {0.0: NEAR, OFF: NEAR}

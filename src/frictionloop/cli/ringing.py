@@ -61,8 +61,8 @@ class Ringing(NamedTuple):
 def of_system(system: System) -> Ringing | None:
     """Return what the linear analysis says of a system, dry and moist; None if it neither rings nor nearly does."""
     from frictionloop.analysis.reach import missed
-    from frictionloop.analysis.stability import ringing_hz
-    from frictionloop.design.elsewhere import NEAR, elsewhere
+    from frictionloop.analysis.stability import NEAR, ringing_hz
+    from frictionloop.design.elsewhere import elsewhere
     from frictionloop.design.pi_synthesis import retune
     from frictionloop.parameters import PiController, SuspendedSensor
 
@@ -115,7 +115,7 @@ def points_of(system: System) -> list[LinearLoop]:
 
 
 def _bench(system: System) -> str:
-    from frictionloop.design.corners import condition_of
+    from frictionloop.analysis.band import condition_of
     from frictionloop.parameters import SuspendedSensor
 
     sensor = system.sensor

@@ -101,13 +101,9 @@ def command(
     drawn["loads_n"] = checks.two_values("loads", loads, checks.LOADS) or None
     drawn["coefficients"] = checks.two_values("coefficients", coefficients, checks.COEFFICIENTS) or None
     axes = axes_of(over or (), seeds)
-    from frictionloop.cli import contact_turns, recorded_units
-
     given = flags.given(file, preset, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
-    recorded_units.ask(given.system)
-    contact_turns.ask(given.system, axes)
-    screen.tell_notes()  # before the runs, which may take minutes
+    doubts = fl.doubts(given.system, speeds_mm_s=axes.get("motion.speed_mm_s", ()))
     how: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
     how |= {"duration_s": duration_s, "seeds": seeds, "metrics": names}
     brought = tuple(flags.overrides_of(overrides))
@@ -116,7 +112,7 @@ def command(
         checks.write_csv(csv, found.tidy())
     if plot is not None:
         fl.plot(found.grid, plot)
-    shown.show(found.with_findings(given.findings), saved={"sweep": out, "table": csv, "plot": plot})
+    shown.show(found.with_findings((*given.findings, *doubts)), saved={"sweep": out, "table": csv, "plot": plot})
     if stopped:
         raise screen.interrupted(f"{found.runs_done} of {found.runs} runs done", out)
 

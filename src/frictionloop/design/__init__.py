@@ -20,6 +20,7 @@ HOMES = {
     "hinf": "Synthesised design_hinf",
     "notch": "Notched retune_notch",
     "pi_synthesis": "Retuned retune",
+    "run_diagnosis": "Diagnosis diagnose",
     ".hardware.plate.answers": "PlateAnswers plate",
     ".hardware.sensor.answers": "SensorAnswers sensor",
     ".hardware.sensor.netlist": "to_spice write_spice",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from frictionloop.analysis.stability import NEAR
 from frictionloop.design.corners import peak_of
-from frictionloop.design.elsewhere import NEAR
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain
 from frictionloop.loop.kept import runs_done

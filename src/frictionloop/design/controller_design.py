@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.levels import at_levels
 from frictionloop.design.controller_check import Check, judged
-from frictionloop.design.corners import Corner, condition_of, corners
+from frictionloop.design.corners import Corner, corners
 from frictionloop.design.elsewhere import Place
 from frictionloop.design.held import CHECKED, LOADS, lowered
 from frictionloop.design.on_fingers import check_fingers

@@ -8,12 +8,14 @@ from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise
+from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, at_levels
+from frictionloop.analysis.occlusions import moistest
 from frictionloop.analysis.operating import asked, law_at, reach_n
 from frictionloop.analysis.reach import missed
-from frictionloop.analysis.stability import ringing_hz
-from frictionloop.design.corners import Corner, condition_of, corners, moistest
-from frictionloop.design.elsewhere import NEAR, How, Place
+from frictionloop.analysis.stability import NEAR, ringing_hz
+from frictionloop.design.corners import Corner, corners
+from frictionloop.design.elsewhere import How, Place
 from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Condition, Finding

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.levels import at_levels
+from frictionloop.analysis.band import condition_of, operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.occlusions import occlusions
+from frictionloop.analysis.stability import rings
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.least_gain import laws_on
@@ -20,12 +21,9 @@ from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import Plants, detuned, shifted
 from frictionloop.findings import Condition
 from frictionloop.loop.progress import step
-from frictionloop.parameters import FingerFriction, Skin, Strokes, System
-from frictionloop.physics.occlusion import occlusion_after
+from frictionloop.parameters import Strokes, System
 from frictionloop.quantities import FrictionloopError
 
-CONTACT_S = 10.0
-"""How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
 CLOSE = 1.05
@@ -66,21 +64,6 @@ class Corner(NamedTuple):
         return {**self.condition.values, "sensitivity_peak": self.sensitivity_peak, "limit": self.limit}
 
 
-def occlusions(system: System) -> tuple[float, ...]:
-    """Return how far occlusion is looked at, 0 to 1: landed for the first time, and `moistest`."""
-    friction, motion = system.friction, system.motion
-    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
-        return (0.0,)
-    return 0.0, moistest(friction, motion)
-
-
-def moistest(friction: FingerFriction, motion: Strokes) -> float:
-    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s."""
-    if motion.contact_s == 0.0:
-        return occlusion_after(friction, CONTACT_S, 0.0)
-    return occlusion_after(friction, motion.contact_s, motion.lifted_s, math.inf)
-
-
 def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -> list[LinearLoop]:
     """Return the loops at lowest, mean and highest force asked for, at each place, by states of the finger.
 
@@ -92,18 +75,11 @@ def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -
 
 
 def peak_of(system: System) -> float:
-    """Return the largest Ms of `band_of`, recorded signals by their levels; NaN of a law without a linear analysis."""
+    """Return the largest Ms over the forces asked for, on a dry and a moist finger; NaN without a linear analysis."""
     try:
-        return max(loop.sensitivity_peak() for loop in band_of(at_levels(system)))
+        return rings(system).sensitivity_peak
     except FrictionloopError:
         return math.nan
-
-
-def condition_of(system: System) -> Condition:
-    """Return at which slip length, speed and load a loop is linearised."""
-    finger, motion = system.finger, system.motion
-    found = Condition(slip_length_um=finger.slip_length_um if isinstance(finger, Skin) else None)
-    return replace(found, speed_mm_s=motion.speed_mm_s, load_n=motion.load_n) if isinstance(motion, Strokes) else found
 
 
 def load_of(system: System) -> float | None:

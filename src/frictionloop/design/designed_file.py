@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Collection
 from dataclasses import fields
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionloop.design.controller_check import Check
 from frictionloop.design.law_gains import own_values
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.parameters import System, write_toml
 from frictionloop.parameters.files import DESIGNED, read_tree
+
+if TYPE_CHECKING:
+    from frictionloop.design.controller_check import Check
 
 
 class DesignedTable(NamedTuple):

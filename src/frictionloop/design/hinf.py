@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.state_space import Complex
-from frictionloop.design.corners import broken, condition_of, corners
+from frictionloop.design.corners import broken, corners
 from frictionloop.design.noise_model import NoiseModel, identify_noise
 from frictionloop.design.over import Over
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted

@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.levels import RECORDED
+from frictionloop.analysis.stability import NEAR
 from frictionloop.design import controller_findings, people_findings
 from frictionloop.design.best_point import SMALL, grid_by_name, loss_of, tidy, without_value
 from frictionloop.design.corners import peak_of
-from frictionloop.design.elsewhere import NEAR
 from frictionloop.design.people_reach import PeopleReach, moist_later, reach_of, share_of_all, with_own
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain

@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.headroom import Headroom
 from frictionloop.analysis.operating import asked
-from frictionloop.design.corners import Corner, at_mean, condition_of
+from frictionloop.design.corners import Corner, at_mean
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, Steps, System

@@ -17,7 +17,7 @@ def shown(value: Any, digits: int = 3) -> str:  # noqa: PLR0911
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
-        return " ".join(f"--{name} {shown(each, 4)}" for name, each in value.items())
+        return " ".join(f"--{name} {_flag(each)}" for name, each in value.items())
     if isinstance(value, (list, tuple)):
         return ", ".join(shown(each, digits) for each in value)
     if value is None or (isinstance(value, float) and math.isnan(value)):
@@ -30,6 +30,11 @@ def shown(value: Any, digits: int = 3) -> str:  # noqa: PLR0911
         near = f"{value:.{digits}f}"
         return near if near.startswith("1") else near.rstrip("0")
     return f"{value:.{digits}g}" if abs(value) < 1000.0 else f"{value:.0f}"
+
+
+def _flag(value: Any) -> str:
+    """Return a value as a flag takes it."""
+    return str(value).lower() if isinstance(value, bool) else shown(value, 6 if isinstance(value, float) else 4)
 
 
 class Template(string.Formatter):

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.signal import periodogram
 
 from frictionloop.loop.metrics import kept
 from frictionloop.loop.open_loop import steady_of
@@ -31,6 +30,8 @@ def rms_by_band(values: np.ndarray, time_s: np.ndarray, keep: Any, edges_hz: Seq
     add up to that of the windowed signal: what is there at an end alone counts less. Across periods that do not count,
     as reversals, stands a straight line.
     """
+    from scipy.signal import periodogram  # takes long to load
+
     at = time_s[keep]
     inside = time_s[(time_s >= at[0]) & (time_s <= at[-1])]
     frequency_hz, density = periodogram(

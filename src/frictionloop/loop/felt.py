@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq
-from scipy.signal import lfilter, sosfilt
 
-from frictionloop.loop.felt_tally import fade_gain
+from frictionloop.loop.felt_tally import fade_gain, faded_and_filtered
 from frictionloop.loop.metrics import kept, of_a_run
 from frictionloop.loop.record import system_of
 from frictionloop.loop.simulate import traced
@@ -59,11 +59,9 @@ def weighted(residual: np.ndarray, scored: np.ndarray, rate_hz: float) -> np.nda
     rate_hz : float
         Ticks per second, 1200 to 200 000.
     """
-    gain = fade_gain(rate_hz)
-    weight = scored
-    for _ in range(2):
-        weight = lfilter([gain], [1.0, gain - 1.0], weight)
-    return np.asarray(sosfilt(weighting_sos(rate_hz), residual * weight) * scored)
+    felt = np.empty(residual.size)
+    faded_and_filtered(fade_gain(rate_hz), weighting_sos(rate_hz), residual, scored, felt)
+    return felt
 
 
 def plain_stroke(system: System, amplitude_um: float = 0.0, duration_s: float = 10.0, seed: int = 0) -> xr.Dataset:
@@ -105,17 +103,45 @@ def plain_like(run: xr.Dataset) -> xr.Dataset:
     system, seed, keep = system_of(run), int(run.attrs["seed"]), kept(run, None)
     duration_s, wanted = run["time"].size / system.controller.rate_hz, float(run["f_a"].values[keep].mean())
 
-    def excess(amplitude_um: float) -> float:
-        plain = plain_stroke(system, amplitude_um, duration_s, seed)
-        return float(plain["f_a"].values[keep].mean()) - wanted
+    def at(square_um2: float) -> tuple[float, float, xr.Dataset]:
+        plain = plain_stroke(system, square_um2**0.5, duration_s, seed)
+        return square_um2, float(plain["f_a"].values[keep].mean()), plain
 
-    most = system.plate.max_amplitude_um
-    ends = excess(0.0), excess(most)
-    if not ends[0] >= 0.0 >= ends[1]:
+    ends = at(0.0), at(system.plate.max_amplitude_um**2)
+    if not ends[0][1] >= wanted >= ends[1][1]:
         raise FrictionloopError(
-            f"mean force {wanted:.3g} N: plain strokes have {wanted + ends[1]:.3g} to {wanted + ends[0]:.3g} N"
+            f"mean force = {wanted:.3g} N: plain strokes have {ends[1][1]:.3g} to {ends[0][1]:.3g} N", "FORCE-REACH"
         )
-    return plain_stroke(system, brentq(excess, 0.0, most, xtol=1e-4), duration_s, seed)
+    return _between(at, wanted, *ends)
+
+
+Tried = tuple[float, float, xr.Dataset]
+"""Square of an amplitude in um^2, mean force in N, and the run."""
+CLOSE_N = 1e-5
+"""Mean force to which a plain stroke is found (chosen)."""
+ROUNDS = 60
+"""As many as halving takes at most."""
+
+
+def _between(at: Callable[[float], Tried], wanted_n: float, low: Tried, high: Tried) -> xr.Dataset:
+    """Return the run of a mean force between two, by regula falsi (Illinois): log F falls nearly straight with a^2."""
+
+    def excess(tried: Tried) -> float:
+        ends = (tried[1], wanted_n)
+        return math.log(tried[1] / wanted_n) if min(ends) > 0.0 else tried[1] - wanted_n
+
+    left, right, new, side = excess(low), excess(high), low, 0
+    for _ in range(ROUNDS):
+        if left == right:
+            break
+        new = at(low[0] + left / (left - right) * (high[0] - low[0]))
+        if abs(new[1] - wanted_n) <= CLOSE_N:
+            break
+        if (found := excess(new)) > 0.0:
+            low, left, right, side = new, found, right / (2.0 if side > 0 else 1.0), 1
+        else:
+            high, right, left, side = new, found, left / (2.0 if side < 0 else 1.0), -1
+    return new[2]
 
 
 @of_a_run

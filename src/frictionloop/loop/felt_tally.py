@@ -9,8 +9,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from frictionloop.loop.metric import Sample, Tally
 from frictionloop.quantities.arithmetic import biquad_step, fma, step
+from frictionloop.quantities.compiled import keep_compiled
 
 FADE_S = 0.01
 """Time constant of each of the two low-passes that fade the residual (assumed)."""
@@ -63,6 +66,24 @@ def feel(state: Felt, sample: Sample, dt: float) -> Felt:
     fifth, x = filtered(fifth, x)
     x *= sample.counts
     return Felt(fma(x, x, felt2), gain, fade_1, fade_2, first, second, third, fourth, fifth)
+
+
+@step
+def faded_and_filtered(gain: float, sos: Any, residual: Any, scored: Any, felt: Any) -> None:
+    """Fade a residual where it is not scored, filter it by sections (sections, 6), and write it to ``felt``."""
+    fade_1, fade_2 = 0.0, 0.0
+    states = np.zeros((sos.shape[0], 2))
+    for k in range(residual.size):
+        fade_1 = fma(gain, scored[k] - fade_1, fade_1)
+        fade_2 = fma(gain, fade_1 - fade_2, fade_2)
+        x = residual[k] * fade_2
+        for i in range(sos.shape[0]):
+            b0, b1, b2, _, a1, a2 = sos[i]
+            states[i, 0], states[i, 1], x = biquad_step(states[i, 0], states[i, 1], x, b0, b1, b2, a1, a2)
+        felt[k] = x * scored[k]
+
+
+keep_compiled(faded_and_filtered, "felt")
 
 
 def fade_gain(rate_hz: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop import formulas
-from frictionloop.loop.record import system_of
+from frictionloop.loop.record import described, system_of
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError
 
@@ -21,7 +21,7 @@ METRICS = formulas.METRICS
 def kept(run: xr.Dataset, mask: Any) -> Any:
     """Return what picks the scored periods out of a trace."""
     if not isinstance(run, xr.Dataset) or "time" not in run.dims:
-        raise FrictionloopError(f"run: {type(run).__name__} is no run of fl.simulate")
+        raise no_run(run)
     if mask is None and "scored" not in run:
         return slice(None)
     mask = run["scored"].values if mask is None else mask
@@ -31,6 +31,33 @@ def kept(run: xr.Dataset, mask: Any) -> Any:
     if not keep.any():
         raise FrictionloopError("mask: keeps no control period to score")
     return keep
+
+
+def no_run(run: Any) -> FrictionloopError:
+    """Return the error of what is no run."""
+    return FrictionloopError(f"run: {type(run).__name__} is no run of fl.simulate")
+
+
+def scored_from(run: xr.Dataset, from_s: float) -> xr.Dataset:
+    """Return a run of which no control period before a time in s is ``scored``.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``.
+    from_s : float
+        Time in s.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no run.
+    """
+    if not isinstance(run, xr.Dataset) or "time" not in run.dims:
+        raise no_run(run)
+    late = run["time"].values >= from_s
+    scored = late & run["scored"].values if "scored" in run else late
+    return run.assign(scored=xr.Variable("time", scored, described("scored"), fastpath=True))  # else xarray loads dask
 
 
 def _value(name: str, run: xr.Dataset, mask: Any) -> float:
@@ -43,7 +70,7 @@ def _value(name: str, run: xr.Dataset, mask: Any) -> float:
         d, (floor, top) = run["d"].values[keep], reach_of(run, keep)
         sums["shortfall2"] = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
     r, f = r - shift, f - shift
-    sums |= {"r": r.sum(), "r2": r @ r, "f": f.sum(), "f2": f @ f, "fr": f @ r}
+    sums |= {"r": r.sum(), "r2": np.sum(r * r), "f": f.sum(), "f2": np.sum(f * f), "fr": np.sum(f * r)}  # BLAS spins
     return float(metric.of(metric.tally.state(*(sums[each] for each in metric.tally.state._fields)), r.size))
 
 

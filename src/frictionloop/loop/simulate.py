@@ -12,8 +12,8 @@ from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.misread import warn_of_signals
 from frictionloop.loop.record import to_dataset
+from frictionloop.loop.signal_warnings import warn_of_signals
 from frictionloop.loop.timing import check_memory, check_seed, periods_in
 from frictionloop.parameters import System
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of

@@ -17,10 +17,10 @@ from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
 from frictionloop.loop.metric import AgainMetric, Metric, RunMetric, StreamingMetric
-from frictionloop.loop.misread import warn_of_signals
 from frictionloop.loop.points import fingerprint, points_of, structures_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
+from frictionloop.loop.signal_warnings import warn_of_signals
 from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile, traced
 from frictionloop.loop.timing import periods_in
 from frictionloop.loop.workers import shared_out, worker_count

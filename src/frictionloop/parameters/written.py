@@ -108,7 +108,7 @@ def to_toml(
     for line in said:
         file.add(tomlkit.comment(line))
     if not every:
-        file.add(tomlkit.comment("Without what a simple bench never needs (--all)."))
+        file.add(tomlkit.comment("Without what a simple bench never needs (--whole)."))
     file.add("schema", tomlkit.item(SCHEMA))
     _fill(file, system, _Way(every, given=given))
     if designed is not None:

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import sosfreqz
 
 from frictionloop.parameters import Skin
 from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n, impedance
@@ -144,7 +143,10 @@ def _inside(x: Complex) -> Complex:
 
 
 def _gain(sos: Array, rate: float, frequency_hz: Array) -> Array:
-    return np.abs(sosfreqz(sos, frequency_hz.ravel(), fs=rate)[1]).reshape(frequency_hz.shape)
+    back = np.exp(-2j * math.pi * frequency_hz / rate)  # z^-1
+    powers = np.stack([np.ones_like(back), back, back**2])
+    ratios = np.tensordot(sos[:, :3], powers, 1) / np.tensordot(sos[:, 3:], powers, 1)
+    return np.abs(np.prod(ratios, axis=0))
 
 
 def _error_db(sos: Array, rate: float, finger: Skin, frequency_hz: Array) -> Array:

@@ -87,6 +87,9 @@ def aged_step(age_s: float, coefficients: AgeingCoefficients) -> float:
     return fma(coefficients.gain, log2(fma(age_s, coefficients.per_static_s, 1.0)), 1.0)
 
 
+keep_compiled(aged_step, "aged")
+
+
 def limit_coefficients(friction: FingerFriction) -> LimitCoefficients:
     """Return the coefficients of `limit_step`."""
     slow2 = (1e-3 * friction.slow_mm_s) ** 2

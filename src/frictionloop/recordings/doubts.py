@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import Literal, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, System
-from frictionloop.recordings.signs import Signs, signs_of
+from frictionloop.recordings.signs import signs_of
 from frictionloop.recordings.told import Found, found
 
-SIGNALS = ("setpoint", "disturbance")
 FINGERS_N = 10.0
 """Force above which a unit is asked about: no finger slides under so much (assumed)."""
 LEAST_N = 1e-3
@@ -36,52 +34,18 @@ COEFFICIENT = re.compile(
 
 OUTPUT = re.compile(r"(?<![a-z])(volts?|voltage|spannung|tension électrique|counts?|adc|raw)(?![a-z])", re.IGNORECASE)
 """Names of what a sensor puts out, which a scale makes a force."""
-About = Literal["size", "signs", "name", "mean", "contact", "small"]
-Remedy = dict[str, str | float | bool]
-"""Parameters of a recording and what they should be; "" is whatever is right."""
+ARRAY = {"rectify": "abs(values)", "unit": "values / 1000", "remove_mean": "values - values.mean()"}
+"""What does to an array what a parameter does to a recording."""
 
 
-class Doubt(NamedTuple):
-    """A finding about a signal, with its remedy as flags, and what does the same to an array."""
+def doubts_of(system: System, signals: Sequence[str] = ("setpoint", "disturbance")) -> Iterator[Finding]:
+    """Yield what is in doubt of the signals of a system; nothing of those of a formula.
 
-    about: About
-    finding: Finding
-    of_array: str = ""
-    is_array: bool = False
-
-    def in_flags(self) -> str:
-        """Return the line with the remedy as flags of the command line."""
-        meant = self.finding.remedy
-        if self.is_array or not isinstance(meant, dict):
-            return str(replace(self.finding, remedy=self.of_array))
-        return str(replace(self.finding, remedy=" ".join(f"--{name} {_flag(each)}" for name, each in meant.items())))
-
-    def in_python(self) -> str:
-        """Return the line with the remedy as Python has it."""
-        meant = self.finding.remedy
-        if self.is_array or not isinstance(meant, dict):
-            return self.in_flags()
-        if "" in meant.values():
-            return str(replace(self.finding, remedy=", ".join(f'"{name}"' for name in meant)))
-        known = ", ".join(f'"{name}": {value!r}' for name, value in meant.items())
-        return str(replace(self.finding, remedy=f"evolve({{{known}}})"))
-
-
-def _flag(value: str | float | bool) -> str:
-    """Return a value as a flag has it, a time with all its digits."""
-    return str(value).lower() if isinstance(value, bool) else f"{value:.9g}" if isinstance(value, float) else value
-
-
-def doubt(code: str, about: About, signal: str, remedy: Remedy, column: str = "", **numbers: object) -> Doubt:
-    """Return a doubt about a signal; ``numbers`` are those of the finding, or stand in its line by name."""
-    own = {name: numbers.pop(name) for name in ("value", "unit", "limit") if name in numbers}
-    flags = {f"{signal}.{name}": value for name, value in remedy.items()}
-    where = Condition(recording=signal, channel=column)
-    return Doubt(about, Finding(code, where=where, remedy=flags, more=numbers, **own))  # type: ignore[arg-type]
-
-
-def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doubt]:
-    """Yield the questions about the signals of a system; none about those of a formula."""
+    Raises
+    ------
+    FrictionloopError
+        As `read_recording`.
+    """
     for name in signals:
         signal = getattr(system, name)
         if isinstance(signal, Recording):
@@ -90,52 +54,66 @@ def doubts_of(system: System, signals: Sequence[str] = SIGNALS) -> Iterator[Doub
             yield from _of_array(name, signal)
 
 
-def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Doubt]:
-    meant = "a load" if LOAD.search(each.column) else ""
-    if COEFFICIENT.search(each.column) and each.unit_by == "taken for N":
-        meant = "a coefficient"
-    if name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n:
-        meant = meant or "always the same"
-    if meant:
-        yield doubt("COLUMN-DOUBT", "name", name, {"column": ""}, each.column, meant=meant)
-    if OUTPUT.search(each.column) and each.unit_by == "taken for N":
-        yield doubt("COLUMN-DOUBT", "size", name, {"scale": ""}, each.column, meant="volts or counts")
+def doubt(
+    code: str, name: str, value: Any, remedy: Mapping[str, Any] | str, array: bool = False, **more: Any
+) -> Finding:
+    """Return a doubt about a signal; a remedy names parameters of a recording, or those whose other value is meant."""
+    if array:
+        meant: Mapping[str, Any] | str = ARRAY[next(iter(remedy))]
+    elif isinstance(remedy, str):
+        meant = f"another {name}.{remedy}"
+    else:
+        meant = {f"{name}.{key}": each for key, each in remedy.items()}
+    unit = more.pop("unit", "")
+    return Finding(code, value=value, unit=unit, where=Condition(recording=name), remedy=meant, more=more)
+
+
+def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Finding]:
+    taken = each.unit_by == "taken for N"
+    steady = name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n
+    if OUTPUT.search(each.column) and taken:
+        yield doubt("COLUMN-DOUBT", name, each.column, "scale", meant="volts or counts")
+    elif LOAD.search(each.column):
+        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a load")
+    elif COEFFICIENT.search(each.column) and taken:
+        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a coefficient")
+    elif steady:
+        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="always the same")
     if each.largest_n > FINGERS_N:
-        other: Remedy = {"unit": "mN"} if each.unit == "N" else {"scale": ""}
-        yield _unit(name, "size", each.largest_n, 0.0, FINGERS_N, other)
+        meant: Any = {"unit": "mN"} if each.unit == "N" else "scale"
+        yield doubt("UNIT-DOUBT", name, each.largest_n, meant, **_usual(name))
     if signal.rectify is None:
-        yield from _signed(name, each.signs, each.raw_lowest_n, each.raw_highest_n, each.column)
+        yield from _signed(name, each.signs, (each.raw_lowest_n, each.raw_highest_n))
     if name == "disturbance" and ROUNDING * each.largest_n < each.rms_n < LEAST_N:
-        yield _unit(name, "small", each.rms_n, LEAST_N, FINGERS_N, _larger(each))
+        yield doubt("UNIT-DOUBT", name, each.rms_n, _larger(each), **_usual("rms of disturbance", LEAST_N))
     if name == "disturbance" and each.on_plate_s is not None:
-        ends: Remedy = {key: round(at, 9) for key, at in zip(("start_s", "stop_s"), each.on_plate_s, strict=True)}
-        lasts_s = each.on_plate_s[1] - each.on_plate_s[0]
-        yield doubt("FINGER-OFF", "contact", name, ends, each.column, value=lasts_s, unit="s", times=each.off_plate)
+        start, stop = (round(at_s, 9) for at_s in each.on_plate_s)
+        cut = {"start_s": start, "stop_s": stop}
+        yield doubt("FINGER-OFF", name, stop - start, cut, unit="s", times=each.off_plate)
 
 
-def _of_array(name: str, signal: Samples) -> Iterator[Doubt]:
+def _of_array(name: str, signal: Samples) -> Iterator[Finding]:
     values = np.array(signal.values_n)
     largest_n = float(np.abs(values).max())
     if largest_n > FINGERS_N:
-        yield _unit(name, "size", largest_n, 0.0, FINGERS_N, {})._replace(of_array="values / 1000", is_array=True)
+        yield doubt("UNIT-DOUBT", name, largest_n, {"unit": "mN"}, array=True, **_usual(name))
     # A small array is how a loop's response is measured; a recording of a finger is not small.
-    for each in _signed(name, signs_of(values, signal.longest_s), float(values.min()), float(values.max())):
-        yield each._replace(of_array="abs(values)", is_array=True)
+    yield from _signed(name, signs_of(values, signal.longest_s), (values.min(), values.max()), array=True)
 
 
-def _unit(name: str, about: About, size_n: float, low_n: float, high_n: float, meant: Remedy) -> Doubt:
-    path = f"{name} rms" if about == "small" else name
-    return doubt("UNIT-DOUBT", about, name, meant, value=size_n, unit="N", path=path, low=low_n, high=high_n)
+def _usual(path: str, least_n: float = 0.0) -> dict[str, Any]:
+    return {"unit": "N", "path": path, "low": least_n, "high": FINGERS_N}
 
 
-def _larger(each: Found) -> Remedy:
+def _larger(each: Found) -> Mapping[str, Any] | str:
     """Return what makes a signal larger."""
     if each.unit in ("mN", "uN"):
         return {"unit": "N"} if each.unit_by == "given" else {"scale": 1.0}
-    return {"unit" if each.unit_by == "taken for N" else "scale": ""}
+    return "unit" if each.unit_by == "taken for N" else "scale"
 
 
-def _signed(name: str, signs: Signs, low_n: float, high_n: float, column: str = "") -> Iterator[Doubt]:
-    """Yield the question about the signs of a signal."""
-    if signs:
-        yield doubt("SIGN-DOUBT", "signs", name, {"rectify": True}, column, unit="N", low=low_n, high=high_n)
+def _signed(name: str, signs: str, ends_n: tuple[float, float], array: bool = False) -> Iterator[Finding]:
+    """Yield that a signal has both signs, or is below 0, as friction with the sign of the motion."""
+    if signs in ("both", "below"):
+        low_n, high_n = map(float, ends_n)
+        yield doubt("SIGN-DOUBT", name, signs, {"rectify": True}, array=array, unit="N", low=low_n, high=high_n)

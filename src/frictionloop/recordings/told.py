@@ -1,4 +1,4 @@
-"""What was found in the file of a recording: column, unit, rate and forces, as values and in words."""
+"""What was found in the file of a recording: column, unit, rate and forces."""
 
 from __future__ import annotations
 
@@ -118,36 +118,3 @@ def _unit(recording: Recording, column: Column) -> tuple[str, str]:
     if column.unit:
         return column.unit, "file"
     return ("N", "taken for N") if recording.scale is None else ("", "scale")
-
-
-def told(recording: Recording) -> str:
-    """Return in words what was found in the file: header, column, unit, rate and forces."""
-    each = found(recording)
-    scale_n = f"scale makes {each.newtons_per_unit:g} N of"
-    unit = {
-        "full scale": "full scale taken for 1 N, ",
-        "file": f"in {each.unit} by the file, " + (f"{scale_n} 1 {each.unit}, " if recording.scale is not None else ""),
-        "given": f"in {recording.unit} as given, ",
-        "taken for N": "no unit in the file: taken for N, ",
-        "scale": f"{scale_n} each unit, ",
-    }[each.unit_by]
-    head = f" ({each.head}), " if each.head else ", "
-    by = "" if recording.rate_hz is not None else f" by {each.rate_by}"
-    forces = f"{each.lowest_n:.3g} to {each.highest_n:.3g} N, {1e3 * each.rms_n:.3g} mN rms about {each.mean_n:.3g} N"
-    if recording.remove_mean:
-        raw = f"{each.raw_lowest_n:.3g} to {each.raw_highest_n:.3g} N"
-        forces += f" ({raw} before its mean, {each.raw_mean_n:.3g} N, is removed)"
-    if recording.rectify:
-        unit += "its magnitude, "
-    read = f"column {each.column!r}{head}{unit}{each.samples} samples at {each.rate_hz:g} Hz{by}, "
-    return read + _part(recording, each) + forces + (f"; {each.uneven}" if each.uneven else "")
-
-
-def _part(recording: Recording, each: Found) -> str:
-    """Return which part of the file was taken, and on which clock; "" of the whole."""
-    if recording.start_s is None and recording.stop_s is None:
-        return ""
-    counted = "after the first sample"
-    if each.begins_s:
-        counted = f"of the file's times, which begin at {round(each.begins_s, 4):.9g} s"
-    return f"{round(each.from_s, 4):.9g} to {round(each.to_s, 4):.9g} s {counted}, "

@@ -146,7 +146,7 @@ VERBS_WITHOUT_A_LOOP = [
     (("device", "run", "sim:", "--duration-s", "1e9"), "duration_s = 1e+09 s: must be above 0 s and at most 86400 s"),
     (("device", "set", "sim:", "controller.kp=1", "controller.kp=2"), "controller.kp = 2: is given twice"),
     (("device", "flash", "x.hex"), "IMAGE = 'x.hex': there is no such file"),
-    (("simulate", "--all"), "all: needs --save-system FILE.toml"),
+    (("simulate", "--whole"), "whole = True: must be with --save-system FILE.toml"),
     (
         ("simulate", "--setpoint.kind", "steps", "--setpoint.times_s", "0,1", "--setpoint.levels_n", "0.4"),
         "setpoint.levels_n = 0.4 N: must be a list, such as [0.4, 0.8]",

@@ -83,7 +83,7 @@ def test_ctrl_c_is_quiet(frictionloop, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("frictionloop.cli.simulate._run", interrupted)
+    monkeypatch.setattr("frictionloop.loop.simulate.traced", interrupted)
     assert frictionloop("simulate") == (130, "", "interrupted\n")
 
 

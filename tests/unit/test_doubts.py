@@ -1,4 +1,4 @@
-"""A recording is read, or asked about, so that nothing but what was meant enters a run."""
+"""A recording is read, or in doubt, so that nothing but what was meant enters a run."""
 
 from __future__ import annotations
 
@@ -8,17 +8,21 @@ import pytest
 from scipy.io import savemat, wavfile
 
 import frictionloop as fl
-from frictionloop.cli.recorded_units import asked, negative, resampled
-from frictionloop.cli.scores import between
+from frictionloop.loop.recorded_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.doubts import doubts_of
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import found, told
+from frictionloop.recordings.told import found
 
 RATE_HZ = 1000.0
 
 
 def values(samples=1000, mean_n=0.5):
     return mean_n + 0.05 * np.sin(2 * np.pi * 5 * np.arange(samples) / RATE_HZ)
+
+
+def asked(system):
+    return list(doubts_of(system))
 
 
 def wav(path, *tones_hz, rate_hz=20_000):
@@ -58,15 +62,10 @@ def test_the_only_signal_beside_times_and_a_rate_is_taken(tmp_path):
     assert found(line).column == "trial/forces[:, 1]"
 
 
-def test_a_channel_of_several_is_told_with_the_others(tmp_path):
-    assert "(channel 0 of 2; others by column: '1')" in told(wav(tmp_path / "two.wav", 50, 60))
-    assert "channel" not in told(wav(tmp_path / "one.wav", 50))
-
-
-@pytest.mark.parametrize(("tones_hz", "share"), [((4000,), "100%"), ((100,), None)])
-def test_what_resampling_takes_out_is_told(tmp_path, tones_hz, share):
-    said = " ".join(resampled(under(wav(tmp_path / "d.wav", *tones_hz))))
-    assert said.startswith(f"{share} (rms) of what varies in the recorded disturbance") if share else said == ""
+@pytest.mark.parametrize(("tones_hz", "shares"), [((4000,), [100.0]), ((100,), [])])
+def test_what_resampling_takes_out_is_found(tmp_path, tones_hz, shares):
+    said = [each for each in of_recorded(under(wav(tmp_path / "d.wav", *tones_hz)), 0.9) if each.code == "TOO-FAST"]
+    assert [each.value for each in said] == pytest.approx(shares, abs=0.5)
 
 
 def test_no_share_is_left_of_what_did_not_enter(tmp_path):
@@ -84,7 +83,8 @@ def test_a_column_named_as_a_load_is_asked_about(tmp_path, name):
         fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ)
         for each in (name, "tangential", "overload")
     )
-    assert f"{name} [N]: a load, no friction?" in " ".join(asked(under(load), "name"))
+    (one,) = asked(under(load))
+    assert one.code == "COLUMN-DOUBT" and one.value.startswith(name)
     assert asked(under(friction)) == asked(under(other)) == []
 
 
@@ -94,9 +94,9 @@ def test_a_column_named_as_what_a_sensor_puts_out_is_asked_about(tmp_path, name)
     voltage, other = (
         fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in (name, "evolution")
     )
-    assert "volts or counts, no friction? --disturbance.scale" in " ".join(asked(under(voltage), "size"))
+    assert [each.remedy for each in asked(under(voltage))] == ["another disturbance.scale"]
     scaled = voltage.model_copy(update={"scale": 0.5})
-    assert asked(under(scaled), "size") == asked(under(other), "size") == []
+    assert asked(under(scaled)) == asked(under(other)) == []
 
 
 @pytest.mark.parametrize(
@@ -106,8 +106,8 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
     (tmp_path / "d.csv").write_text(f"{name},multi,mu_cal_n,friction\n1,0.5,1,1\n1.1,0.6,2,1.1\n")
     columns = {each: fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in
                (name, "multi", "mu_cal_n", "friction")}  # fmt: skip
-    said = " ".join(asked(under(columns.pop(name))))
-    assert f"{name}: a coefficient, no friction?" in said
+    (one,) = asked(under(columns.pop(name)))
+    assert (one.code, one.value, one.remedy) == ("COLUMN-DOUBT", name, "another disturbance.column")
     assert [asked(under(each)) for each in columns.values()] == [[], [], []]
     scaled = fl.Recording(path=str(tmp_path / "d.csv"), column=name, rate_hz=RATE_HZ, scale=0.5)
     assert asked(under(scaled)) == []
@@ -116,21 +116,18 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
 def test_a_column_that_never_changes_is_asked_about(tmp_path):
     (tmp_path / "d.csv").write_text("Fx [N],Fy [N]\n0,0.5\n0,0.6\n0,0.4\n")
     still, moving = (fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in ("Fx", "Fy"))
-    assert "Fx [N]: always the same, no friction? --disturbance.column" in " ".join(asked(under(still)))
+    assert [(each.code, each.value) for each in asked(under(still))] == [("COLUMN-DOUBT", "Fx [N]")]
     assert asked(under(moving)) == []
 
 
-def test_the_read_back_gives_rms_and_mean(tmp_path):
-    (tmp_path / "d.csv").write_text("force [N]\n0.4\n0.8\n")
-    assert told(fl.Recording(path=str(tmp_path / "d.csv"), rate_hz=RATE_HZ)).endswith(
-        "0.4 to 0.8 N, 200 mN rms about 0.6 N"
-    )
+def test_what_was_read_has_rms_and_mean(tmp_path):
     (tmp_path / "e.csv").write_text("force [N]\n0.4\n0.8\n0.7\n")
-    removed = fl.Recording(path=str(tmp_path / "e.csv"), rate_hz=RATE_HZ, remove_mean=True)
-    assert told(removed).endswith(" mN rms about 0 N (0.4 to 0.8 N before its mean, 0.633 N, is removed)")
+    read = found(fl.Recording(path=str(tmp_path / "e.csv"), rate_hz=RATE_HZ, remove_mean=True))
+    assert (read.raw_lowest_n, read.raw_highest_n, read.raw_mean_n) == pytest.approx((0.4, 0.8, 1.9 / 3))
+    assert (read.mean_n, read.rms_n) == (0.0, pytest.approx(np.std([0.4, 0.8, 0.7])))
 
 
-def test_an_index_over_a_stroke_that_does_not_vary_is_refused(frictionloop):
+def test_an_index_over_a_stroke_that_does_not_vary_is_refused():
     from frictionloop.parameters.still import STILL
 
     still = fl.bench().evolve({**STILL, "setpoint": fl.Constant(offset_n=0.5)})
@@ -138,10 +135,6 @@ def test_an_index_over_a_stroke_that_does_not_vary_is_refused(frictionloop):
     with pytest.raises(FrictionloopError, match="varies by nothing"):
         fl.relative_index(run)
     assert np.isnan(fl.metrics(run)["relative_index"])
-    flags = [word for name, value in STILL.items() for word in (f"--{name}", f"{value:g}")]
-    steady = ("--setpoint.kind", "constant", "--setpoint.offset_n", "0.5", "--duration-s", "2")
-    answer = frictionloop("simulate", "--preset", "bench", *flags, *steady)
-    assert "no relative_index" in answer.out, answer.noted
 
 
 def test_files_of_numpy_are_read(tmp_path):
@@ -183,20 +176,7 @@ def test_gaps_are_named_in_seconds_with_the_flags_that_cut_the_longest_part_out(
     np.testing.assert_array_equal(read_recording(cut, RATE_HZ), holes[401:])
 
 
-def test_a_set_point_below_zero_names_its_level(tmp_path):
-    (tmp_path / "r.csv").write_text("force [N]\n-0.1\n0.1\n")
-    wanted = fl.Recording(path=str(tmp_path / "r.csv"), rate_hz=RATE_HZ)
-    system = fl.feasible().evolve({"setpoint": wanted})
-    assert "--setpoint.offset_n" in " ".join(negative(system))
-    assert negative(system.evolve({"setpoint.offset_n": 0.5})) == []
-
-
 def test_a_refused_column_names_its_flag(tmp_path):
     (tmp_path / "r.csv").write_text("time [s],force [N]\n0,0.1\n0.001,0.2\n0.002,0.1\n")
     with pytest.raises(FrictionloopError, match=r"--disturbance\.column and .* holds times; accepted: 'force"):
         found(fl.Recording(path=str(tmp_path / "r.csv")))
-
-
-def test_a_range_of_one_force_is_that_force():
-    assert between(0.5, 0.50004) == "0.5 N"
-    assert between(-0.1, 0.5) == "-0.1 to 0.5 N"

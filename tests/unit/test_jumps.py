@@ -1,11 +1,13 @@
-"""A recorded disturbance that jumps as sliding friction does not is told, with the moment in the file."""
+"""A recorded disturbance that jumps as sliding friction does not is found, with the moment in the file."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from frictionloop.cli.recorded_jumps import jumps
+import frictionloop as fl
+from frictionloop.loop.recorded_findings import of_recorded
+from frictionloop.recordings.jumps import jumps
 
 RATE_HZ = 1000.0
 
@@ -47,16 +49,16 @@ def test_a_constant_and_what_a_coarse_converter_reads_have_none(step_n):
     assert jumps(stairs, RATE_HZ) == []
 
 
-@pytest.mark.slow
-def test_a_run_names_the_moment_in_the_file_and_a_cut_without_it_says_nothing(frictionloop):
+def test_a_run_names_the_moment_in_the_file_and_a_cut_without_it_says_nothing(tmp_path):
     force = slide(1)
     force[:1200] = 0.3 + 0.1 * force[:1200]  # at rest with a sensor's offset: not near 0, so nothing asks
-    np.savetxt("slide.csv", force, header="force", comments="")
-    given = ("simulate", "--preset", "bench", "--disturbance.kind", "recording", "--disturbance.path", "slide.csv")
-    given += ("--disturbance.rate_hz", "1000", "--disturbance.column", "force", "--disturbance.remove_mean", "true")
-    said = " ".join(frictionloop(*given, "--disturbance.start_s", "0.5", "--duration-s", "3").out.split())
-    assert "The recorded disturbance jumps by 1" in said and "at 1.2 s of the file: where that is a finger" in said
-    early = frictionloop(*given, "--disturbance.start_s", "0.5", "--duration-s", "0.6").out
-    assert "jumps by" not in early  # the run ends before it
-    after = frictionloop(*given, "--disturbance.start_s", "1.3", "--duration-s", "2").out
-    assert "jumps by" not in after
+    np.savetxt(tmp_path / "slide.csv", force, header="force", comments="")
+    read = fl.Recording(path=str(tmp_path / "slide.csv"), column="force", rate_hz=RATE_HZ, remove_mean=True)
+
+    def found(start_s, duration_s):
+        system = fl.bench().evolve({"disturbance": read, "disturbance.start_s": start_s})
+        return [each for each in of_recorded(system, duration_s) if each.code == "RECORDED-JUMPS"]
+
+    (one,) = found(0.5, 3.0)
+    assert one.more["at_s"][0] == pytest.approx(1.2, abs=0.003) and 100.0 < one.value < 200.0
+    assert found(0.5, 0.6) == found(1.3, 2.0) == []  # the run ends before it, or begins after

@@ -1,0 +1,316 @@
+"""How good a run is: how well the force followed, where the error lies, whether the loop rings, what was misread."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from frictionloop.analysis.band import condition_of
+from frictionloop.analysis.levels import RECORDED, UNCLEAR
+from frictionloop.analysis.stability import OPEN, Ringing
+from frictionloop.design.law_gains import gains_said
+from frictionloop.findings import Finding, Result, shown
+from frictionloop.findings.result import Row
+from frictionloop.loop import run_findings
+from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, TURNS, metrics
+from frictionloop.loop.band_split import (
+    Band,
+    DisturbanceSplit,
+    SetpointSplit,
+    by_band,
+    disturbance_split,
+    of_bands,
+    setpoint_split,
+    split_edges,
+)
+from frictionloop.loop.metrics import rms_error, scored_from
+from frictionloop.loop.open_loop import open_loop_of
+from frictionloop.loop.record import system_of
+from frictionloop.loop.recorded_findings import of_recorded, recordings
+from frictionloop.loop.run_findings import ReachSplit, reach_split
+from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing, unseen
+from frictionloop.loop.signal_warnings import signal_findings
+from frictionloop.loop.step_times import StepTime, step_times
+from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.parameters.summary import listed, summary
+from frictionloop.parameters.unit_sanity import of_ceiling as board_ceiling
+from frictionloop.quantities import FrictionloopError
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+    import xarray as xr
+
+    from frictionloop.design.controller_design import ControllerDesign
+
+METRIC_NAMES = (*PLAIN, "disturbance_left", *REGRESSION, *TURNS, *FELT)
+NAMES = {"intercept": "intercept_n", "output_noise": "output_noise_n", "rms_error": "rms_error_n"} | {
+    "rms_error_turns": "rms_error_turns_n",
+    "turn_peak": "turn_peak_n",
+}
+"""Metrics that have a unit, by the field that holds them."""
+SPLIT_MOST = 0.5
+"""Share of the time out of reach from which on no frequency tells what is left."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis(Result):
+    """How good a run is; forces in N, NaN where a metric has no meaning."""
+
+    SCHEMA: ClassVar[str] = "diagnose/1"
+    system: System
+    seed: int | None
+    duration_s: float
+    score_from_s: float
+    scored: float
+    """Share of the control periods that counts: not reversals, lifts, or what is before ``score_from_s``."""
+    r2_identity: float
+    r2_bound: float
+    r2_regression: float
+    slope: float
+    intercept_n: float
+    rms_error_n: float
+    open_loop_rms_error_n: float
+    """The same run under the lookup table alone; NaN where it is that, or was measured."""
+    rms_error_turns_n: float
+    turn_peak_n: float
+    feedback_share: float
+    output_noise_n: float
+    disturbance_left: float
+    saturation_index: float
+    perceptual_index: float
+    relative_index: float
+    own_metrics: Mapping[str, float] = field(default_factory=dict)
+    """Metrics of runs that are registered."""
+    reach: ReachSplit | None = None
+    ringing: Ringing | None = None
+    """None of an open loop, or where it is not known."""
+    rings_alone: bool = False
+    """Whether the loop rings whatever the disturbance: what is left of that is then no share of it."""
+    steps: tuple[StepTime, ...] = ()
+    """Steps of the set-point that were followed."""
+    steps_asked: int = 0
+    bands: tuple[Band, ...] = ()
+    """The disturbance between the frequencies that were named."""
+    disturbance_split: DisturbanceSplit | None = None
+    """Of a recorded disturbance."""
+    setpoint_split: SetpointSplit | None = None
+    """Of a recorded set-point."""
+    recorded: Mapping[str, Any] = field(default_factory=dict)
+    """What was read of recorded signals, by their names."""
+    unscored_s: tuple[tuple[float, float], ...] = ()
+    """From when to when is not scored."""
+    advice: ControllerDesign | None = None
+    """A controller designed for this system, if advice was asked for."""
+
+    def rows(self) -> list[Row]:
+        """Return the law, the error, and what makes it."""
+        return [row for row in self._rows() if row[1]]
+
+    def _rows(self) -> Iterator[Row]:
+        yield self.system.controller.kind, gains_said(self.system)
+        yield "error", "; ".join(self._error())
+        line = f"{shown(self.slope)} f_r {'-' if self.intercept_n < 0 else '+'} {shown(abs(self.intercept_n))} N"
+        bound = f"R2 {shown(self.r2_identity)} of {shown(self.r2_bound)} in reach"
+        line = f"{bound}; line {line}, R2 {shown(self.r2_regression)}"
+        yield "follows", "" if math.isnan(self.r2_identity) else line
+        felt = [f"{shown(self.relative_index)} x a plain stroke"] if not math.isnan(self.relative_index) else []
+        felt += [f"{shown(self.perceptual_index)} thresholds"] if not math.isnan(self.perceptual_index) else []
+        yield "to touch", "; ".join(felt)
+        known = not (math.isnan(self.disturbance_left) or self.rings_alone)
+        left = [f"{shown(100 * self.disturbance_left)} % of the disturbance left"] if known else []
+        clamped = [f"{shown(100 * self.saturation_index)} % of commands clamped"] if self.saturation_index > 0.0 else []
+        yield "loop", "; ".join([*left, *clamped, *self._rings()])
+        yield "steps", self._steps()
+        if self.advice is not None:
+            yield "advice", f"{self.advice.law}   {gains_said(self.advice.system)}"
+
+    def _error(self) -> Iterator[str]:
+        if not self.scored:
+            return
+        opened = self.open_loop_rms_error_n
+        beside = "" if math.isnan(opened) else f", {shown(1e3 * opened)} in open loop"
+        yield f"{shown(1e3 * self.rms_error_n)} mN rms{beside}"
+        if not math.isnan(self.turn_peak_n):
+            yield f"{shown(1e3 * self.turn_peak_n)} mN peak after turns"
+
+    def _rings(self) -> Iterator[str]:
+        found = self.ringing
+        if found is not None:
+            near = "" if found.frequency_hz is None or found.how == "calm" else f" near {shown(found.frequency_hz)} Hz"
+            how = {"unstable": "unstable", "near": f"Ms {shown(found.sensitivity_peak)}"}.get(found.how)
+            yield f"{how}{near}" if how else f"Ms {shown(found.sensitivity_peak)}"
+
+    def _steps(self) -> str:
+        means = []
+        for name, some in (
+            ("rise", [each for each in self.steps if each.to_n > each.from_n]),
+            ("fall", [each for each in self.steps if each.to_n < each.from_n]),
+        ):
+            if some:
+                to_63, rise = (1e3 * sum(each) / len(some) for each in list(zip(*some, strict=True))[3:])
+                means.append(f"{name} {shown(rise)} ms, {shown(to_63)} to 63 %")
+        return "; ".join([*means, f"{len(self.steps)} of {self.steps_asked} followed"]) if self.steps_asked else ""
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return the error by part, what is left by frequency, steps, metrics, the system and what was read."""
+        import pandas as pd
+
+        found = {"disturbance by frequency": self._bands()} if self.bands else {}
+        found["error"] = self._parts()
+        if self.steps:
+            found["steps"] = pd.DataFrame(self.steps).set_index("start_s")
+        found["metrics"] = pd.DataFrame({"value": self.metrics}).rename_axis("metric")
+        splits = {"recorded disturbance": self.disturbance_split, "recorded setpoint": self.setpoint_split}
+        for name, each in splits.items():
+            if each is not None:
+                found[name] = pd.DataFrame({"value": vars(each)}).rename_axis("split")
+        blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
+        found["system"] = pd.DataFrame.from_dict(blocks, orient="index", columns=["kind", "values"])
+        if self.recorded:
+            found["recordings"] = pd.DataFrame({name: each._asdict() for name, each in self.recorded.items()})
+        return found
+
+    @property
+    def metrics(self) -> dict[str, float]:
+        """Every metric by the name of its field."""
+        names = [NAMES.get(name, name) for name in METRIC_NAMES]
+        return {name: getattr(self, name) for name in names} | dict(self.own_metrics)
+
+    @property
+    def _summary(self) -> Mapping[str, Any]:
+        return summary(self.system)
+
+    def _parts(self) -> pd.DataFrame:
+        import pandas as pd
+
+        whole = {"scored": (self.scored, self.rms_error_n)}
+        if (split := self.reach) is not None and 0.0 < split.beyond < 1.0:
+            whole["  out of reach"] = (self.scored * split.beyond, split.rms_error_beyond_n)
+            whole["  in reach"] = (self.scored * (1.0 - split.beyond), split.rms_error_within_n)
+        if not math.isclose(self.rms_error_turns_n, self.rms_error_n) and not math.isnan(self.rms_error_turns_n):
+            whole["with turns"] = (math.nan, self.rms_error_turns_n)
+        if not math.isnan(self.open_loop_rms_error_n):
+            whole["open loop"] = (self.scored, self.open_loop_rms_error_n)
+        rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in whole.items()}
+        return pd.DataFrame.from_dict(rows, orient="index", columns=["time, %", "rms, mN"]).rename_axis("error")
+
+    def _bands(self) -> pd.DataFrame:
+        import pandas as pd
+
+        rows = {
+            f"{shown(each.low_hz)} to {shown(each.high_hz)} Hz": (
+                1e3 * each.disturbance_n,
+                1e3 * each.left_n,
+                math.nan if self.rings_alone else 100.0 * each.disturbance_left,
+            )
+            for each in self.bands
+        }
+        columns = ["varies, mN", "left, mN", "left, %"]
+        return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("disturbance")
+
+
+def diagnose(
+    run: xr.Dataset, score_from_s: float = 0.0, advise: bool = False, split_hz: Sequence[float] = ()
+) -> Diagnosis:
+    """Return how good a run is: its metrics, where the error lies, whether the linear loop rings, what was misread.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``, with the force on the finger.
+    score_from_s : float
+        Start of the part that counts, in s.
+    advise : bool
+        Design a controller for the system too, as `fl.design.controller` does.
+    split_hz : sequence of float
+        Frequencies in Hz, rising: what is left of the disturbance below, between and above.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no run with its System, frequencies that do not rise within half the control rate, a recording that
+        is gone, or a design that finds no controller.
+    """
+    system = system_of(run)
+    edges_hz = split_edges(split_hz, system.controller.rate_hz)
+    mask, duration_s = scored_from(run, score_from_s)["scored"].values, run.sizes["time"] / system.controller.rate_hz
+    read, found = recordings(system), dict[str, Any]()
+    doubts = list(signal_findings(system))
+    unclear = {each.code for each in doubts} & UNCLEAR
+    told: list[Finding] = [*doubts, *run_findings.of_sensor(run, run["time"].values >= score_from_s)]
+    if mask.any():
+        found, more = _of_scored(run, mask, edges_hz, unclear)
+        told += more
+    told += chain(
+        of_recorded(system, duration_s),
+        run_findings.of_unscored(run),
+        run_findings.contact_turns(system),
+        board_ceiling(system),
+        _one_place(system),
+    )
+    values = dict.fromkeys(METRIC_NAMES, math.nan) | found.pop("metrics", {})
+    fields = {NAMES.get(name, name): value for name, value in values.items()}
+    own = {name: fields.pop(name) for name in list(fields) if name not in Diagnosis.__dataclass_fields__}
+    return Diagnosis(
+        **{"open_loop_rms_error_n": math.nan, **found, **fields},
+        own_metrics=own,
+        system=system,
+        seed=int(run.attrs["seed"]) if "seed" in run.attrs else None,
+        duration_s=duration_s,
+        score_from_s=score_from_s,
+        scored=float(mask.mean()),
+        recorded=read,
+        unscored_s=run_findings.unscored_s(run),
+        advice=_advice(system) if advise else None,
+        findings=tuple(told),
+    )
+
+
+def _of_scored(
+    run: xr.Dataset, mask: np.ndarray, edges_hz: Sequence[float], unclear: Collection[str]
+) -> tuple[dict[str, Any], list[Finding]]:
+    """Return fields and findings of what is scored; ``unclear`` are doubts that leave out what says nothing."""
+    system, split = system_of(run), reach_split(run, mask)
+    opened = None if system.controller.kind in OPEN else open_loop_of(run)
+    found: dict[str, Any] = {"metrics": metrics(run, mask), "reach": split}
+    if opened is not None:
+        found["open_loop_rms_error_n"] = float(rms_error(opened, mask))
+    told: list[Finding] = []
+    try:
+        found["ringing"] = run_ringing(run, mask)
+        found["rings_alone"] = rings_alone(run, mask, found["ringing"])
+        told += of_ringing(found["ringing"], found["rings_alone"])
+    except FrictionloopError as error:  # a law, or a recording beyond the reach, without a linear analysis
+        told += unseen(run, mask, error)
+    found["bands"] = by_band(run, mask, edges_hz)
+    told += of_bands(run, mask, found["bands"])
+    if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
+        told += run_findings.of_reach(run, mask, split)
+    if not unclear and split.beyond <= SPLIT_MOST:
+        if system.disturbance.kind in RECORDED:
+            found["disturbance_split"] = disturbance_split(run, mask)
+        if system.setpoint.kind in RECORDED:
+            found["setpoint_split"] = setpoint_split(run, mask)
+    if system.setpoint.kind == "steps":
+        late = run["time"].values >= run["time"].values[mask][0]
+        starts = (np.diff(run["f_r"].values) != 0) & late[1:]
+        found["steps_asked"] = int(np.sum(starts))
+        found["steps"] = tuple(each for each in step_times(run) if each.start_s >= run["time"].values[mask][0])
+    return found, told
+
+
+def _one_place(system: System) -> Iterator[Finding]:
+    """Yield that a finger strokes with one slip length at one speed."""
+    if isinstance(system.finger, Skin) and isinstance(system.motion, Strokes) and system.controller.kind not in OPEN:
+        yield Finding("PLACE-ONE", where=condition_of(system), remedy="frictionloop design check FILE")
+
+
+def _advice(system: System) -> ControllerDesign:
+    from frictionloop.design.controller_design import controller
+
+    return controller(system)

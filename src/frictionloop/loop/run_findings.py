@@ -1,0 +1,172 @@
+"""What a person should know of a run: forces out of reach or beyond the sensor, what is not scored, turns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionloop.analysis.levels import OFTEN_N, RECORDED, left_in, too_wide
+from frictionloop.findings import Condition, Finding
+from frictionloop.loop.metrics import out_of_reach, reach_of
+from frictionloop.loop.record import system_of
+from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
+from frictionloop.parameters.motion import one_stroke_a_contact
+from frictionloop.physics.motion import scored_edge_m, stroke_plan
+from frictionloop.recordings.clean import SHOWN, stretches
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CLAMPED = 0.05
+"""Share of the commands that are clamped, and of the time out of reach, from which on that is told (chosen)."""
+UNREACHED = 0.9
+"""Share of the time out of reach that is a warning (chosen); less where a recording brings its own mean."""
+AT_CEILING, FAR_N = 0.2, 0.02
+"""Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
+SEVERAL = 2.0
+"""Strokes of a contact from which on it is meant to be back and forth (chosen)."""
+STEP_MM = 10.0
+"""Strokes are proposed in whole centimetres."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReachSplit:
+    """The error where the set-point is out of reach and where it is not; their squares add up to that of all."""
+
+    beyond: float
+    """Share of the time that is scored in which no vibration gives f_r."""
+    low_n: float
+    high_n: float
+    """What could be had, medians over the time."""
+    rms_error_beyond_n: float
+    rms_error_within_n: float
+
+
+def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:
+    """Return the error of a run by reach: rms^2 = beyond^2 + within^2, each over all that is scored."""
+    (floor, top), d, missed = reach_of(run, mask), run["d"].values[mask], out_of_reach(run, mask)
+    square = (run["f_a"].values - run["f_r"].values)[mask] ** 2
+    beyond, within = (float(np.sqrt(np.mean(square * there))) for there in (missed, ~missed))
+    return ReachSplit(
+        beyond=float(missed.mean()),
+        low_n=float(np.median(floor + d)),
+        high_n=float(np.median(top + d)),
+        rms_error_beyond_n=beyond,
+        rms_error_within_n=within,
+    )
+
+
+def of_reach(run: xr.Dataset, mask: np.ndarray, split: ReachSplit) -> Iterator[Finding]:
+    """Yield that a set-point is out of reach, and what may be the cause."""
+    system, (floor, top) = system_of(run), reach_of(run, mask)
+    r, d = run["f_r"].values[mask], run["d"].values[mask]
+    level, span_n = float(d.mean()), float(np.median(top - floor))
+    if split.beyond <= CLAMPED:
+        return
+    wide = too_wide(float(np.std(d)), span_n)
+    if wide:
+        yield Finding("DISTURBANCE-WIDE", value=float(np.std(d)), unit="N", limit=span_n)
+    around_0 = d - level
+    without = float(np.mean((r < floor + around_0) | (r > top + around_0)))
+    remedy: Mapping[str, Any] | str = {}
+    often = split.beyond >= (CLAMPED if left_in(system, abs(level)) else UNREACHED)
+    if often and abs(level) > OFTEN_N and without < UNREACHED and not wide:
+        recorded = system.disturbance.kind == "recording" and left_in(system, level)
+        remedy = {"disturbance.remove_mean": True} if recorded else {"disturbance.offset_n": 0.0}
+    elif system.setpoint.kind in RECORDED and r.min() < 0.0:
+        remedy = "another setpoint.offset_n"
+    yield Finding(
+        "SETPOINT-REACH",
+        None if often else "note",
+        value=100.0 * split.beyond,
+        unit="%",
+        remedy=remedy,
+        more={"asked": float(np.median(r)), "low": split.low_n, "high": split.high_n},
+    )
+
+
+def of_sensor(run: xr.Dataset, mask: np.ndarray) -> Iterator[Finding]:
+    """Yield for how much of the time the force is above what the sensor can read; ``mask`` says since when."""
+    sensor = system_of(run).sensor
+    if not isinstance(sensor, SuspendedSensor) or "f_a" not in run:
+        return
+    f_a = run["f_a"].values[mask.argmax() :]
+    share = float(np.mean(f_a > sensor.range_n))
+    if share:
+        more = {"share": 100.0 * share}
+        yield Finding("RANGE-EXCEEDED", value=float(f_a.max()), unit="N", limit=sensor.range_n, more=more)
+
+
+def of_ceiling(run: xr.Dataset, mask: np.ndarray) -> Iterator[Finding]:
+    """Yield that a force stays high as the amplitude may not get larger."""
+    system = system_of(run)
+    largest_um = system.plate.max_amplitude_um
+    ceiling_um = system.board.ceiling_um if run.attrs.get("source") != "simulated" else None
+    most_um = largest_um if ceiling_um is None else ceiling_um
+    force = run["f_a" if "f_a" in run else "f_m"].values
+    there = mask & (run["a"].values >= 0.99 * most_um)
+    above_n = float(np.nanmean((force - run["f_r"].values)[there])) if there.any() else 0.0
+    share = float(there.sum() / max(mask.sum(), 1))
+    if share >= AT_CEILING and above_n >= FAR_N:
+        more = {"share": 100.0 * share, "above": 1e3 * above_n}
+        yield Finding("AT-CEILING", value=most_um, unit="um", limit=largest_um, more=more)
+
+
+def of_unscored(run: xr.Dataset) -> Iterator[Finding]:
+    """Yield when a recorded disturbance runs on and is not scored, and a stroke without a turn."""
+    system = system_of(run)
+    if system.disturbance.kind not in RECORDED or "scored" not in run or run["scored"].values.all():
+        return
+    parts = unscored_s(run)
+    stroke_mm = without_turn_mm(system, run.sizes["time"] / system.controller.rate_hz)
+    remedy = {} if stroke_mm is None else {"motion.stroke_mm": stroke_mm} | beside(stroke_mm, system)
+    spans = [f"{start:.3g} to {end:.3g}" for start, end in parts[:SHOWN]]
+    yield Finding("NOT-SCORED", value=len(parts), remedy=remedy, more={"spans": spans})
+
+
+def unscored_s(run: xr.Dataset) -> tuple[tuple[float, float], ...]:
+    """Return from when to when in s a run is not scored."""
+    if "scored" not in run:
+        return ()
+    time_s = run["time"].values
+    return tuple((float(time_s[a]), float(time_s[b])) for a, b in stretches(~run["scored"].values.astype(bool)))
+
+
+def without_turn_mm(system: System, duration_s: float) -> float | None:
+    """Return a stroke that does not end within a run, where one that starts at its end and stays down is too short."""
+    motion, finger = system.motion, system.finger
+    if not isinstance(motion, Strokes) or not isinstance(finger, Skin) or motion.start or motion.contact_s:
+        return None
+    edge_mm = 1e3 * (stroke_plan(motion).half_stroke_m - scored_edge_m(motion, finger))
+    needed_mm = motion.speed_mm_s * duration_s + edge_mm
+    return None if motion.stroke_mm >= needed_mm else STEP_MM * math.ceil(needed_mm / STEP_MM)
+
+
+def beside(stroke_mm: float, system: System) -> dict[str, float]:
+    """Return what a stroke takes besides: a longer plate, and for a board the scale that reads all of it."""
+    from frictionloop.firmware.board_fit import scale_for  # what few runs need
+
+    longer = {"touch.load.length_mm": stroke_mm} if stroke_mm > system.touch.load.length_mm else {}
+    return longer | scale_for(stroke_mm, system)
+
+
+def contact_turns(system: System) -> Iterator[Finding]:
+    """Yield that strokes end within contacts, and what makes each contact one stroke.
+
+    Nothing of a finger that stays, goes back and forth within a contact, or turns in the air.
+    """
+    motion = system.motion
+    if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
+        return
+    half_s = 0.5 * motion.cycle_s
+    if one_stroke_a_contact(motion) or motion.contact_s >= SEVERAL * half_s:
+        return
+    changes = motion.in_contacts()
+    changes |= beside(changes["motion.stroke_mm"], system)
+    rounded = {path: float(f"{value:.6g}") for path, value in changes.items()}
+    where = Condition(speed_mm_s=motion.speed_mm_s)
+    yield Finding("TURNS-IN-CONTACT", value=motion.contact_s, unit="s", limit=half_s, where=where, remedy=rounded)
