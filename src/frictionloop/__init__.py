@@ -13,7 +13,7 @@ Judge it        plot  metrics  r2_identity  rms_error  saturation_index  percept
 Look ahead      linearise  operating_band  kp_limit  output_noise_rms_n
 Find gains      retune  retune_notch  RETUNED
 Render effects  rendering (its own names: help(fl.rendering))
-Run a device    connect  Device
+Run a device    connect  Device  device  firmware (their own names: help(fl.device))
 Run experiments experiments (its own names: help(fl.experiments))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
@@ -72,6 +72,8 @@ _HOME = {
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
 _ROOMS = {
     "design": "frictionloop.design",
+    "device": "frictionloop.device",
+    "firmware": "frictionloop.firmware",
     "experiments": "frictionloop.experiments",
     "identify": "frictionloop.identification",
     "rendering": "frictionloop.rendering",

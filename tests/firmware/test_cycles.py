@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
+from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, WORST_TICK
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.budget import FLOODED, LATE_CYCLES, LINE_BYTES, traced
+from frictionloop.device.emulator.budget import FLOODED, LINE_BYTES, traced
 from frictionloop.device.emulator.corpus import opening, strokes
 from frictionloop.device.emulator.costs import ASSUMED, cycles
 from frictionloop.device.emulator.trace import CycleTrace

@@ -15,7 +15,7 @@ from frictionloop.cli.controller_holds import beyond_reach
 from frictionloop.cli.controller_text import turn
 from frictionloop.cli.saved_controller import instead_of
 from frictionloop.design import synthesis
-from frictionloop.design.corners import occlusions
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.design.requirements import feedforward
 
 BENCH = {

@@ -119,7 +119,7 @@ def _moist(figure: Shown) -> str:
 
 def _moistest(figure: Shown) -> str:
     """Return how moist the finger is that a check looks at."""
-    from frictionloop.design.corners import moistest
+    from frictionloop.analysis.occlusions import moistest
     from frictionloop.parameters import read_toml
 
     assert figure.bench is not None  # as of every figure that is checked

@@ -8,10 +8,11 @@ from typing import Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise
 from frictionloop.analysis.levels import RECORDED, at_levels
+from frictionloop.analysis.occlusions import moistest
 from frictionloop.analysis.operating import asked, law_at, reach_n
 from frictionloop.analysis.reach import missed
 from frictionloop.analysis.stability import ringing_hz
-from frictionloop.design.corners import Corner, condition_of, corners, moistest
+from frictionloop.design.corners import Corner, condition_of, corners
 from frictionloop.design.elsewhere import NEAR, How, Place
 from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
 from frictionloop.design.requirements import Requirements

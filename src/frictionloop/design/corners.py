@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -12,6 +11,7 @@ import numpy as np
 from frictionloop.analysis.band import operating_band
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.design.leaning import Lean, leaning
 from frictionloop.design.least_gain import laws_on
@@ -19,11 +19,8 @@ from frictionloop.design.over import ITSELF, Over
 from frictionloop.design.plants import Plants, detuned, shifted
 from frictionloop.findings import Condition
 from frictionloop.loop.progress import step
-from frictionloop.parameters import FingerFriction, Skin, Strokes, System
-from frictionloop.physics.occlusion import occlusion_after
+from frictionloop.parameters import Skin, Strokes, System
 
-CONTACT_S = 10.0
-"""How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
 MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
 CLOSE = 1.05
@@ -62,21 +59,6 @@ class Corner(NamedTuple):
     def to_dict(self) -> dict[str, Any]:
         """Return it by name."""
         return {**self.condition.values, "sensitivity_peak": self.sensitivity_peak, "limit": self.limit}
-
-
-def occlusions(system: System) -> tuple[float, ...]:
-    """Return how far occlusion is looked at, 0 to 1: landed for the first time, and `moistest`."""
-    friction, motion = system.friction, system.motion
-    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
-        return (0.0,)
-    return 0.0, moistest(friction, motion)
-
-
-def moistest(friction: FingerFriction, motion: Strokes) -> float:
-    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s."""
-    if motion.contact_s == 0.0:
-        return occlusion_after(friction, CONTACT_S, 0.0)
-    return occlusion_after(friction, motion.contact_s, motion.lifted_s, math.inf)
 
 
 def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -> list[LinearLoop]:

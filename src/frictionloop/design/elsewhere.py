@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
+from frictionloop.analysis import rings
 from frictionloop.design.corners import NOTHING, Corner, broken, corners
 from frictionloop.design.leaning import Lean
 from frictionloop.design.over import ITSELF, Over, at_place
@@ -17,8 +18,8 @@ FASTER = (1.0, 4.0)
 """Speeds that a design is looked at, over that of its strokes: 20 and 80 mm/s, as in the comparison of laws."""
 SLOWER = 0.5
 """Speed over the slowest held that is looked at too: a finger that strokes passes every slower speed (assumed)."""
-NEAR = 4.0
-"""Ms above which a loop is said to be near instability: less than 0.25 from -1, a phase margin below 15 degrees."""
+NEAR = rings.NEAR
+"""Ms above which a loop is said to be near instability."""
 How = Literal["unstable", "near", "beyond", "within"]
 """How a controller does at a place: Ms above `NEAR` is near, beyond its limit is beyond."""
 

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.operating import asked, law_at
-from frictionloop.design.corners import cases_of, occlusions
+from frictionloop.design.corners import cases_of
 from frictionloop.design.least_gain import least_gain
 from frictionloop.design.over import Over
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System

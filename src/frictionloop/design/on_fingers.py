@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.operating import asked
 from frictionloop.analysis.reach import ROUNDING, missed
-from frictionloop.design.corners import MET, cases_of, load_of, occlusions
+from frictionloop.design.corners import MET, cases_of, load_of
 from frictionloop.design.held import ENDS, SEARCHED
 from frictionloop.design.least_gain import laws_on, least_gain
 from frictionloop.design.plants import Plants

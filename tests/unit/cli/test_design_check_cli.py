@@ -14,7 +14,7 @@ from frictionloop.cli.controller_also import MATTER, assumed, assumed_in_file, g
 from frictionloop.cli.must_hold import MustHold
 from frictionloop.cli.other_fingers import OtherFingers
 from frictionloop.cli.saved_controller import by_file
-from frictionloop.design.corners import moistest
+from frictionloop.analysis.occlusions import moistest
 from frictionloop.parameters import write_toml
 
 CHECK = ("design", "check")

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from frictionloop.device.emulator.bank import Bank
-from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
+from frictionloop.device.emulator.memory_map import FLASH, PAGE, PAGES, RAM
 from frictionloop.device.emulator.patience import LONGEST_S, Patience
-from frictionloop.firmware.image_checks import check_teensy
+from frictionloop.firmware.image_checks import FLASH_BYTES, RAM_BYTES, check_teensy
 from frictionloop.firmware.image_files import loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
