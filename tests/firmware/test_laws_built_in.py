@@ -38,12 +38,9 @@ def test_all_are_where_none_is_named(law_words):
 @pytest.mark.parametrize(
     ("laws", "says"),
     [
-        (["pi", "pid"], r"^laws = 'pid': the firmware has pi, lookup, filtered_pi, .*notch_pi$"),
-        (
-            ["limit_observer", "lookup"],
-            r"^laws = limit_observer, lookup: the image is to run pi, which must be among them$",
-        ),
-        ([], r"^laws = : the image is to run pi"),
+        (["pi", "pid"], r"^laws = 'pid': must be pi, lookup, filtered_pi, .*notch_pi$"),
+        (["limit_observer", "lookup"], r"^laws = 'limit_observer, lookup': must be with pi, which runs$"),
+        ([], r"^laws = '': must be with pi"),
     ],
 )
 def test_bad_choices_are_one_line(law_words, tmp_path, laws, says):

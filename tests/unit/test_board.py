@@ -61,7 +61,7 @@ def test_a_limit_of_the_force_that_no_reading_passes_is_refused():
     assert words(scaled.evolve({"board.force_limit_n": 1.96}), "safety.force_limit_n") == pytest.approx(
         [1.96], rel=1e-3
     )
-    with pytest.raises(fl.FrictionloopError, match=r"board\.force_limit_n = 2 N: the largest reading .* is 1\.966 N"):
+    with pytest.raises(fl.FrictionloopError, match=r"board\.force_limit_n = 2 N: must be below 1\.966"):
         firmware_words(scaled.evolve({"board.force_limit_n": 2.0}))
     # A zero that is not in the middle leaves more on one side, and two channels read a larger magnitude than one.
     aside = {"board.force_zero_counts": (-20000, 0), "board.force_limit_n": 3.0}
@@ -69,7 +69,7 @@ def test_a_limit_of_the_force_that_no_reading_passes_is_refused():
     across = {"board.force_axes": 2, "board.across_n_per_count": 6e-5, "board.force_limit_n": 2.5}
     assert words(scaled.evolve(across), "safety.force_limit_n") == [2.5]  # up to 2.78 N
     for changes, limit_n in ((aside, 3.17), (across, 2.79)):
-        with pytest.raises(fl.FrictionloopError, match=r"must be below that, or left out for 1\.887 N"):
+        with pytest.raises(fl.FrictionloopError, match=r"must be below .*; 1\.887 if left out"):
             firmware_words(scaled.evolve(changes | {"board.force_limit_n": limit_n}))
 
 
@@ -106,7 +106,7 @@ def test_what_no_board_is_wired_like_is_refused(path, value, said):
 
 def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
     system = fl.bench().evolve({"board.ceiling_um": 3.0})
-    with pytest.raises(fl.FrictionloopError, match=r"board\.ceiling_um = 3 um: .* plate\.max_amplitude_um = 2\.5 um"):
+    with pytest.raises(fl.FrictionloopError, match=r"board\.ceiling_um = 3 um: .* plate\.max_amplitude_um = 2\.5"):
         firmware_words(system)
 
 
@@ -115,8 +115,7 @@ def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
     [("board.load_n_per_count", "touch.n_per_count"), ("board.position_m_per_count", "touch.m_per_count")],
 )
 def test_strokes_need_the_sensors_that_tell_them(name, word):
-    all_of_it = r'motion\.kind = "sliding", friction\.kind = "gaussian", finger\.kind = "rigid"'
-    with pytest.raises(fl.FrictionloopError, match=f"{name} = 0: .* no strokes .{all_of_it}"):
+    with pytest.raises(fl.FrictionloopError, match=f"{name} = 0: must be other than 0"):
         firmware_words(fl.bench().evolve({name: 0.0}))
     assert words(fl.paper().evolve({name: 0.0}), word) == [0]
 

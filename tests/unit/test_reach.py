@@ -9,13 +9,13 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.reach import Missed, missed
 from frictionloop.cli import advice_text, ringing
 from frictionloop.cli.controller_holds import beyond_reach
 from frictionloop.cli.controller_text import turn
 from frictionloop.cli.saved_controller import instead_of
 from frictionloop.design import synthesis
-from frictionloop.analysis.occlusions import occlusions
 from frictionloop.design.requirements import feedforward
 
 BENCH = {

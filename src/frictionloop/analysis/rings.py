@@ -60,7 +60,9 @@ def ringing(system: System, resonance_off: float = 0.0) -> Rings:
     except FrictionloopError:
         return Rings(None)
     speed = system.motion.speed_mm_s if isinstance(system.motion, Strokes) else None
-    where = Condition(speed_mm_s=speed, occluded=min(unstable, default=0.0) or None, resonance_off=resonance_off)
+    where = Condition(
+        speed_mm_s=speed, occluded=min(unstable, default=0.0) or None, resonance_off=resonance_off or None
+    )
     if unstable:
         return Rings(False, Finding("LOOP-UNSTABLE", value=ringing_hz(points), unit="Hz", where=where))
     return Rings(True, Finding("LOOP-NEAR", value=peak, limit=LARGEST, where=where) if peak > NEAR else None)

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, recorded_units, screen
+from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.device import SameAddress
 
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
@@ -58,6 +58,8 @@ def command(
     checks.check_count("decimation", decimation, 1, 65535)
     given = flags.given(file, preset, overrides, "bench")
     if given.system.setpoint.kind in ("recording", "samples"):
+        from frictionloop.cli import recorded_units
+
         recorded_units.ask(given.system, ("setpoint",))  # the disturbance is what there is
         screen.tell_notes()
     with screen.waiting(f"running on {address}"):

@@ -220,7 +220,7 @@ def scored(taken: xr.Dataset, system: System, address: str, open_loop: bool) -> 
         "counted": float(counts.mean()),
         "measured_rms_error_n": _rms(recording, "f_m", counts),
         "rms_error_n": _rms(recording, "f_a", counts) if "f_a" in recording else None,
-        "saturation_index": saturation_index(recording, counts) if counts.any() else math.nan,
+        "saturation_index": saturation_index(_known(recording), counts) if counts.any() else math.nan,
         "setpoint_error_n": float(attrs["setpoint_error_n"]),
         **{name: int(attrs[name]) for name in LOST},
     }
@@ -243,8 +243,8 @@ def diagnosed(recording: xr.Dataset, counts: np.ndarray, system: System) -> Iter
     """
     if not counts.any():
         return
-    known = recording if "f_a" in recording else recording.assign(f_a=recording["f_m"])
-    clamped, followed = saturation_index(recording, counts), r2_identity(known, counts)
+    known = _known(recording)
+    clamped, followed = saturation_index(known, counts), r2_identity(known, counts)
     if clamped <= CLAMPED and 1.0 - followed <= MISSING:  # of a constant set-point R2 is NaN: it is looked at
         return
     try:
@@ -274,6 +274,11 @@ def counted(recording: xr.Dataset) -> np.ndarray:
 def _load(device: Device, system: System) -> None:
     device.upload(system)
     device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts
+
+
+def _known(recording: xr.Dataset) -> xr.Dataset:
+    """Return a recording with the measured force for one on the finger that nobody knows."""
+    return recording if "f_a" in recording else recording.assign(f_a=recording["f_m"])
 
 
 def _rms(recording: xr.Dataset, name: str, counts: np.ndarray) -> float:

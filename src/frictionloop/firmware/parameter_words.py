@@ -110,7 +110,7 @@ def _touch(system: System) -> dict[str, Any]:
     else:
         for name in ("load_n_per_count", "position_m_per_count"):
             if getattr(board, name) == 0:
-                raise must_be(f"board.{name}", 0.0, 'above 0, or motion.kind = "sliding"')
+                raise must_be(f"board.{name}", 0.0, 'other than 0, or motion.kind = "sliding"')
     return {
         "touch.zero_counts": board.load_zero_counts,
         "touch.n_per_count": board.load_n_per_count,

@@ -87,7 +87,7 @@ def _length(sections: Sequence[Section]) -> int:
     """Return after how many periods little is left of an impulse."""
     radius = max(float(np.max(np.abs(np.roots((1.0, a1, a2))), initial=0.0)) for *_, a1, a2 in sections)
     if radius >= 1.0 or (periods := _forgotten(radius, len(sections))) > LONGEST:
-        raise must_be("controller.sections: radius", f"{radius:.9g}", f"forgotten in {LONGEST} periods")
+        raise must_be("controller.sections: radius", float(radius), f"forgotten in {LONGEST} periods")
     return periods
 
 

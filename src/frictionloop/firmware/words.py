@@ -79,7 +79,7 @@ def accepted(word: Word) -> str:
     """Return in words what a parameter takes."""
     unit = f" {word.unit}" if word.unit else ""
     if word.format == "gain":
-        return f"below 2^31 in magnitude{unit}"
+        return "below 2^31 in magnitude"
     kind = "a whole number" if word.format == "count" else "a number"
     low = -(2**31) if word.low is None else word.low
     high = 2**31 - 1 if word.high is None else word.high

@@ -17,16 +17,16 @@ from frictionloop.cli import main
 @pytest.fixture(autouse=True, scope="session")
 def _designed_once():
     """The notch of a bench takes ten seconds to find: what README.md and the tests of the command design is one."""
-    from frictionloop.design import synthesis
+    from frictionloop.design import controller_design
 
-    really = synthesis.design_controller
+    really = controller_design.synthesised
     known = cache(really)
 
-    def design_controller(system, law=None, wanted=None):
-        return (known if law == "notch_pi" else really)(system, law, wanted)
+    def synthesised(system, law, asked):
+        return (known if law == "notch_pi" else really)(system, law, asked)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(synthesis, "design_controller", design_controller)
+        patch.setattr(controller_design, "synthesised", synthesised)
         yield
 
 

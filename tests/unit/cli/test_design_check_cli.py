@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.analysis.occlusions import moistest
 from frictionloop.cli.controller_also import MATTER, assumed, assumed_in_file, given_in
 from frictionloop.cli.must_hold import MustHold
 from frictionloop.cli.other_fingers import OtherFingers
 from frictionloop.cli.saved_controller import by_file
-from frictionloop.analysis.occlusions import moistest
 from frictionloop.parameters import write_toml
 
 CHECK = ("design", "check")
