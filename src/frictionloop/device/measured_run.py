@@ -106,7 +106,7 @@ class DevicePlay(DeviceRun):
 
     def rows(self) -> list[Row]:
         """Return the run, and what the device was given."""
-        return [*super().rows(), ("effect", f"{self.steps} steps, {self.words} words")]
+        return [*super().rows(), ("effect", f"steps {self.steps}, words {self.words}")]
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name but recording and tables, which `write_tables` writes."""

@@ -44,10 +44,10 @@ class Built(Exported):
     """Of this image: tick, interrupts, background, their sum; with the longest effect, and a host that never stops."""
 
     def rows(self) -> list[Row]:
-        """Return the image, and what the table has."""
+        """Return the image, and what the table has beside the delay."""
         flash, ram = ("", "") if self.board != image.FLASHED else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
         sizes = f"flash {self.flash_bytes:,}{flash}, memory {self.ram_bytes:,}{ram} bytes"
-        return [("image", self.hex), ("size", sizes), *super().rows()]
+        return [(Path(self.hex).name, sizes), *(row for row in super().rows() if row[0] != "delay")]
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return the cycles of a tick, and what more was traced."""

@@ -328,7 +328,7 @@ def test_a_loop_that_rings_is_found(monkeypatch, device_knows_f_a):
     if not device_knows_f_a:
         monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
     rings = fl.device.run("sim:", fl.bench(), 0.5)
-    assert [each.code for each in rings.findings] == ["LOOP-UNSTABLE"] and rings.saturation_index > 0.5
+    assert "LOOP-UNSTABLE" in [each.code for each in rings.findings] and rings.saturation_index > 0.5
     assert (rings.rms_error_n is None) != device_knows_f_a
     held = fl.device.run("sim:", fl.bench().evolve(HELD), 0.5)
     assert held.findings == () and held.measured_rms_error_n < 0.2 * rings.measured_rms_error_n
