@@ -7,7 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli.contact_turns import question
-from frictionloop.firmware.board_fit import misfits
+from frictionloop.firmware.board_fit import board_findings
 
 LIFTS = {"motion.speed_mm_s": 80.0, "motion.contact_s": 2.0, "motion.lifted_s": 0.5, "motion.stroke_mm": 160.0}
 
@@ -45,7 +45,7 @@ def test_a_stroke_that_is_longer_than_the_plate_says_which_plate():
 def test_a_stroke_that_the_board_cannot_read_brings_the_scale_that_can():
     lifts = fl.bench().evolve(LIFTS | {"motion.speed_mm_s": 50.0, "motion.contact_s": 1.0})
     made = lifts.evolve(told_changes(lifts))
-    assert made.motion.stroke_mm > 65.5 and misfits(made) == []
+    assert made.motion.stroke_mm > 65.5 and [*board_findings(made)] == []
     short = lifts.evolve({"motion.contact_s": 0.5})
     assert "board" not in question(short)
 
