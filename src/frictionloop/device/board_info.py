@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
@@ -60,22 +61,22 @@ class DeviceInfo(Result):
     """That of the system it is compared with."""
     differing: tuple[Differing, ...]
     counts: Mapping[str, float]
-    """Since reset: ticks, overruns, frames whole, broken and missed, samples dropped, and the longest tick in us."""
+    """Since reset: ticks, overruns, frames whole, broken and missed, samples dropped; longest tick in us or NaN."""
 
     def rows(self) -> list[Row]:
         """Return who answers, and what runs there."""
         (low, high), laws = self.clamp_n, " or ".join((self.law, *self.also_law))
         same = {None: "", self.values: ", as the file's"}.get(self.system_values, f", the file's {self.system_values}")
         also = [f"{name} (runs {', '.join(more)})" if more else name for name, more in self.laws.items()]
-        longest = f", longest {self.counts['longest_us']:.3g} us" if self.counts["longest_us"] else ""
-        count = {name: f"{value:,.0f}" for name, value in self.counts.items()}
+        slowest_us = self.counts["longest_us"]
+        longest = "" if math.isnan(slowest_us) else f", longest {slowest_us:.3g} us"
         return [
             ("board", f"{self.board}, serial number {self.serial}" if self.serial else self.board),
             ("law", f"{laws}, {low:.3g} to {high:.3g} N, up to {self.ceiling_um:.3g} um"),
             ("values", self.values + same),
             ("firmware", f"{self.revision}, protocol {self.protocol}, {self.tick_hz} Hz, layout {self.layout}"),
             ("built in", ", ".join(also)),
-            ("last reset", f"{self.reset}, {count['ticks']} ticks ago{longest}"),
+            ("last reset", f"{self.reset}, {self.counts['ticks']:,.0f} ticks ago{longest}"),
         ]
 
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -108,7 +109,8 @@ def info(where: str | Device, system: System | None = None) -> DeviceInfo:
 
         wanted = firmware_words(system)
     with opened(where) as device:
-        found, counts, parameters = device.info, device.statistics(), device.parameters
+        found, parameters = device.info, device.parameters
+        counts = device.statistics()
         (law, *also), words = _laws(device), parameters.words()
         clamp = float(parameters["law.low_n"]), float(parameters["law.high_n"])
         ceiling_um = float(parameters["drive.ceiling_um"])
@@ -116,6 +118,7 @@ def info(where: str | Device, system: System | None = None) -> DeviceInfo:
     from frictionloop.control.laws import LAWS
     from frictionloop.firmware.values import differing, fingerprint
 
+    counts["longest_us"] = counts["longest_us"] or math.nan  # of a board without a counter
     others = tuple(Differing(*each) for each in differing(words, wanted)) if wanted is not None else ()
     runs = {kind: tuple(each for each, law in LAWS.items() if law.kind == kind != each) for kind in found.laws}
     return DeviceInfo(

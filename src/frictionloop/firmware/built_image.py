@@ -18,6 +18,7 @@ from frictionloop.firmware.image_checks import FLASH_BYTES, RAM_BYTES
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.table_files import write_table
 from frictionloop.parameters import System
+from frictionloop.quantities.extra import all_needed
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -90,6 +91,7 @@ def build(
     FrictionloopError
         For what the firmware cannot do, an unknown board or law, and sources that do not compile.
     """
+    all_needed("ziglang", "elftools", "cobs", "fastcrc", "intelhex")
     words, folder = firmware_words(system), Path(out)
     made = image.build(board, words.tolist(), folder, laws=laws, carrier_ticks=period_ticks(system))
     cycles = trace(str(made.elf)) if trace is not None and board == image.FLASHED else None

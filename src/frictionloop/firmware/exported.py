@@ -62,7 +62,9 @@ class Exported(Result):
             ("delay", f"{self.delay_us:g} us, {self.whole_delay_us:.4g} us with half the hold"),
         ]
         if self.carrier_hz is not None:
-            rows.append(("carrier", f"{self.carrier_hz:.0f} Hz, {100.0 * (self.carrier_share or 0.0):.3g} % of the resonance"))
+            rows.append(
+                ("carrier", f"{self.carrier_hz:.0f} Hz, {100.0 * (self.carrier_share or 0.0):.3g} % of the resonance")
+            )
         if self.worst_tick_cycles:
             rows.append(("tick", f"{self.worst_tick_cycles:,} of {self.tick_cycles:,} cycles{self._traced}"))
         return [*rows, ("values", f"{self.values}, {self.words} words, layout {self.layout}")]
