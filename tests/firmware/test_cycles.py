@@ -123,7 +123,7 @@ def test_tick_interrupts_and_background_fit_into_a_period(law, budget):
     found = budget(law).table()
     for name, row in found.items():
         assert row["sum"] == row["tick"] + row["interrupts"] + row["background"]
-        if law == "notch_pi" and name != "RAM waits a cycle a word":
+        if law == "notch_pi" and name != "RAM waits a cycle":
             assert row["sum"] <= BUDGET_CYCLES, name
     assert found["as assumed"]["sum"] <= BUDGET_CYCLES
     assert max(row["tick"] for row in found.values()) < BUDGET_CYCLES
