@@ -32,6 +32,7 @@ _HOME = {
     "quantities.units": "SignalWarning",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
     "parameters.written": "to_toml",
+    "parameters.named": "parameters_named",
     "parameters.board": "Board",
     "parameters.sources": "ColouredNoise Constant LogSweep Recording Samples Signal Sine Steps",
     "parameters.timing": "Model Timing",
@@ -82,7 +83,12 @@ _HOME = {
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
 _ROOMS = {
+    "figures": "frictionloop.figures.style",
+    "outputs": "frictionloop.quantities.outputs",
+    "progress": "frictionloop.loop.progress",
     "design": "frictionloop.design",
+    "device": "frictionloop.device",
+    "firmware": "frictionloop.firmware",
     "experiments": "frictionloop.experiments",
     "identify": "frictionloop.identification",
     "rendering": "frictionloop.rendering",

@@ -1,4 +1,4 @@
-"""What of a system the board does not do is told before it is built, and the carrier is the nearest to the plate."""
+"""What of a system the board does otherwise is found before it is built; the carrier is the nearest to the plate."""
 
 import re
 
@@ -12,9 +12,10 @@ from frictionloop.firmware.board_fit import (
     BUS_HZ,
     USUAL_TICKS,
     amplitude_left,
+    board_findings,
     carrier_hz,
-    carrier_said,
-    misfits,
+    ceiling_findings,
+    gain_findings,
     period_ticks,
 )
 from frictionloop.quantities.schema import firmware_folder
@@ -42,11 +43,10 @@ def test_no_other_whole_period_is_nearer_to_the_plate(frequency_hz):
 
 
 def test_a_plate_that_the_timer_cannot_reach_is_refused():
-    with pytest.raises(
-        fl.FrictionloopError, match=r"plate.frequency_hz = 1000 Hz: the board's carrier must be from 1099"
-    ):
+    with pytest.raises(fl.FrictionloopError, match=r"plate.frequency_hz = 1000 Hz: must be 1099 to") as refused:
         period_ticks(at(1000.0))
-    assert "must be from 1099" in misfits(at(1000.0))[0]
+    (found,) = board_findings(at(1000.0))
+    assert found.code == refused.value.code and found.more["share"] < 5.0
 
 
 def test_what_is_left_is_the_response_of_a_resonator_beside_its_peak():
@@ -60,36 +60,43 @@ def test_what_is_left_is_the_response_of_a_resonator_beside_its_peak():
     assert amplitude_left(at_corner, CARRIER_HZ) == pytest.approx(np.sqrt(0.5), rel=0.01)
 
 
-def test_another_rate_and_a_plate_between_two_carriers_are_told_and_the_bench_is_not():
-    assert misfits(fl.bench()) == misfits(fl.feasible()) == []
-    (rate,) = misfits(at(38200.0).evolve({"controller.rate_hz": 4000.0}))
-    assert "controller.rate_hz = 4000 Hz" in rate and "firmware runs at 5000 Hz only" in rate
+def test_another_rate_and_a_plate_between_two_carriers_are_found_and_the_bench_is_not():
+    assert [*board_findings(fl.bench())] == [*board_findings(fl.feasible())] == []
+    (rate,) = board_findings(at(38200.0).evolve({"controller.rate_hz": 4000.0}))
+    assert (rate.code, rate.value, rate.limit) == ("BOARD-RATE", 4000.0, 5000.0)
     between = at(BUS_HZ / 942.4, q=2000.0)
-    (plate,) = misfits(between)
-    assert (
-        "the nearest carrier is 38217 Hz, 36 MHz / 942, where the plate gives 50.7 % of its amplitude at resonance"
-        in plate
-    )
-    assert carrier_said(between) in plate and carrier_said(fl.feasible()) == ""
-    words = plate.partition("`")[2].partition("`")[0].split()
-    there = dict(zip((word.removeprefix("--") for word in words[::2]), map(float, words[1::2]), strict=True))
+    (plate,) = gain_findings(between)
     share = amplitude_left(between.plate, BUS_HZ / 942)
-    assert there["plate.pulse_ticks"] == 942
-    assert there["plate.max_amplitude_um"] == pytest.approx(share * between.plate.max_amplitude_um, rel=1e-3)
-    (told,) = misfits(between.evolve({"plate.pulse_ticks": 942}))
-    assert told.endswith("are to be those at this carrier") and "`" not in told
+    assert (plate.code, plate.severity, plate.limit) == ("BOARD-CARRIER", "warning", BUS_HZ / 942)
+    assert plate.more["share"] == pytest.approx(100 * share) == pytest.approx(50.7, abs=0.1)
+    assert plate.remedy["plate.pulse_ticks"] == 942
+    assert plate.remedy["plate.max_amplitude_um"] == pytest.approx(share * between.plate.max_amplitude_um, rel=1e-3)
+    (known,) = board_findings(between.evolve({"plate.pulse_ticks": 942}))
+    assert (known.code, known.severity, known.remedy) == ("BOARD-CARRIER", "note", "")
 
 
-def test_strokes_that_the_position_sensor_cannot_follow_are_told_with_a_scale_that_can():
+def test_strokes_that_the_position_sensor_cannot_follow_are_found_with_a_scale_that_can():
     far = fl.bench().evolve({"motion.stroke_mm": 80.0})
-    (said,) = misfits(far)
-    assert "goes to 40 mm from the middle, and is read to 32.8 mm with board.position_m_per_count = 1e-06" in said
-    scale = float(said.partition("sensor_saturated; ")[2].split()[0])
-    assert misfits(far.evolve({"board.position_m_per_count": scale})) == []
+    (found,) = board_findings(far)
+    assert (found.code, found.value) == ("BOARD-POSITION", 40.0) and found.limit == pytest.approx(32.767)
+    assert [*board_findings(far.evolve(found.remedy))] == []
 
 
-def test_steps_are_told_which_a_table_of_points_has_not():
+def test_steps_are_found_which_a_table_of_points_has_not():
     levels = {"kind": "steps", "times_s": (0.0, 1.0), "levels_n": (0.4, 0.6)}
-    (said,) = misfits(fl.bench().evolve({"setpoint": levels}))
-    assert "1024 points with straight lines between them, which miss steps in a run above 0.2 s" in said
-    assert misfits(fl.bench().evolve({"setpoint": levels | {"times_s": (0.0,), "levels_n": (0.4,)}})) == []
+    (found,) = board_findings(fl.bench().evolve({"setpoint": levels}))
+    assert (found.code, found.limit, found.value) == ("BOARD-STEPS", 1024, pytest.approx(0.2, rel=0.03))
+    assert [*board_findings(fl.bench().evolve({"setpoint": levels | {"times_s": (0.0,), "levels_n": (0.4,)}}))] == []
+
+
+@pytest.mark.parametrize(("ceiling_um", "reached"), [(0.3, False), (1.1, False), (2.0, True), (None, True)])
+def test_a_ceiling_is_found_that_leaves_forces_out(ceiling_um, reached):
+    system = fl.bench().evolve({"setpoint.offset_n": 0.55, "setpoint.amplitude_n": 0.05})
+    found = [*ceiling_findings(system if ceiling_um is None else system.evolve({"board.ceiling_um": ceiling_um}))]
+    if ceiling_um is None:
+        assert [(each.code, each.remedy) for each in found] == [("FIRST-RUN", {"board.ceiling_um": 0.5})]
+        return
+    friction = system.friction
+    least_n = float(friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * ceiling_um**2))
+    assert (least_n <= 0.5) is reached
+    assert [each.limit for each in found] == ([] if reached else [pytest.approx(least_n)])

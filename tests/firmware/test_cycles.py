@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 
-from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
+from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, WORST_TICK
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.budget import FLOODED, LATE_CYCLES, LINE_BYTES, traced
+from frictionloop.device.emulator.budget import FLOODED, LINE_BYTES, traced
 from frictionloop.device.emulator.corpus import opening, strokes
 from frictionloop.device.emulator.costs import ASSUMED, cycles
 from frictionloop.device.emulator.trace import CycleTrace
@@ -123,7 +123,7 @@ def test_tick_interrupts_and_background_fit_into_a_period(law, budget):
     found = budget(law).table()
     for name, row in found.items():
         assert row["sum"] == row["tick"] + row["interrupts"] + row["background"]
-        if law == "notch_pi" and name != "RAM waits a cycle a word":
+        if law == "notch_pi" and name != "RAM waits a cycle":
             assert row["sum"] <= BUDGET_CYCLES, name
     assert found["as assumed"]["sum"] <= BUDGET_CYCLES
     assert max(row["tick"] for row in found.values()) < BUDGET_CYCLES

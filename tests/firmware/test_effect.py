@@ -59,7 +59,7 @@ def test_every_effect_of_the_library_is_the_same_in_c(name):
     wrong, found = in_c(made.words, touches)
     assert wrong == -1
     np.testing.assert_allclose(found, in_python(made.program, touches), rtol=0, atol=PARITY_N)
-    assert bool(made.told) == (name in STEEP)
+    assert bool(made.findings) == (name in STEEP)
     if name not in STEEP:
         full = in_python(EffectSource(effect=LIBRARY[name]).program(255.0), touches)
         np.testing.assert_allclose(found, full, rtol=0, atol=PARITY_N)
@@ -86,10 +86,8 @@ def apart(made, touches: np.ndarray) -> np.ndarray:
 
 
 def matches(effect, seed: int, ticks: int) -> None:
-    """Hold C to 0.2 mN of Python, or to what ``play`` says of the words' rounding."""
+    """Hold C to 0.2 mN of Python, or to what is found of the words' rounding."""
     made = effect_tables(EffectSource(effect=effect), 255.0)
-    is_told = any("rounding" in line for line in made.told)
-    assert is_told == (made.rounding_n > PARITY_N)
     assert np.max(apart(made, strokes(ticks, seed))) <= max(PARITY_N, made.rounding_n)
 
 
@@ -97,7 +95,7 @@ def matches(effect, seed: int, ticks: int) -> None:
 @settings(max_examples=40, deadline=None)
 @given(TREES, st.integers(0, 1000))
 def test_random_trees_are_the_same_in_c(effect, seed):
-    """Jumps, nearest tables and products too: where words of 16 bit are too coarse for 0.2 mN, ``play`` says so."""
+    """Jumps, nearest tables and products too: words of 16 bit may be too coarse for 0.2 mN."""
     assume(fits(effect))
     matches(effect, seed, 150)
 
@@ -109,14 +107,13 @@ def test_jumps_nearest_tables_and_products_are_the_same_in_c():
         matches(effect, number, 400)
 
 
-def test_a_product_that_the_words_are_too_coarse_for_is_told():
+def test_a_product_that_the_words_are_too_coarse_for_is_measured():
     """2.6 N times 2.6 N: the error of each factor counts 2.6 times."""
     wild = R.Wave(values_n=(2.6, -2.6, 2.6), rate_hz=100.0, loops=True)
     made = effect_tables(EffectSource(effect=wild * R.Detents(amplitude_n=2.6, spacing_mm=9.0)), 255.0)
     assert 2 * PARITY_N < made.rounding_n < 3 * PARITY_N
-    assert made.told == (f"words of 16 bit: the force differs by up to {1e3 * made.rounding_n:.2g} mN by rounding",)
     assert 0.1 * made.rounding_n < np.max(apart(made, strokes(400))) <= made.rounding_n
-    assert effect_tables(EffectSource(effect=0.1 * wild + 0.4), 255.0).told == ()
+    assert effect_tables(EffectSource(effect=0.1 * wild + 0.4), 255.0).rounding_n < PARITY_N
 
 
 def test_how_many_values_a_table_gets():
@@ -126,8 +123,8 @@ def test_how_many_values_a_table_gets():
     rough = R.Texture(longest_mm=2.0) + R.Wave(values_n=(0, 0.1, 0), rate_hz=9.0)
     many = effect_tables(EffectSource(effect=rough), 255.0)
     assert len(many.words) == 1024
-    assert "values" in many.told[0]
-    assert "mN" in many.told[0]
+    (coarser, *_) = many.findings
+    assert coarser.code == "EFFECT-COARSER" and coarser.value < coarser.limit
 
 
 def test_a_map_of_two_dimensions_gives_the_row_under_the_track():
@@ -136,7 +133,7 @@ def test_a_map_of_two_dimensions_gives_the_row_under_the_track():
         made = effect_tables(EffectSource(effect=map_, track=R.Track(y_mm=y_mm)), 255.0)
         touches = np.rint([[x * 1e-3 * 2**32, 2.7e6, 2**27] for x in (-10.0, 0.0, 10.0)])
         np.testing.assert_allclose(in_c(made.words, touches)[1], wanted, atol=PARITY_N)
-        assert made.told == ("map of 2 rows: no board has a sensor for y; the row under the track is played",)
+        assert [(each.code, each.value) for each in made.findings] == [("EFFECT-ROW", 2)]
 
 
 WRONG = {
@@ -156,13 +153,13 @@ def test_a_step_that_cannot_be_run_is_found(field):
 
 @pytest.mark.parametrize("effect", [R.Constant(level_n=9.0), R.Constant(level_n=5.0) * R.Viscous(per_speed_n_s_m=2.0)])
 def test_a_force_that_fits_no_word_is_refused_in_a_line(effect):
-    with pytest.raises(fl.FrictionloopError, match=r"^effect: asks for up to \d+ N; must be below 8 N to fit$"):
+    with pytest.raises(fl.FrictionloopError, match=r"^effect: force = \d+ N: must be below 8$"):
         effect_tables(EffectSource(effect=effect), 255.0)
 
 
 def test_an_effect_of_too_many_steps_is_refused_in_a_line():
     parts = [R.Detents(spacing_mm=float(k)) for k in range(2, 8)]
-    with pytest.raises(fl.FrictionloopError, match=r"^effect: is 23 steps for a device; at most 9"):
+    with pytest.raises(fl.FrictionloopError, match=r"^effect = 23 steps: must be at most 9"):
         effect_tables(EffectSource(effect=R.Sum(of=tuple(parts))), 255.0)
 
 

@@ -139,18 +139,18 @@ def test_an_unknown_register_ends_the_run(board):
     code = bytes.fromhex("4bf20010 c4f20300 0068".replace(" ", ""))
     board.processor.uc.mem_write(handler, code)
     board.processor.uc.ctl_flush_tb()
-    with pytest.raises(FrictionloopError, match="reads 4 bytes at 0x4003b100: the model has no such register"):
+    with pytest.raises(FrictionloopError, match="reads 0x4003b100, 4 bytes: no register"):
         board.tick((0, 0), 0, 0)
 
 
 def test_a_block_without_its_clock_is_out_of_reach():
     bank = Bank()
-    with pytest.raises(FrictionloopError, match=r"reads PIT_CVAL0, whose clock is off \(SIM_SCGC6, bit 23\)"):
+    with pytest.raises(FrictionloopError, match=r"reads PIT_CVAL0: clock off, SIM_SCGC6 bit 23"):
         bank.read(0x40037104, 4)
     bank.write(0x4004803C, 4, 1 << 23)
     assert bank.read(0x40037104, 4) == 0
     bank.write(0x4004803C, 4, 0)
-    with pytest.raises(FrictionloopError, match="writes PIT_MCR, whose clock is off"):
+    with pytest.raises(FrictionloopError, match="writes PIT_MCR: clock off"):
         bank.write(0x40037000, 4, 0)
 
 
@@ -158,7 +158,7 @@ def test_a_block_without_its_clock_is_out_of_reach():
 def test_a_delay_block_that_misses_the_tick_is_refused(board, modulus):
     """Too short to start the converters, or still running when the next trigger comes."""
     board._bank.values["PDB_MOD"] = modulus
-    with pytest.raises(FrictionloopError, match="PDB_MOD: ADC0 must be started, and the pass over, in a tick"):
+    with pytest.raises(FrictionloopError, match="PDB_MOD: ADC0 not done in a tick"):
         board.tick((0, 0), 0, 0)
 
 
@@ -173,7 +173,7 @@ def test_an_image_that_leaves_the_watchdog_alone_is_refused(images, tmp_path):
         assert movw(word) in content
     spoilt = tmp_path / "spoilt.elf"
     spoilt.write_bytes(content.replace(movw(0xC520), movw(0xC521)))
-    with pytest.raises(FrictionloopError, match="must unlock the watchdog before"):
+    with pytest.raises(FrictionloopError, match="watchdog not unlocked first"):
         TeensyEmulator(spoilt)
 
 
@@ -187,7 +187,7 @@ def movw(value):
 def test_a_file_that_is_no_image_is_named(tmp_path):
     text = tmp_path / "notes.txt"
     text.write_text("not an image")
-    with pytest.raises(FrictionloopError, match=r"notes\.txt: is not an ELF file"):
+    with pytest.raises(FrictionloopError, match=r"notes\.txt: no ELF file"):
         TeensyEmulator(text)
     with pytest.raises(FrictionloopError, match=r"missing\.elf: cannot be read"):
         TeensyEmulator(tmp_path / "missing.elf")
@@ -197,9 +197,7 @@ def test_an_image_that_is_no_teensys_is_one_line(images, tmp_path):
     content = bytearray(images("pi").elf.read_bytes())
     content[content.index(bytes.fromhex("def9ffff"))] = 0
     (tmp_path / "other.elf").write_bytes(content)
-    with pytest.raises(
-        FrictionloopError, match=r"other\.elf: is not an image of a Teensy; frictionloop firmware build"
-    ):
+    with pytest.raises(FrictionloopError, match=r"other\.elf: is no image of a Teensy"):
         TeensyEmulator(tmp_path / "other.elf")
 
 

@@ -3,7 +3,7 @@
 import zlib
 
 import frictionloop as fl
-from frictionloop.firmware.export import Table
+from frictionloop.firmware.exported import export
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.values import differing, fingerprint
 from frictionloop.firmware.words import word_of
@@ -28,19 +28,17 @@ def test_the_same_values_have_the_same_fingerprint_and_any_other_word_another():
 
 
 def test_the_fingerprint_is_that_of_the_file_of_words_and_not_that_of_the_layout(tmp_path):
-    words = words_of(controller__kp=0.05)
-    table = Table(BENCH.evolve({"controller.kp": 0.05}), words)
-    table.write(tmp_path)
+    table = export(BENCH.evolve({"controller.kp": 0.05}), tmp_path)
     of_file = f"{zlib.crc32((tmp_path / 'parameters.bin').read_bytes()):08x}"
-    assert table.summary()["values"] == of_file
+    assert table.values == of_file
     assert (tmp_path / "values.txt").read_text() == f"values {of_file}\n"
-    assert table.summary()["layout"] == f"{table_hash():08x}" != of_file
-    assert Table(BENCH, firmware_words(BENCH)).summary()["layout"] == table.summary()["layout"]
+    assert table.layout == f"{table_hash():08x}" != of_file
+    assert export(BENCH, tmp_path).layout == table.layout
 
 
 def test_the_written_system_gives_the_same_values(tmp_path):
     changed = BENCH.evolve({"controller.kp": 0.0621, "plate.q": 311.0, "board.ceiling_um": 0.7})
-    Table(changed, firmware_words(changed)).write(tmp_path)
+    export(changed, tmp_path)
     assert fingerprint(firmware_words(fl.read_toml(tmp_path / "system.toml"))) == fingerprint(firmware_words(changed))
 
 

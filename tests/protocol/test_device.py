@@ -69,11 +69,11 @@ def test_gains_of_a_device_that_nobody_described_are_those_it_tells(device: Devi
     device.commit()
     assert device.parameters["law.gains"][:2] == pytest.approx([12.0, 2.0 / 5000.0])
     assert (device.controller.kp, device.controller.ki) == (12.0, 2.0)
-    with pytest.raises(fl.FrictionloopError, match=r"^controller.overdrive: the device tells controller.kp and"):
+    with pytest.raises(fl.FrictionloopError, match=r"^controller.overdrive: accepted controller.kp"):
         device.set("controller.overdrive", True)
     device.set("law.number", 2)
     device.commit()
-    with pytest.raises(fl.FrictionloopError, match=r"^controller: the device runs law lookup and tells"):
+    with pytest.raises(fl.FrictionloopError, match=r"^law = 'lookup': must be pi"):
         device.set("controller.kp", 1.0)
 
 
@@ -94,8 +94,8 @@ def test_what_another_host_left_waiting_is_written_over(device: Device, board: A
         ("setpoint.hold_n", float("nan"), "setpoint.hold_n = nan N: must be a number from 0 to 8 N"),
         ("setpoint.hold_n", "much", "setpoint.hold_n = 'much': must be a number from 0 to 8 N"),
         ("safety.force_ticks", 2.5, "safety.force_ticks = 2.5: must be a whole number from 1 to 100"),
-        ("force.zero_counts", 1, "force.zero_counts: 1 number; must be 2"),
-        ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be a number of magnitude below 2^31 N"),
+        ("force.zero_counts", 1, "force.zero_counts = 1 numbers: must be 2"),
+        ("touch.n_per_count", 1e10, "touch.n_per_count = 1e+10 N: must be below 2^31"),
     ],
 )
 def test_a_parameter_that_does_not_fit_is_refused_by_name(device: Device, name: str, value: Any, words: str) -> None:
@@ -106,17 +106,17 @@ def test_a_parameter_that_does_not_fit_is_refused_by_name(device: Device, name: 
 
 def test_another_version_and_another_table_are_refused(boards: Any) -> None:
     major = schema()["protocol"]["major"]
-    words = f"^device: speaks version {major + 1}.0 of the protocol; must be {major}.x$"
+    words = f"^device: protocol {major + 1}.0, must be {major}.x$"
     with pytest.raises(fl.DeviceError, match=words):
         Device(lambda: boards.Line(boards.Board(major=major + 1)))
     other = Device(lambda: boards.Line(boards.Board(hash_of_table=5)))
-    with pytest.raises(fl.DeviceError, match=r"parameter table is another one \(layout 00000005"):
+    with pytest.raises(fl.DeviceError, match="layout 00000005: must be"):
         other.set("setpoint.hold_n", 0.5)
 
 
 def test_what_says_nothing_is_no_device(boards: Any, board: Any) -> None:
     board.receive = lambda data: None
-    with pytest.raises(fl.DeviceError, match="nothing there speaks frictionloop's protocol"):
+    with pytest.raises(fl.DeviceError, match="no answer in frictionloop's protocol"):
         Device(lambda: boards.Line(board))
 
 
@@ -131,15 +131,15 @@ def test_set_points_over_time_and_position(device: Device, board: Any) -> None:
 @pytest.mark.parametrize(
     ("force_n", "how", "words"),
     [
-        (np.zeros(1025), {"spacing_s": 1e-3}, "set-point table: 1025 points; must be 1 to 1024"),
-        ([0.0, 4.0], {"spacing_s": 1e-3}, "set-point table: 4 N at point 1; must be from -3.2768 to 3.2767 N"),
-        ([0.0, np.nan], {"spacing_s": 1e-3}, "set-point table: nan N at point 1; must be from -3.2768 to 3.2767 N"),
-        ([0.0], {}, "play: give spacing_s for a table over time, or spacing_m for one over position"),
-        ([0.0], {"spacing_s": 0.0}, "spacing_s = 0: must be from"),
+        (np.zeros(1025), {"spacing_s": 1e-3}, "force_n = 1025 points: must be 1 to 1024"),
+        ([0.0, 4.0], {"spacing_s": 1e-3}, "force_n at point 1 = 4 N: must be -3.2768 to 3.2767"),
+        ([0.0, np.nan], {"spacing_s": 1e-3}, "force_n at point 1 = nan N: must be"),
+        ([0.0], {}, "spacing_s, spacing_m = (None, None): must be one of them"),
+        ([0.0], {"spacing_s": 0.0}, "spacing_s = 0: must be 7.8e-07 to"),
         ([0.0], {"spacing_s": float("nan")}, "spacing_s = nan: must be a finite number"),
         ([0.0], {"spacing_m": "wide"}, "spacing_m = 'wide': must be a finite number"),
-        ([0.0], {"spacing_m": 1e-3, "start_m": 1e6}, "start_m = 1e+06: must be from -2000 to 2000 m"),
-        ("high", {"spacing_s": 1e-3}, "set-point table: 'high'; must be forces in N"),
+        ([0.0], {"spacing_m": 1e-3, "start_m": 1e6}, "start_m = 1e+06 m: must be -2000 to 2000"),
+        ("high", {"spacing_s": 1e-3}, "force_n = 'str': must be forces in N"),
     ],
 )
 def test_a_bad_table_is_refused(device: Device, force_n: Any, how: dict[str, Any], words: str) -> None:
@@ -178,17 +178,16 @@ def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: A
 
     with pytest.raises(
         Interrupted,
-        match=r"^fault force_range at tick \d+ \(7 N\): the force is outside .*; \d+ samples recorded so far are in",
-    ):
+        match=r"^fault force_range at tick \d+: .*: 7 N; \d+ samples are in",
+    ) as ended:
         device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
+    assert ended.value.code == "FAULT-FORCE-RANGE"
     kept = fl.load(tmp_path / "cut.h5")
     assert 1000 < kept.sizes["time"] < 1200
     assert kept.attrs["lost_samples"] == 0
     with pytest.raises(Refused, match=r"^mode \(state = 2\): the device refuses, not now$"):
         device.mode("closed")
-    with pytest.raises(
-        fl.DeviceError, match=r"^the device has the fault force_range: find its cause, then clear\(\) it$"
-    ):
+    with pytest.raises(fl.DeviceError, match=r"^fault force_range: clear\(\) it first$"):
         device.run(0.5, 1.0)
     device.clear()
     device.mode("closed")
@@ -215,7 +214,7 @@ def test_an_unplugged_device_ends_a_run_and_keeps_it_in_a_file(
         if rows > 1000:
             lines[-1].is_open = there = False
 
-    with pytest.raises(Interrupted, match=r"unplugged; .* samples recorded so far are in interrupted-run.h5") as ended:
+    with pytest.raises(Interrupted, match=r"unplugged; \d+ samples are in interrupted-run.h5") as ended:
         device.run(0.5, 2.0, progress=pulled)
     kept = fl.load("interrupted-run.h5")
     assert kept.sizes["time"] == ended.value.run.sizes["time"] > 1000
@@ -229,34 +228,34 @@ def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_
         if rows > 1000:
             board.say = lambda name, **fields: None
 
-    with pytest.raises(Interrupted, match="said nothing for 2 s"):
+    with pytest.raises(Interrupted, match="no telemetry for 2 s"):
         device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda d: d.run(0.5, 0.0), "duration_s = 0: must be above 0 s"),
+        (lambda d: d.run(0.5, 0.0), "duration_s = 0: must be a number above 0"),
         (lambda d: d.run(0.5, float("inf")), "duration_s = inf: must be a number above 0, in s"),
         (lambda d: d.run(0.5, "a"), "duration_s = 'a': must be a number above 0, in s"),
-        (lambda d: d.run(0.5, 1.0, decimation=1.5), "decimation = 1.5: must be a whole number from 1 to 65535"),
-        (lambda d: d.run(0.5, 1.0, decimation=0), "decimation = 0: must be a whole number from 1 to 65535"),
-        (lambda d: d.run(float("nan"), 1.0), "setpoint: nan N; must be from -3.2768 to 3.2767 N"),
-        (lambda d: d.run("foo", 1.0), "setpoint = 'foo': must be a source (fl.Sine(...)), a force in N, or forces"),
-        (lambda d: d.run(np.array([0.5, np.nan]), 4e-4), "setpoint: nan N at tick 1; must be from"),
-        (
-            lambda d: d.run(np.full(77, 0.5), 0.2),
-            "setpoint: 77 forces at every tick last 0.0154 s; must be at least 1000",
-        ),
+        (lambda d: d.run(0.5, 1.0, decimation=1.5), "decimation = 1.5: must be whole, 1 to 65535"),
+        (lambda d: d.run(0.5, 1.0, decimation=0), "decimation = 0: must be whole, 1 to 65535"),
+        (lambda d: d.run(float("nan"), 1.0), "setpoint = nan N: must be -3.2768 to 3.2767"),
+        (lambda d: d.run("foo", 1.0), "setpoint = 'str': must be a source"),
+        (lambda d: d.run(np.array([0.5, np.nan]), 4e-4), "setpoint at tick 1 = nan N: must be"),
+        (lambda d: d.run(np.full(77, 0.5), 0.2), "setpoint = 77 forces: must be at least 1000"),
         (lambda d: next(d.stream("long")), "duration_s = 'long': must be a finite number"),
         (lambda d: d.set("foo", 1), "parameter 'foo': unknown; there are law.*, "),
-        (lambda d: d.run(fl.paper().setpoint, 10.0), "set-point of 10 s: 1024 points miss it by"),
-        (lambda d: d.run(fl.paper().setpoint, 20.0), "duration_s = 20: the set-point lasts 10 s"),
+        (
+            lambda d: d.run(fl.paper().setpoint, 10.0),
+            "setpoint: rms error = 0.2 N: must be at most 0.002",
+        ),
+        (lambda d: d.run(fl.paper().setpoint, 20.0), "duration_s = 20 s: must be at most 10"),
         (lambda d: d.run(0.5, 1.0, state="fault"), "state = 'fault': must be open or closed"),
         (lambda d: d.run(0.5, 1.0, path="/no/such/run.h5"), "/no/such/run.h5: cannot be written (no folder /no/such"),
-        (lambda d: d.mode("on"), "mode 'on': must be one of idle, open, closed"),
-        (lambda d: fl.connect("usb"), "address 'usb': must be one of sim:, emulated:image.elf, tcp:"),
-        (lambda d: fl.connect("tcp://host"), "address 'tcp://host': must be one of"),
+        (lambda d: d.mode("on"), "mode = 'on': must be idle, open or closed"),
+        (lambda d: fl.connect("usb"), "address = 'usb': must be sim:, emulated:IMAGE, tcp:"),
+        (lambda d: fl.connect("tcp://host"), "address = 'tcp://host': must be"),
     ],
 )
 def test_bad_requests_are_refused_in_words(device: Device, call: Any, words: str) -> None:
@@ -293,7 +292,7 @@ def test_ctrl_c_names_the_file_and_overwrites_none(device: Device, board: Any, t
             raise KeyboardInterrupt
 
     for name in ("interrupted-run.h5", "interrupted-run-2.h5", "interrupted-run-3.h5"):
-        with pytest.raises(KeyboardInterrupt, match=rf"^\d+ samples recorded so far are in {name}$"):
+        with pytest.raises(KeyboardInterrupt, match=rf"^\d+ samples are in {name}$"):
             device.run(0.5, 2.0, progress=stopped)
         assert fl.load(name).sizes["time"] > 1000
         assert (board.state, board.decimation) == (0, 0)
@@ -309,7 +308,7 @@ def test_a_run_that_ends_before_its_first_sample_leaves_no_file(
     def stopped(_: int) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt, match=r"^nothing was recorded$"):
+    with pytest.raises(KeyboardInterrupt, match=r"^nothing recorded$"):
         device.run(0.5, 2.0, progress=stopped)
     assert not list(tmp_path.iterdir())
 

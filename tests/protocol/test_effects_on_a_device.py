@@ -57,17 +57,17 @@ def test_another_effect_while_the_finger_slides(device):
 
 
 def test_what_is_sampled_more_coarsely_is_told(device):
-    (line,) = device.play(R.Texture(longest_mm=2.0))
-    assert line.startswith("step 0: ")
-    assert "differs by up to" in line
+    (found,) = device.play(R.Texture(longest_mm=2.0))
+    assert found.code == "EFFECT-COARSER" and found.more["step"] == 0
+    assert found.value < found.limit and found.more["error"] > 0
 
 
 @pytest.mark.parametrize(
     ("call", "words"),
     [
         (lambda d: d.trigger(4), "number = 4: must be 0 to 3, or None"),
-        (lambda d: d.play(RAMP, spacing_m=0.1), "play: an effect has places of its own"),
-        (lambda d: d.play(RAMP + 9.0), "effect: asks for up to 9.7 N; must be below 8 N to fit"),
+        (lambda d: d.play(RAMP, spacing_m=0.1), "spacing = 0.1: must be None"),
+        (lambda d: d.play(RAMP + 9.0), "effect: force = 9.7 N: must be below 8"),
     ],
 )
 def test_bad_requests_are_refused_in_a_line(device, call, words):

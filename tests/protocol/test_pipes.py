@@ -112,7 +112,7 @@ def test_the_plate_is_off_before_a_run_is_packed_and_saved(port: Any, tmp_path: 
 def test_two_hosts(port: Any) -> None:
     with (
         fl.connect(f"serial://{port[0]}"),
-        pytest.raises(fl.DeviceError, match=f"^{port[0]}: in use by another program; only one host may have a device$"),
+        pytest.raises(fl.DeviceError, match=f"^{port[0]}: in use by another program$"),
     ):
         fl.connect(f"serial://{port[0]}")
 
@@ -126,7 +126,7 @@ def test_pulled_out_in_mid_run(port: Any, tmp_path: Any, monkeypatch: Any) -> No
         if rows > 500 and not pulled:
             pulled.append(port[1]())
 
-    with pytest.raises(fl.Interrupted, match=f"^{port[0]}: unplugged .* samples recorded so far are in"):
+    with pytest.raises(fl.Interrupted, match=f"^{port[0]}: unplugged .* samples are in"):
         device.run(0.5, 30.0, path=tmp_path / "cut.h5", progress=progress)
     assert fl.load(tmp_path / "cut.h5").sizes["time"] >= 500
 
@@ -142,7 +142,7 @@ def test_a_port_of_another_group(monkeypatch: Any, tmp_path: Any) -> None:
 
     group = __import__("grp").getgrgid(tmp_path.stat().st_gid).gr_name
     monkeypatch.setattr(serial, "Serial", denied)
-    with pytest.raises(fl.DeviceError, match=f"permission denied; it belongs to the group '{group}': sudo usermod"):
+    with pytest.raises(fl.DeviceError, match=f"permission denied; sudo usermod -aG {group}"):
         SerialPipe(str(tmp_path))
 
 

@@ -69,6 +69,6 @@ def test_a_device_whose_line_is_silent_goes_on_without_it_and_comes_back(monkeyp
         engine.disarm()
         answers.set()
         until(lambda: engine.advance(path).shape[1] > 0)
-        assert engine.trouble == "the line went away; it is there again, with its plate off"
+        assert engine.trouble == "the line went away; back, plate off"
         engine.arm("closed")
         until(lambda: engine.advance(path).size and engine.state == "closed")

@@ -101,7 +101,7 @@ def test_what_no_board_is_wired_like_is_refused(path, value, said):
 
 def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
     system = fl.bench().evolve({"board.ceiling_um": 3.0})
-    with pytest.raises(fl.FrictionloopError, match=r"board\.ceiling_um = 3 um: .* plate\.max_amplitude_um = 2\.5 um"):
+    with pytest.raises(fl.FrictionloopError, match=r"board\.ceiling_um = 3 um: .* plate\.max_amplitude_um = 2\.5"):
         firmware_words(system)
 
 
@@ -110,8 +110,7 @@ def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
     [("board.load_n_per_count", "touch.n_per_count"), ("board.position_m_per_count", "touch.m_per_count")],
 )
 def test_strokes_need_the_sensors_that_tell_them(name, word):
-    all_of_it = r'motion\.kind = "sliding", friction\.kind = "gaussian", finger\.kind = "rigid"'
-    with pytest.raises(fl.FrictionloopError, match=f"{name} = 0: .* no strokes .{all_of_it}"):
+    with pytest.raises(fl.FrictionloopError, match=f"{name} = 0: must be other than 0"):
         firmware_words(fl.bench().evolve({name: 0.0}))
     assert words(fl.paper().evolve({name: 0.0}), word) == [0]
 

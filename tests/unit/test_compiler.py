@@ -70,7 +70,7 @@ def test_a_complaint_of_the_compiler_is_one_line(folder):
 def test_no_compiler_says_what_to_install(folder, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     monkeypatch.setattr(compiler, "find_spec", lambda name: None)
-    with pytest.raises(FrictionloopError, match=r"^no C compiler: install cc, or frictionloop\[image\]"):
+    with pytest.raises(FrictionloopError, match=r"install frictionloop\[image\]"):
         shared_library("answer", source(folder, "int answer;\n"))
 
 

@@ -8,10 +8,11 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.reach import Missed, missed
 from frictionloop.design import synthesis
 from frictionloop.design.controller_findings import out_of_reach
-from frictionloop.design.corners import corners, occlusions
+from frictionloop.design.corners import corners
 from frictionloop.design.requirements import Requirements, feedforward
 
 BENCH = {

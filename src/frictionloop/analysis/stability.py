@@ -16,13 +16,16 @@ from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
 from frictionloop.analysis.margins import real_axis
 from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.state_space import Array, Complex, close
-from frictionloop.findings import Condition
+from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import SuspendedSensor, System
+from frictionloop.quantities import FrictionloopError
 
 LOWEST_HZ = 5.0
 """Ringing is above the tracking of a set-point (chosen)."""
 NEAR = 4.0
 """Ms above which a loop is said to be near instability: less than 0.25 from -1, a phase margin below 15 degrees."""
+LARGEST = 2.0
+"""Ms that is asked for where nobody asks for another: a phase margin of at least 29 degrees."""
 OPEN = frozenset({"lookup"})
 """Laws that close no loop."""
 
@@ -41,6 +44,20 @@ class Ringing:
     """Whether a finger just landed is as near to it, and not a moist one alone."""
     where: Condition
     """The worst loop; of unstable ones on a finger just landed, if it is unstable there."""
+
+    @property
+    def stable(self) -> bool:
+        """Whether no loop is unstable."""
+        return self.how != "unstable"
+
+    @property
+    def finding(self) -> Finding | None:
+        """That it is unstable, or close to it."""
+        if self.how == "calm":
+            return None
+        if self.how == "near":
+            return Finding("LOOP-NEAR", value=self.sensitivity_peak, limit=LARGEST, where=self.where)
+        return Finding("LOOP-UNSTABLE", value=self.frequency_hz, unit="Hz", where=self.where)
 
 
 def rings(system: System, occluded: Sequence[float] = (), resonance_off: float = 0.0) -> Ringing:
@@ -82,6 +99,14 @@ def rings(system: System, occluded: Sequence[float] = (), resonance_off: float =
             condition_of(system), force_n=at.force_n, occluded=at.occluded or None, resonance_off=resonance_off or None
         ),
     )
+
+
+def rings_if_linear(system: System, resonance_off: float = 0.0) -> Ringing | None:
+    """Return `rings`, None where a loop has no linear analysis, as behind a recording whose level is not known."""
+    try:
+        return rings(system, resonance_off=resonance_off)
+    except FrictionloopError:
+        return None
 
 
 def ringing_hz(loops: Sequence[LinearLoop]) -> float | None:

@@ -15,13 +15,12 @@ from typing import Any
 
 from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
+import frictionloop as fl
 from frictionloop.cli.flags import DOTTED, gather
 from frictionloop.cli.outside import used
-from frictionloop.cli.screen import Interrupted, forget_notes, say
+from frictionloop.cli.screen import Interrupted, say
 from frictionloop.cli.verb import flags_of_commands
 from frictionloop.cli.verbs import app
-from frictionloop.loop.progress import plain_lines
-from frictionloop.quantities.units import FrictionloopError, SignalWarning
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes; the last is 128 plus the number of the signal, as shells give it."""
@@ -60,15 +59,14 @@ def _terminated_like_ctrl_c() -> Iterator[None]:
 
 
 def _run(tokens: list[str]) -> int:
-    forget_notes()
     try:
-        with plain_lines(say), warnings.catch_warnings():
-            warnings.simplefilter("ignore", SignalWarning)  # a verb asks in the words of flags
+        with fl.progress.plain_lines(say), warnings.catch_warnings():
+            warnings.simplefilter("ignore", fl.SignalWarning)  # a verb asks in the words of flags
             code = app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return code if isinstance(code, int) else 0
     except CycloptsError as error:
         say(f"error: {_refusal(error, tokens)}")
-    except FrictionloopError as error:
+    except fl.FrictionloopError as error:
         say(f"error: {error}{_explained(error)}")
     except Interrupted as stop:
         say(f"interrupted: {stop}")
@@ -81,7 +79,7 @@ def _run(tokens: list[str]) -> int:
     return BAD_INPUT
 
 
-def _explained(error: FrictionloopError) -> str:
+def _explained(error: fl.FrictionloopError) -> str:
     """Return the code of an error that has an explanation of its own."""
     return "" if error.code in ("BAD-VALUE", "UNKNOWN-NAME") else f"  [{error.code}]"
 
@@ -122,7 +120,7 @@ def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
         flag = (error.token.keyword or error.token.value).partition("=")[0]
         if flag == DOTTED:
             return _not_here(error, tokens)
-        if meant := _parameters_named(flag):
+        if meant := [f"--{each}" for each in fl.parameters_named(flag.removeprefix("--"))]:
             return f"Unknown option: {flag}. Did you mean {' or '.join(meant)}?"
         if others := [f"`{name}`" for name, flags in flags_of_commands(app) if flag in flags]:
             here = " ".join(error.command_chain or ())
@@ -145,22 +143,6 @@ def _not_here(error: UnknownOptionError, tokens: Sequence[str]) -> str:
     if here == "device set":
         return f"--{name}: is no option here; without dashes: {name}={value}"
     return f"Unknown option: --{name}. {here} takes no parameters of a system; see --help"
-
-
-def _parameters_named(flag: str) -> list[str]:
-    """Return the dotted flags of the parameters that a flag without dots is the name, or the start of the name, of."""
-    from frictionloop.parameters import System
-    from frictionloop.parameters.guessed import meant
-    from frictionloop.parameters.wording import known_names
-
-    asked = flag.removeprefix("--").replace("-", "_")
-    names = {name: name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
-    same = [name for name, leaf in names.items() if leaf == asked]
-    blocks = [f"{asked}.kind"] if asked in System.model_fields else []
-    tried = [meant(f"{block}.{asked}", None, list(names), {}) for block in System.model_fields if asked]
-    guessed = [f"{each.name} ({each.how})" if each.how else each.name for each in tried if each]
-    begun = [name for name, leaf in names.items() if asked and leaf.startswith(f"{asked}_")]
-    return [f"--{each}" for each in dict.fromkeys(same or blocks or guessed or begun)][:3]
 
 
 def _program() -> str:

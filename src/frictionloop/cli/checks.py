@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.quantities import must_be, replacing
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.files import why_unwritable
-from frictionloop.quantities.units import FrictionloopError
+import frictionloop as fl
+from frictionloop import FrictionloopError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,7 +45,7 @@ def _flag(name: str) -> str:
 
 def check_drawing() -> None:
     """Refuse to draw without what draws."""
-    needed("matplotlib", "matplotlib", "report")
+    fl.outputs.needed("matplotlib", "matplotlib", "report")
 
 
 def check_new(name: str, path: Path | None) -> None:
@@ -70,7 +68,7 @@ def check_folder(name: str, path: Path | None) -> None:
 
 
 def _check_writable(name: str, path: Path, folder: Path) -> None:
-    why = why_unwritable(folder)
+    why = fl.outputs.why_unwritable(folder)
     if why:
         raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: nothing can be written in {str(folder)!r} ({why})")
 
@@ -86,7 +84,7 @@ def numbers_of(name: str, text: str, unit: str) -> tuple[float, ...]:
     try:
         return tuple(float(each) for each in text.split(","))
     except ValueError:
-        raise must_be(name, text, f"numbers in {unit} with commas between") from None
+        raise fl.outputs.must_be(name, text, f"numbers in {unit} with commas between") from None
 
 
 def speeds_of(text: str) -> list[float]:
@@ -141,26 +139,18 @@ def check_score(score_from_s: float, duration_s: float) -> None:
 
 
 def write_figures(option: str, folder: Path, figures: Mapping[str, Figure]) -> None:
-    """Write figures by name, as SVG and as PNG, into a folder that is made if it is not there; errors name the option.
-
-    All are drawn before any is written.
-    """
-    from frictionloop.figures.style import png, svg
-
-    drawn = {f"{name}.svg": svg(figure, name).encode() for name, figure in figures.items()}
-    drawn |= {f"{name}.png": png(figure) for name, figure in figures.items()}
+    """Write figures by name, as SVG and as PNG, into a folder that is made if need be; errors name the option."""
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise FrictionloopError(f"{option} = {str(folder)!r}: cannot be created ({error.strerror})") from None
-    for name, content in drawn.items():
-        with replacing(folder / name) as beside:
-            beside.write_bytes(content)
+    for name, figure in figures.items():
+        fl.figures.write_both(figure, name, folder / f"{name}.svg")
 
 
 def write_figure(path: Path, figure: Figure) -> None:
     """Write one figure, in the form that its name ends with."""
-    with replacing(path) as beside:
+    with fl.outputs.replacing(path) as beside:
         figure.savefig(beside, format=path.suffix[1:])
 
 
@@ -168,5 +158,5 @@ def write_csv(path: Path, table: Any) -> None:
     """Write rows, or a DataFrame, as a table."""
     import pandas  # type: ignore[import-untyped]
 
-    with replacing(path) as beside:
+    with fl.outputs.replacing(path) as beside:
         pandas.DataFrame(table).to_csv(beside, index=False)

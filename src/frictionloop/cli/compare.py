@@ -99,7 +99,7 @@ def command(
     if csv is not None:
         checks.write_csv(csv, found.tidy())
     if plots is not None:
-        with screen.waiting("drawing"):
+        with fl.progress.waiting("drawing"):
             checks.write_figures("plots", plots, found.figures())
     shown.show(found.with_findings((*given.findings, *doubts)), saved={"results": out, "table": csv, "figures": plots})
 

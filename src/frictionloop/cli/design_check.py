@@ -44,7 +44,7 @@ def command(
     checks.check_new("out", out)
     given = flags.given(file, preset, overrides, "bench")
     requirements, people = must.requirements(file), must.people(given.system, overrides)
-    with screen.waiting(f"checking {given.system.controller.kind}"):
+    with fl.progress.waiting(f"checking {given.system.controller.kind}"):
         found = fl.design.check(given.system, requirements, people, given=given.stated)
     if out is not None:
         fl.design.write_controller(found, out, given.stated)

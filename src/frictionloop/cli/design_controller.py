@@ -54,7 +54,7 @@ def command(
     checks.check_folder("plots", plots)
     given = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
     requirements, people = must.requirements(file), must.people(given.system, overrides)
-    with screen.waiting("designing" + f" {law}" * bool(law)):
+    with fl.progress.waiting("designing" + f" {law}" * bool(law)):
         found = fl.design.controller(given.system, law, requirements, people, given=given.stated)
     if out is not None:
         fl.design.write_controller(found, out, given.stated)

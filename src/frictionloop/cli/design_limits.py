@@ -43,7 +43,7 @@ def command(
     must.check()
     checks.check_output("plot", plot, checks.FIGURES)
     given = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
-    with screen.waiting("designing benches with one part changed"):
+    with fl.progress.waiting("designing benches with one part changed"):
         found = fl.design.limits(given.system, law, must.requirements(file))
     if plot is not None:
         checks.write_figure(plot, found.plot())

@@ -50,6 +50,6 @@ def command(
     """
     own = flags.overrides_of(overrides)
     asked = {"frequency_hz": frequency_hz, "bandwidth_hz": bandwidth_hz}
-    with screen.waiting("simulating the carrier" if check_carrier else "sizing a plate"):
+    with fl.progress.waiting("simulating the carrier" if check_carrier else "sizing a plate"):
         found = fl.design.plate(overrides=own, **asked, check_carrier=check_carrier, readings=readings)
     shown.show(found)

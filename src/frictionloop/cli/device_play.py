@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
+import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.device import SameAddress, connected
-from frictionloop.cli.device_run import LONGEST_S, SCORED_S, counted, last, summary, with_counted, worded
+from frictionloop.cli.device import SameAddress
 from frictionloop.cli.effect import LAW, Name
-from frictionloop.quantities.units import FrictionloopError
-
-if TYPE_CHECKING:
-    from frictionloop.firmware.effect_tables import EffectTables
-    from frictionloop.parameters import System
 
 ARGUMENTS = "ADDRESS EFFECT [FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
@@ -39,7 +34,7 @@ def command(
     out: flags.Result[Path | None] = None,
     plot: flags.Result[Path | None] = None,
     tables: flags.Result[Path | None] = None,
-    json: flags.Json = False,
+    shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Load a controller and an effect into a device, close the loop and record what it measures.
 
@@ -59,56 +54,15 @@ def command(
     checks.check_output("out", out, checks.RUN_FILES)
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_output("tables", tables, (".json",))
-    longest_s = LONGEST_S if out is not None else SCORED_S
-    if not 0 < duration_s <= longest_s:
-        raise FrictionloopError(f"duration_s = {duration_s:g} s: must be above 0 s and at most {longest_s:g} s")
-    system, origin = _system(effect, file, preset, overrides)
-
-    from frictionloop.device.effects import played
-
-    with connected(address, system) as device:
-        made = played(system.setpoint, system, device.info.waveform)
-        assert made is not None
-        device.upload(system)
-        device.clear()  # of a fault that an earlier run ended with; refused while its cause lasts
-        with screen.waiting("recording"):
-            run = device.run(made.source, duration_s, path=out, state="open" if open_loop else "closed")
-    given = made.tables
-    if tables is not None:
-        from frictionloop.firmware.effect_files import write_tables
-
-        write_tables(given, tables)
-    samples, run = run.sizes["time"], last(run, SCORED_S)
-    if plot is not None:
-        from frictionloop.report.plot import plot as draw
-
-        draw(with_counted(run), plot)
-    found = {**summary(run), "samples": samples, "scored_samples": run.sizes["time"]}
-    found["counted"] = float(counted(run).mean())
-    saved = {"run": out, "figure": plot, "tables": tables}
-    if json:
-        screen.show_json({**_as_json(given), **found, "saved": saved})
-        return
-    rows = [("device", address), ("system", origin), ("effect", effect), *_given_rows(given), *worded(found)]
-    screen.show(screen.columns(rows), *screen.saved(saved))
-
-
-def _system(effect: str, file: Path | None, preset: Any, overrides: list[str] | None) -> tuple[System, str]:
-    """Return the bench with an effect as set-point; the preset has a law that closes its loop well."""
     wanted = flags.overrides_of(overrides)
     own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted)
-    added = [f"{name}={value}" for name, value in (LAW if own else {}).items()]
     named = ["setpoint.kind=effect", f"setpoint.effect={effect}"]
-    return flags.noted(file, preset, [*added, *(overrides or []), *named], "bench")
-
-
-def _as_json(given: EffectTables) -> dict[str, Any]:
-    return {"words": len(given.words), "steps": len(given.program.code), "error_n": given.error_n, "told": given.told}
-
-
-def _given_rows(given: EffectTables) -> list[tuple[str, str]]:
-    steps = len(given.program.code)
-    return [
-        ("given", f"{steps} {'step' if steps == 1 else 'steps'} and their values, {len(given.words)} words"),
-        *(("coarser", line) for line in given.told),
-    ]
+    given = flags.given(file, preset, [*(overrides or []), *named], "bench")
+    system = given.system.evolve(LAW) if own else given.system
+    with fl.progress.waiting(f"playing {effect} on {address}"):
+        found = fl.device.play(address, system, duration_s, open_loop=open_loop, out=out)
+    if tables is not None:
+        found.write_tables(tables)
+    if plot is not None:
+        fl.plot(found.recording, plot)
+    shown.show(found.with_findings(given.findings), saved={"run": out, "figure": plot, "tables": tables})

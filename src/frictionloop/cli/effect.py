@@ -87,7 +87,7 @@ def show(
     checks.check_count("fingers", fingers, 0, 1000)
     wanted, given = _given(effect, file, preset, overrides)
     people = fl.fingers(fingers, seed) if fingers else ()
-    with screen.waiting("simulating"):
+    with fl.progress.waiting("simulating"):
         found = fl.rendering.preview(wanted, given.system, speed_mm_s, seed, fingers=people)
     if plot is not None:
         fl.plot(found, plot)
@@ -139,7 +139,7 @@ def play(
     checks.check_output("plot", plot, checks.FIGURES)
     checks.check_count("seed", seed, 0)
     wanted, given = _given(effect, file, preset, overrides)
-    with screen.waiting("simulating"):
+    with fl.progress.waiting("simulating"):
         found = fl.rendering.play(wanted, given.system, duration_s, seed)
     if out is not None:
         fl.save(found.run, out)

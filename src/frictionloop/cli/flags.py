@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import shlex
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
@@ -162,29 +161,6 @@ def given(
     found = fl.described(file, preset_name or instead, overrides, designed)
     origin = str(file) if file else f"{preset_name or instead}()"
     return Given(found.system, changed(origin, overrides), found.stated, found.findings)
-
-
-def noted(*args: Any, **more: Any) -> tuple[System, str]:
-    """Return system and origin as `given`, its findings told beside the answer."""
-    from frictionloop.cli import screen
-
-    found = given(*args, **more)
-    screen.note_findings(found.findings)
-    return found.system, found.origin
-
-
-def again(
-    file: Path | None,
-    preset_name: str | None,
-    flags: Iterable[str] | None,
-    left_out: Callable[[str, str], bool],
-    instead: str = "paper",
-) -> str:
-    """Return what names the system on another command line: the file or preset, and flags but those left out."""
-    source = [str(file)] if file else ["--preset", preset_name or instead]
-    pairs = [(path, value) for path, _, value in (flag.partition("=") for flag in flags or ())]
-    kept = [pair for pair in pairs if not left_out(*pair)]
-    return shlex.join([*source, *(word for path, value in kept for word in (f"--{path}", value))])
 
 
 def changed(origin: str, overrides: Mapping[str, Any]) -> str:

@@ -57,7 +57,7 @@ def command(
     if report is not None:
         checks.check_drawing()
     kept, older = file.with_suffix(".results.json"), None
-    with screen.waiting("analysing the recordings"):
+    with fl.progress.waiting("analysing the recordings"):
         try:
             found = fl.identify.bench(file, kept, again=again, without_refused=without_refused)
         except fl.identify.Refused as refused:
@@ -67,7 +67,7 @@ def command(
     if out is not None:
         found.write(out)
     if report is not None:
-        with screen.waiting("drawing the certificate"):
+        with fl.progress.waiting("drawing the certificate"):
             older = fl.write_certificate(found, report)
     saved = {"bench": out, "certificate": report, "older certificate": older, "population": population}
     shown.show(found, saved=saved)

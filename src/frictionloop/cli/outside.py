@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
-from frictionloop.quantities.units import FrictionloopError
+from frictionloop import FrictionloopError
 
 OPTION = "--use"
 

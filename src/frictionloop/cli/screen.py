@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
-import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from frictionloop.findings import Finding
 from frictionloop.findings.render import lines
-from frictionloop.findings.result import Result
-from frictionloop.loop.progress import doing, on_step
-from frictionloop.quantities.compiling import COMPILING, on_compiling
+from frictionloop.findings.result import Result, plain
 
 RESULT = Group("Result", sort_key=3)
 
@@ -87,31 +81,6 @@ def interrupted(said: str, out: Any) -> Interrupted:
     return Interrupted(f"{said}, {kept}", resumable=out is not None)
 
 
-_NOTES: list[str] = []
-
-
-def note(line: str) -> None:
-    """Keep a line for stderr until there is a result, or long work begins: bad input is one line."""
-    _NOTES.append(line)
-
-
-def note_findings(found: Iterable[Finding]) -> None:
-    """Keep findings as lines."""
-    for each in found:
-        note(f"{each.severity} {each.code}: {each}")
-
-
-def tell_notes() -> None:
-    """Write what was kept."""
-    while _NOTES:
-        say(_NOTES.pop(0))
-
-
-def forget_notes() -> None:
-    """Drop what an earlier command has kept."""
-    _NOTES.clear()
-
-
 def say(line: str) -> None:
     """Write one line to stderr."""
     print(line, file=sys.stderr, flush=True)
@@ -121,7 +90,6 @@ def show(*renderables: Any) -> None:
     """Write to stdout as wide as the terminal, at most `WIDEST`, or as wide as a table needs for all its numbers."""
     from rich.console import Console
 
-    tell_notes()
     console = Console(highlight=False, markup=False)
     width = min(console.width, WIDEST)
     for renderable in renderables:
@@ -132,65 +100,7 @@ def show(*renderables: Any) -> None:
 
 def show_json(result: Mapping[str, Any]) -> None:
     """Write one JSON object to stdout; NaN and infinity, which JSON lacks, become null."""
-    tell_notes()
-    print(json.dumps(_plain(result), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(name): _plain(inner) for name, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
-    if hasattr(value, "tolist"):  # NumPy
-        return _plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
-
-
-@contextmanager
-def waiting(text: str, forecast: str = "") -> Iterator[None]:
-    """Show what is under way and its step, elsewhere than on a terminal by plain lines after `QUIET_S`.
-
-    ``forecast``, how much it is and how long it takes, follows the text; in lines, in the first.
-    """
-    if sys.stderr.isatty():
-        from rich.console import Console
-
-        whole = text + forecast
-        with Console(stderr=True).status(whole) as status, _steps(lambda said: status.update(whole + said)):
-            yield
-        return
-    began_s, step = time.perf_counter(), [""]
-
-    def now() -> str:
-        lasts_s = time.perf_counter() - began_s
-        return "" if lasts_s < QUIET_S else text + forecast * (lasts_s < FORECAST_S) + step[-1]
-
-    with doing(now), _steps(lambda said: step.__setitem__(-1, said)):
-        yield
-
-
-@contextmanager
-def _steps(tell: Callable[[str], None]) -> Iterator[None]:
-    """Have the steps of what is under way told, and that something is compiled."""
-    now = ""
-
-    def step(said: str) -> None:
-        nonlocal now
-        now = f": {said}"
-        tell(now)
-
-    def compiling(begins: bool) -> None:
-        tell(now + COMPILING * begins)
-
-    on_step.append(step)
-    on_compiling.append(compiling)
-    try:
-        yield
-    finally:
-        on_step.remove(step)
-        on_compiling.remove(compiling)
+    print(json.dumps(plain(result), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def wrapped(text: str) -> Any:
@@ -206,22 +116,6 @@ def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     return _grid(rows, [{"no_wrap": index < last} for index in range(last + 1)])
 
 
-def table(rows: Sequence[tuple[str, ...]], whole: bool = False) -> Any:
-    """Return rows under a heading, numbers to the right; in a narrow terminal the first column wraps alone.
-
-    No number is cut: where they do not fit, lines are longer than the terminal is wide. The last column is of words.
-    ``whole``: the first one is of names, and no name is broken in two.
-    """
-    longest, *widths = (max(map(len, column)) for column in zip(*rows, strict=True))
-    first: dict[str, Any] = {"min_width": longest if whole else min(longest, NAME)}
-    numbers: list[dict[str, Any]] = [{"no_wrap": True, "justify": "right", "min_width": width} for width in widths[:-1]]
-    last: list[dict[str, Any]] = [{"no_wrap": True, "min_width": widths[-1]}] if widths[-1] else []
-    kept = [first, *numbers, *last]
-    grid = _grid([row[: len(kept)] for row in rows], kept)
-    grid.min_width = sum(each["min_width"] for each in kept) + GAP * (len(kept) - 1)
-    return grid
-
-
 def _grid(rows: Sequence[tuple[str, ...]], columns: Sequence[Mapping[str, Any]]) -> Any:
     from rich.table import Table
 
@@ -233,12 +127,6 @@ def _grid(rows: Sequence[tuple[str, ...]], columns: Sequence[Mapping[str, Any]])
     return grid
 
 
-def saved(paths: Mapping[str, Any], replaced: Collection[Any] = ()) -> list[str]:
-    """Return a line for each file that was asked for, and that it replaced one of that name."""
-    there = dict.fromkeys(replaced, ", which replaced the one that was there")
-    return [f"saved {what} as {path}{there.get(path, '')}" for what, path in paths.items() if path]
-
-
 def about(value: float) -> str:
     """Return a duration that is only estimated: 20 s, 3 min, 2 h."""
     for unit, size, most in (("s", 1.0, 90.0), ("min", 60.0, 90.0)):
@@ -246,8 +134,3 @@ def about(value: float) -> str:
             number = value / size
             return f"{round(number, -1 if number >= 20 else 0):g} {unit}"
     return f"{value / 3600.0:.0f} h"
-
-
-def seconds(value: float) -> str:
-    """Return a duration with a readable unit: 2.1 ms, 3.4 s."""
-    return f"{value * 1e3:.3g} ms" if value < 1 else f"{value:.3g} s"

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.quantities import must_be
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = r"""Examples
@@ -68,14 +67,14 @@ def command(
     checks.check_output("save_system", save_system, checks.SYSTEMS)
     checks.check_new("save_system", save_system)
     if whole and save_system is None:
-        raise must_be("whole", True, "with --save-system FILE.toml")
+        raise fl.outputs.must_be("whole", True, "with --save-system FILE.toml")
     checks.check_count("seed", seed, 0)
     checks.check_score(score_from_s, duration_s)
     edges_hz = _numbers(split_hz)
     given = flags.given(file, preset, overrides)
-    with screen.waiting("simulating"):
+    with fl.progress.waiting("simulating"):
         run = fl.simulate(given.system, duration_s, seed)
-    with screen.waiting("designing" if advise else "scoring"):
+    with fl.progress.waiting("designing" if advise else "scoring"):
         found = fl.diagnose(run, score_from_s, advise, edges_hz)
     if out is not None:  # what is loaded again counts the same periods
         fl.save(fl.scored_from(run, score_from_s) if score_from_s else run, out)
@@ -91,4 +90,4 @@ def _numbers(text: str | None) -> list[float]:
     try:
         return [float(each) for each in text.split(",")] if text is not None else []
     except ValueError:
-        raise must_be("split_hz", text, "Hz with commas between, such as 8 or 4,20") from None
+        raise fl.outputs.must_be("split_hz", text, "Hz with commas between, such as 8 or 4,20") from None

@@ -69,7 +69,7 @@ def command(
     if export is not None:
         checks.check_output("export", export, (".html",))
         runs = tuple(each for each in (file, *runs) if each is not None)
-        with screen.waiting("" if runs else "stroking"):
+        with fl.progress.waiting("" if runs else "stroking"):
             given = None if runs else _given(None, preset, overrides, effect)
             found = fl.studio.export(export, runs, given and given.system, seed)
         shown.show(found)
@@ -80,7 +80,7 @@ def command(
     checks.check_count("port", port, 0, 65535)
     given = _given(file, preset, overrides, effect)
     with ExitStack() as opening:
-        opening.enter_context(screen.waiting(f"looking for {device}" if device else "compiling the loop"))
+        opening.enter_context(fl.progress.waiting(f"looking for {device}" if device else "compiling the loop"))
 
         def opened(found: Opened) -> None:
             opening.close()

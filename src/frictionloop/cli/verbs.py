@@ -6,6 +6,7 @@ from typing import Any
 
 from cyclopts import Group
 
+import frictionloop as fl
 from frictionloop.cli import (
     compare,
     design_check,
@@ -45,9 +46,7 @@ PAPER, LOOP, BENCH, DEVICE = (
 
 def _version() -> str:
     """Return what results are cited by, of a clone with the commit."""
-    from frictionloop.quantities.version import cited_version
-
-    return f"frictionloop {cited_version()}"
+    return f"frictionloop {fl.outputs.cited_version()}"
 
 
 def _verb(module: Any) -> Verb:
@@ -153,13 +152,13 @@ app.command(
         "run",
         DEVICE,
         {
-            "list": Verb(device.list_ports, "[--json]", device.LIST_EXAMPLES),
+            "list": Verb(device.list_ports, "[OPTIONS]", device.LIST_EXAMPLES),
             "info": _verb(device_info),
             "set": _verb(device_set),
             "run": _verb(device_run),
             "play": _verb(device_play),
             "recover": _verb(device_recover),
-            "clear": Verb(device.clear, "ADDRESS [--json]", device.CLEAR_EXAMPLES),
+            "clear": Verb(device.clear, "ADDRESS [OPTIONS]", device.CLEAR_EXAMPLES),
             "monitor": Verb(device.monitor, "ADDRESS [OPTIONS]", device.MONITOR_EXAMPLES),
             "flash": _verb(device_flash),
         },

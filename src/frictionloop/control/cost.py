@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 BUDGET_CYCLES = 14_400
 """Cycles of a tick: 72 MHz over 5 kHz."""
+LATE_CYCLES = 720
+"""How late a tick may begin: 10 us (firmware/boards/teensy31/board.c, LATE_COUNTS)."""
 
 
 class WorstTick(NamedTuple):

@@ -17,7 +17,7 @@ from frictionloop.design import controller_findings, people_findings
 from frictionloop.design.corners import at_mean, corners, load_of
 from frictionloop.design.elsewhere import Place, elsewhere
 from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
-from frictionloop.design.law_gains import gains_said, scaled_gains
+from frictionloop.design.law_gains import scaled_gains
 from frictionloop.design.least_gain import least_gain
 from frictionloop.design.loop_gains import LoopGains, loop_gains
 from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
@@ -30,6 +30,7 @@ from frictionloop.findings.result import Row, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
 from frictionloop.parameters import System
+from frictionloop.parameters.law_values import gains_said
 from frictionloop.perception.thresholds import LOWEST_HZ
 
 if TYPE_CHECKING:

@@ -23,6 +23,7 @@ from frictionloop.design.synthesis import LEAST_KI, default_law, synthesised
 from frictionloop.design.tracking import Tracking, tracking
 from frictionloop.findings import Finding, shown
 from frictionloop.findings.result import Row
+from frictionloop.firmware.board_fit import gain_findings
 from frictionloop.parameters import System
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def controller(
     checked = judged(new, after, places_of(found.corners), must, people, given)
     return ControllerDesign(
         **{each: getattr(checked, each) for each in Check.__dataclass_fields__ if each not in ("findings", "SCHEMA")},
-        findings=(*checked.findings, *found.findings, *more),
+        findings=(*checked.findings, *found.findings, *more, *gain_findings(new)),
         overrides=found.overrides,
         bench=system,
         tracking=tracking(new, must.speeds_mm_s),

@@ -1,39 +1,21 @@
-"""The gains of a law: as they are shown, and times a factor."""
+"""The gains of a law times a factor."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from frictionloop.design.corners import at_mean
-from frictionloop.findings import shown
-from frictionloop.parameters import System, Timing
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.parameters import System
+from frictionloop.parameters.law_values import own_values
+from frictionloop.quantities import FrictionloopError
 
 ROUNDING = 2e-3
 """Share of a factor on gains that is left for rounding these to four digits."""
 TRIED, SAME = 0.5, 1e-6
 """A factor that is tried on the fields of a law, and the share by which its response may miss it."""
-
-
-def own_values(system: System) -> dict[str, Any]:
-    """Return the values of a law beside those that every controller has."""
-    return {name: value for name, value in system.controller if name not in {*Timing.model_fields, "kind"}}
-
-
-def gains_said(system: System) -> str:
-    """Return the values of a law for a person: kp 7.26   ki 64.7 1/s   notch 132 Hz."""
-    told = []
-    for name, value in own_values(system).items():
-        if isinstance(value, (list, tuple)):
-            told.append(f"{len(value)} {name}")
-        elif value is not False:
-            said, unit = "" if value is True else shown(value, 4), unit_of(name).replace("N/N", "")
-            told.append(" ".join(filter(None, (name.removesuffix("_hz").replace("_", " "), said, unit))))
-    return "   ".join(told)
 
 
 def rounded(gain: float) -> float:

@@ -13,7 +13,6 @@ import numpy as np
 from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, UNCLEAR
 from frictionloop.analysis.stability import OPEN, Ringing
-from frictionloop.design.law_gains import gains_said
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row
 from frictionloop.loop import run_findings
@@ -37,6 +36,7 @@ from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing, 
 from frictionloop.loop.signal_warnings import signal_findings
 from frictionloop.loop.step_times import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.parameters.law_values import gains_said
 from frictionloop.parameters.summary import listed, summary
 from frictionloop.parameters.unit_sanity import of_ceiling as board_ceiling
 from frictionloop.quantities import FrictionloopError

@@ -1,4 +1,4 @@
-"""What a run may be asked for, refused in words."""
+"""What a run may be asked for."""
 
 from __future__ import annotations
 
@@ -7,20 +7,22 @@ from numbers import Integral, Real
 from typing import Any
 
 from frictionloop.device.recorder import TICK_HZ
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
+
+ABOVE = "a number above 0, in s"
 
 
 def number(name: str, value: Any, accepted: str = "a finite number") -> float:
     """Return a finite number; anything else is refused by name."""
     if not isinstance(value, Real) or not math.isfinite(value):
-        raise FrictionloopError(f"{name} = {value!r}: must be {accepted}")
+        raise must_be(name, value, accepted)
     return float(value)
 
 
 def check_decimation(decimation: Any) -> None:
     """Refuse what is no number of ticks per sample."""
     if not (isinstance(decimation, Integral) and 1 <= int(decimation) <= 65535):
-        raise FrictionloopError(f"decimation = {decimation!r}: must be a whole number from 1 to 65535")
+        raise must_be("decimation", decimation, "whole, 1 to 65535")
 
 
 def rows_of(duration_s: Any, decimation: Any) -> int:
@@ -32,7 +34,7 @@ def rows_of(duration_s: Any, decimation: Any) -> int:
         For a duration that is not above 0, or a decimation that is not from 1 to 65535.
     """
     check_decimation(decimation)
-    if number("duration_s", duration_s, "a number above 0, in s") <= 0:
-        raise FrictionloopError(f"duration_s = {duration_s:g}: must be above 0 s")
+    if number("duration_s", duration_s, ABOVE) <= 0:
+        raise must_be("duration_s", duration_s, ABOVE)
     rows = duration_s * TICK_HZ / decimation
     return max(math.ceil(rows * (1 - 1e-9)), 1)  # 0.3 s are 1500 ticks, whatever the last bit of 0.3 says

@@ -82,7 +82,7 @@ class Emulated:
         try:
             duty = self._teensy.tick((force, across), load, position)
         except FrictionloopError as stopped:
-            raise DeviceError(f"the emulated image has stopped: {stopped}{other_sources(self._image)}") from None
+            raise DeviceError(f"image stopped: {stopped}{other_sources(self._image)}") from None
         return self._largest_um * math.sin(math.pi * duty)
 
     def receive(self, data: bytes) -> None:
@@ -100,7 +100,5 @@ def _image_of(path: Path) -> Path:
         return path
     image = path / f"{FLASHED}.elf"
     if not image.is_file():
-        raise FrictionloopError(
-            f"{path}: is a folder without {image.name}; frictionloop firmware build FILE --out FOLDER makes one"
-        )
+        raise FrictionloopError(f"{image}: no such file; firmware build makes one", "BAD-IMAGE")
     return image

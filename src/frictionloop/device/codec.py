@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from frictionloop.device.layout import HEADER, LARGEST_BODY, LAYOUTS, TYPES, Layout
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import schema
 
@@ -57,9 +57,9 @@ def encode(name: str, sequence: int, stamp: int = 0, /, **fields: Any) -> bytes:
         For an unknown message, missing or unknown fields, or a value that does not fit.
     """
     if name not in LAYOUTS:
-        raise FrictionloopError(f"message {name!r}: unknown; must be one of {', '.join(LAYOUTS)}")
+        raise must_be("message", name, ", ".join(LAYOUTS), code="UNKNOWN-NAME")
     if not (0 <= sequence < 2**16 and 0 <= stamp < 2**32):
-        raise FrictionloopError(f"{name}: sequence = {sequence}, stamp = {stamp}; must be of 16 and of 32 bits")
+        raise must_be(f"{name}: sequence, stamp", (sequence, stamp), "of 16 and 32 bits")
     return framed(HEADER.pack(LAYOUTS[name].type, sequence, stamp) + LAYOUTS[name].pack(fields))
 
 

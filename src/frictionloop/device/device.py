@@ -15,7 +15,7 @@ import xarray as xr
 from frictionloop.device import effects
 from frictionloop.device.asked import check_decimation, number, rows_of
 from frictionloop.device.errors import DeviceError, Refused
-from frictionloop.device.info import identified
+from frictionloop.device.identity import identified
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
@@ -26,10 +26,11 @@ from frictionloop.device.table import Parameters
 from frictionloop.device.transport import opener
 from frictionloop.device.tuning import told_controller, tuned_words
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
+from frictionloop.findings import Finding
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.spool import DiskFull
 from frictionloop.parameters import Source, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.brief import Brief
 from frictionloop.rendering.effect import Effect
 
@@ -114,7 +115,7 @@ class Device(metaclass=Brief):
         """Write a parameter, in its unit, into the copy that waits for `commit`.
 
         ``name`` is of the device's table (``"drive.ceiling_um"``) or of a System's controller (``"controller.kp"``).
-        Whether such gains hold is not looked at; ``frictionloop device set`` asks the analysis.
+        Whether such gains hold is not looked at; `frictionloop.device.configure` asks the analysis.
         """
         if not name.startswith("controller."):
             self.parameters.set(name, value)
@@ -148,7 +149,7 @@ class Device(metaclass=Brief):
     def mode(self, state: str) -> None:
         """Ask for a state of the loop: ``"idle"``, ``"open"`` (lookup alone) or ``"closed"``."""
         if state not in STATES or state == "fault":
-            raise FrictionloopError(f"mode {state!r}: must be one of idle, open, closed")
+            raise must_be("mode", state, "idle, open or closed")
         self._commanded = True
         self._link.ask("mode", state=STATES[state])
 
@@ -176,11 +177,11 @@ class Device(metaclass=Brief):
         spacing_m: float | None = None,
         start_m: float = 0.0,
         loop: bool = False,
-    ) -> tuple[str, ...]:
+    ) -> tuple[Finding, ...]:
         """Play an effect, or set-points at even times or places (`table` in `waveform`), in place of what plays.
 
         ``force_n`` is an effect, such as ``fl.rendering.find("bump")``, an `EffectSource` with a track, or forces in N.
-        Returns what of an effect is sampled more coarsely than in the simulator, a line each. Raises
+        Returns what of an effect is sampled more coarsely than in the simulator. Raises
         `FrictionloopError` for more steps, triggers or values than a device has room for.
         """
         played = effects.played(force_n, self.system, self.info.waveform)
@@ -188,9 +189,9 @@ class Device(metaclass=Brief):
             table(force_n, self.info.waveform, spacing_s, spacing_m, start_m, loop).send(self._link)
             return ()
         if spacing_s is not None or spacing_m is not None:
-            raise FrictionloopError("play: an effect has places of its own; spacing_s and spacing_m are for forces")
+            raise must_be("spacing", spacing_s or spacing_m, "None for an effect")
         played.send(self._link)
-        return played.tables.told
+        return played.tables.findings
 
     def trigger(self, number: int | None = None) -> None:
         """Change over trigger 0 to 3 of the effect that plays; without a number its first waves begin again."""
@@ -262,7 +263,7 @@ class Device(metaclass=Brief):
         """
         rows = rows_of(duration_s, decimation)
         if state not in ("open", "closed"):
-            raise FrictionloopError(f"state = {state!r}: must be open or closed")
+            raise must_be("state", state, "open or closed")
         check_folder(path)
         effect = effects.played(setpoint, self.system, self.info.waveform)
         asked = effect.source if effect else checked(setpoint)
@@ -299,7 +300,7 @@ class Device(metaclass=Brief):
             run = recording.finish(recorder.reached, found, kept)
         if isinstance(ended, KeyboardInterrupt):
             raise KeyboardInterrupt(recorded_in(recording.recorded, kept)) from None
-        raise Interrupted(str(ended), run, kept, recording.recorded) from None
+        raise Interrupted(ended, run, kept, recording.recorded) from None
 
     def _counts(self) -> dict[str, int]:
         decoder = self._link.decoder

@@ -11,7 +11,7 @@ from frictionloop.device.link import Link
 from frictionloop.device.waveform import POINTS_A_FRAME
 from frictionloop.firmware.effect_tables import EffectTables, effect_tables
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.player import PLATE_MM
@@ -61,5 +61,5 @@ def played(effect: Any, system: System | None, most: int) -> Played | None:
 def trigger(link: Link, number: Any) -> None:
     """Change over a trigger of the effect that plays; None begins its waves anew."""
     if number is not None and not (isinstance(number, Integral) and 0 <= int(number) < MOST_TRIGGERS):
-        raise FrictionloopError(f"number = {number!r}: must be 0 to {MOST_TRIGGERS - 1}, or None")
+        raise must_be("number", number, f"0 to {MOST_TRIGGERS - 1}, or None")
     link.ask("trigger", number=ALL if number is None else int(number))

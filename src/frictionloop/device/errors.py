@@ -8,6 +8,9 @@ from frictionloop.quantities import FrictionloopError
 class DeviceError(FrictionloopError):
     """A device that cannot be reached or does not do what it was asked for."""
 
+    def __init__(self, said: str = "", code: str = "DEVICE-LOST") -> None:
+        super().__init__(said, code)
+
 
 class Unplugged(DeviceError):
     """The line is gone."""
@@ -21,5 +24,5 @@ class Refused(DeviceError):
     """The device answered with a refusal: `reason` by name, `index` the word or point that is wrong, or None."""
 
     def __init__(self, words: str, reason: str, index: int | None) -> None:
-        super().__init__(words)
+        super().__init__(words, "DEVICE-REFUSED")
         self.reason, self.index = reason, index

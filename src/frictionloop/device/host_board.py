@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.revision import revision_here
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema, word_count
 
 ROOM = 4096
@@ -60,7 +60,7 @@ class HostBoard:
     def __init__(self, words: np.ndarray, serial: int = 0, library: Path | None = None, reset: int = 0) -> None:
         table = np.ascontiguousarray(words, dtype=np.int32)
         if table.shape != (word_count(),):
-            raise FrictionloopError(f"words: shape {table.shape}; must be ({word_count()},)")
+            raise must_be("words: shape", table.shape, f"({word_count()},)")
         self._ffi, self._lib = host_library(built=library) if library else host_library()
         self._memory = self._ffi.new("uint64_t[]", -(-self._lib.fl_app_size() // 8))
         self._app = self._ffi.cast("fl_app *", self._memory)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema
 
 FORMATS = {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i"}
@@ -32,14 +32,12 @@ class Layout(NamedTuple):
         """Return the body of a message with these fields."""
         names = (*self.codes, self.repeated) if self.repeated else (*self.codes,)
         if set(names) != set(fields):
-            raise FrictionloopError(
-                f"{self.name}: fields {', '.join(fields) or 'none'}; must be {', '.join(names) or 'none'}"
-            )
+            raise must_be(f"{self.name}: fields", [*fields], ", ".join(names) or "none")
         body = b"".join(self._fixed(name, fields[name]) for name in self.codes)
         if self.item is not None:
             body += self._repeated(fields[self.repeated], self.item)
         if len(body) > LARGEST_BODY:
-            raise FrictionloopError(f"{self.name}: {len(body)} bytes; must be at most {LARGEST_BODY}")
+            raise must_be(f"{self.name}: body", len(body), f"at most {LARGEST_BODY}", "bytes")
         return body
 
     def unpack(self, body: bytes) -> dict[str, Any] | None:
@@ -58,7 +56,7 @@ class Layout(NamedTuple):
             packed = struct.pack(code, value)
             if struct.unpack(code, packed) == (value,):  # `struct` cuts or fills bytes of another length
                 return packed
-        raise FrictionloopError(f"{self.name}: {name} = {value!r}; must be {_taken(code)}")
+        raise must_be(f"{self.name}: {name}", value, _taken(code))
 
     def _repeated(self, values: Any, item: np.dtype[Any]) -> bytes:
         with suppress(OverflowError, TypeError, ValueError):
@@ -66,7 +64,7 @@ class Layout(NamedTuple):
             whole = given.ndim == 1 and (given.dtype.kind in "iu" or not given.size)
             if whole and np.all((given >= info.min) & (given <= info.max)):
                 return given.astype(item).tobytes()
-        raise FrictionloopError(f"{self.name}: {self.repeated} = {values!r}; must be whole numbers of {item}")
+        raise must_be(f"{self.name}: {self.repeated}", values, f"whole numbers, {item}")
 
 
 def _taken(code: str) -> str:
@@ -80,8 +78,8 @@ def _layout(entry: Mapping[str, Any]) -> Layout:
     fields = entry.get("fields", [])
     fixed = [field for field in fields if not field.get("repeated")]
     repeated = [field for field in fields if field.get("repeated")]
-    assert fields == fixed + repeated, "a repeated field ends its message"
-    assert len(repeated) <= 1, "only one field of a message can be repeated"
+    assert fields == fixed + repeated, "a repeated field ends it"
+    assert len(repeated) <= 1, "one repeated field at most"
     codes = {
         field["name"]: f"{field['length']}s" if field["format"] == "bytes" else FORMATS[field["format"]]
         for field in fixed

@@ -29,8 +29,8 @@ TELLING = "identify", "heartbeat", "statistics", "get", "hello"
 NO_INDEX = 65535
 REFUSALS = named("refusals")
 WORDS = {
-    "not_owner": "not owner: another host's loop is on; wait for its end",
-    "no_session": "no session: the device began anew, or another host has said hello; reconnect()",
+    "not_owner": "another host's loop is on",
+    "no_session": "session ended; reconnect()",
 }
 """What is said of a refusal that is not about what was asked for; of the others their name."""
 

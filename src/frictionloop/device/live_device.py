@@ -1,4 +1,4 @@
-"""A device behind a live page: its telemetry as ticks, its states and faults in words."""
+"""A device behind a live page: its telemetry as ticks, its states and faults."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frictionloop.device.recorder import TICK_HZ
 from frictionloop.device.simulated_pipe import ENDS, BenchPipe
 from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 
 class DeviceEngine:
@@ -47,6 +47,7 @@ class DeviceEngine:
         self.source = self._link.pipe.source
         self.trouble = ""
         """What is wrong with the line, empty while nothing is."""
+        self._gone = ""
         self.armed = "idle"
         """The state that was asked for: idle, open or closed."""
         self.refused: list[str] = []
@@ -84,8 +85,7 @@ class DeviceEngine:
         self._again.try_on()
         if not self._again.away:
             if self._again.opened():
-                told = self.trouble.removesuffix("; trying again")
-                self.trouble = f"{told}; it is there again, with its plate off"
+                self.trouble = f"{self._gone}; back, plate off"
             try:
                 for message in self._heard(path):
                     if why := self._news.take(message):
@@ -93,7 +93,8 @@ class DeviceEngine:
                 if self._news.fault:
                     self.armed = "idle"
             except Unplugged as gone:
-                self.trouble, self.armed = f"{gone}; trying again", "idle"
+                self._gone, self.armed = str(gone), "idle"
+                self.trouble = f"{gone}; trying again"
                 self._again.lost()
         return self._news.rows.taken(self._link.pipe)
 
@@ -106,7 +107,7 @@ class DeviceEngine:
     def arm(self, state: str) -> None:
         """Let the loop run: ``"open"`` or ``"closed"``."""
         if state not in ("open", "closed"):
-            raise FrictionloopError(f"state = {state!r}: must be open or closed")
+            raise must_be("state", state, "open or closed")
         self._refuse_while_away()
         self._device.mode(state)
         self.armed, self.trouble = state, ""
@@ -121,7 +122,7 @@ class DeviceEngine:
         except Refused:  # at fault the plate is at rest
             return
         except DeviceError as error:
-            self.trouble = f"{error}; the board switches off by itself 0.2 s after its host has gone"
+            self.trouble = f"{error}; off by itself after 0.2 s"
 
     def clear(self) -> None:
         """Clear a fault; refused while its cause lasts."""
@@ -158,7 +159,7 @@ class DeviceEngine:
 
     def _refuse_while_away(self) -> None:
         if self._again.away:
-            raise FrictionloopError(self.trouble)
+            raise FrictionloopError(self.trouble, "DEVICE-LOST")
 
     def _heard(self, path: np.ndarray) -> list[Message]:
         if self._bench is None:
@@ -182,7 +183,7 @@ class DeviceEngine:
 
     def _began_anew(self, why: str) -> None:
         """Set up a device that has forgotten what it was set up from, and whom it tells of its samples."""
-        self.armed, self.trouble = "idle", f"the device began anew ({why})"
+        self.armed, self.trouble = "idle", f"began anew: {why}"
         self._link.resume()
         self._set_up.again()
         self._news.listen()

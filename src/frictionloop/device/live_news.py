@@ -1,15 +1,13 @@
-"""What a device says of itself: its samples, its state, its faults in words, and that it began anew."""
+"""What a device says of itself: its samples, its state, its faults, and that it began anew."""
 
 from __future__ import annotations
 
 from frictionloop.device.codec import Message
-from frictionloop.device.fault_words import in_words
+from frictionloop.device.fault_codes import fault_line, reading_of
 from frictionloop.device.link import Link
 from frictionloop.device.live_rows import Rows
 from frictionloop.device.recorder import ALL
-from frictionloop.device.running import FAULTS, NO_SESSION, RESETS, STATES, reading_told
-
-NAMES = {number: name for name, number in STATES.items()}
+from frictionloop.device.running import NAMES, NO_SESSION, RESETS, STATES
 
 
 class News:
@@ -24,7 +22,7 @@ class News:
     def __init__(self, link: Link) -> None:
         self._link = link
         self.fault = ""
-        """The fault that is in force, in words; empty without one."""
+        """The fault that is in force, in a line; empty without one."""
         self.listen()
 
     @property
@@ -47,14 +45,11 @@ class News:
             if self.rows.began_anew(message["tick"]):
                 return f"reset: {RESETS.get(message['reset'], 'unknown')}"
         elif message.name == "fault":
-            self._fail(message["fault"], reading_told(message))
+            self.fault = fault_line(message["fault"], reading_of(message))
         elif message.name == "refused" and message["reason"] == NO_SESSION:
-            return "it knows this session no more"
+            return "session ended"
         return ""
 
     def _note_fault(self, status: Message) -> None:
         if status["state"] == STATES["fault"] and not self.fault:
-            self._fail(status["fault"], "")
-
-    def _fail(self, number: int, reading: str) -> None:
-        self.fault = in_words(FAULTS.get(number, str(number)), reading)
+            self.fault = fault_line(status["fault"])

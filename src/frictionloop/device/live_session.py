@@ -106,11 +106,11 @@ class Session:
 
     def arm(self, state: str) -> None:
         """Let the loop of a device run; without one there is nothing to arm."""
-        raise FrictionloopError("arm: this studio has no device; a simulated plate is never armed")
+        raise FrictionloopError("arm: no device", "NO-DEVICE")
 
     def clear(self) -> None:
         """Clear a fault of a device; without one there is none."""
-        raise FrictionloopError("clear: this studio has no device, so no fault")
+        raise FrictionloopError("clear: no device", "NO-DEVICE")
 
     def told(self) -> dict[str, object] | None:
         """Return what pages are told of a device, None without one."""

@@ -10,7 +10,7 @@ from frictionloop.device import effects
 from frictionloop.device.device import Device
 from frictionloop.device.errors import Unplugged
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 CHANGEABLE = "controller", "setpoint"
 """Blocks of a System that a page may change on a device: all else is the bench that stands there."""
@@ -62,7 +62,7 @@ class SetUp:
         """
         for name in type(system).model_fields:
             if name not in CHANGEABLE and getattr(system, name) != getattr(self._in_force, name):
-                raise FrictionloopError(f"{name}: is of the bench that stands there; controller and effect can change")
+                raise FrictionloopError(f"{name}: fixed; accepted: {', '.join(CHANGEABLE)}")
         self.prepare(system)
         self._steps, self.wanted = self._writing(system, self._played[_effect_of(system)]), system
 
@@ -76,9 +76,7 @@ class SetUp:
             return
         played = effects.played(system.setpoint, system, self._device.info.waveform)
         if played is None:
-            raise FrictionloopError(
-                f"setpoint.kind = {system.setpoint.kind!r}: must be effect to be played from a page"
-            )
+            raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         kept = dict(list(self._played.items())[1 - KEPT :])
         self._played = kept | {_effect_of(system): played}
 

@@ -19,12 +19,10 @@ RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
     "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
     "drive.largest_um": lambda value: "above 0 um",
     "drive.ceiling_um": lambda value: (
-        f"at most drive.largest_um = {value['drive.largest_um']:g} um, "
-        "and no larger a share of it than the image was built with"
+        f"at most drive.largest_um = {value['drive.largest_um']:g} um, at the image's share"
     ),
     "drive.ramp_um": lambda value: (
-        f"at least {value['drive.ceiling_um'] / LONGEST_RAMP:.4g} um, from drive.ceiling_um to 0 in "
-        f"{PROTOCOL['ramp_ms']} ms"
+        f"at least {value['drive.ceiling_um'] / LONGEST_RAMP:.4g} um, ramp {PROTOCOL['ramp_ms']} ms"
     ),
     "lookup.squares_um2": lambda value: "none above the one before",
 }
@@ -44,16 +42,16 @@ def in_words(asked: str, refused: Refused, table: np.ndarray, laws: Sequence[str
     values = np.atleast_1d(from_words(word, table[word.first : word.first + word.words]))
     entry = (refused.index - word.first) * word.count // word.words
     number, name = float(values[entry]), f"{word.name}[{entry}]" if word.count > 1 else word.name
-    said = f"{asked}: the device refuses {name} = {shown(word, number)}, out of range"
+    said = f"{asked}: refused, {name} = {shown(word, number)}"
     must = _law(number, laws) if word.name == "law.number" else _limit(word, number, table)
-    return Refused(f"{said}; must be {must}", refused.reason, refused.index)
+    return Refused(f"{said}: must be {must}", refused.reason, refused.index)
 
 
 def _law(number: float, laws: Sequence[str]) -> str:
     """Return which laws the device has, and how it gets another that the firmware has."""
     has = ", ".join(f"{1 + KINDS.index(kind)} {kind}" for kind in laws)
     other = KINDS[int(number) - 1] if 0 < number <= len(KINDS) else None
-    return f"a law of its image: {has}" + (f" (firmware build --laws {other} builds {other} in)" if other else "")
+    return f"one of {has}" + (f"; firmware build --laws {other}" if other else "")
 
 
 def _limit(word: Word, number: float, table: np.ndarray) -> str:

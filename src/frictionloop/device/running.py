@@ -14,7 +14,7 @@ import xarray as xr
 
 from frictionloop.device.codec import Message
 from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
-from frictionloop.device.fault_words import WORDS
+from frictionloop.device.fault_codes import fault_code, fault_error, fault_name, reading_of
 from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
@@ -26,13 +26,10 @@ SILENT_S = 2.0
 REOPENED = 20
 """Attempts to open a line that went away, `PAUSE_S` apart: what an adapter takes to come back (assumed)."""
 PAUSE_S = 0.1
-FAULTS, RESETS = named("faults"), named("resets")
+RESETS = named("resets")
 STATES = schema()["states"]
+NAMES = named("states")
 NO_SESSION = schema()["refusals"]["no_session"]
-READINGS = {name: (told["step"], told["unit"]) for name, told in schema()["fault_values"].items()}
-"""What a fault tells of its cause: the size of a step, and the unit."""
-
-
 KEPT_AS = "interrupted-run"
 """Stem of the file of a run that ended early and was given no path."""
 
@@ -40,14 +37,16 @@ KEPT_AS = "interrupted-run"
 class Interrupted(DeviceError):
     """A run that ended early; `run` is what was recorded, `path` its file; None without a path and a sample."""
 
-    def __init__(self, why: str, run: xr.Dataset, path: str | os.PathLike[str] | None, samples: int) -> None:
-        super().__init__(f"{why}; {recorded_in(samples, path)}")
+    def __init__(
+        self, why: FrictionloopError, run: xr.Dataset, path: str | os.PathLike[str] | None, samples: int
+    ) -> None:
+        super().__init__(f"{why}; {recorded_in(samples, path)}", why.code)
         self.run, self.path = run, path
 
 
 def recorded_in(samples: int, path: str | os.PathLike[str] | None) -> str:
     """Return in words what a run that ended early leaves where."""
-    return "nothing was recorded" if path is None else f"{samples} samples recorded so far are in {path}"
+    return "nothing recorded" if path is None else f"{samples} samples are in {path}"
 
 
 class Running:
@@ -64,9 +63,7 @@ class Running:
         """Ask for telemetry, then for the state; what the device said of earlier runs does not count."""
         status = self.link.listen(self.recorder.decimation, ALL)
         if status["state"] == STATES["fault"]:
-            raise DeviceError(
-                f"the device has the fault {FAULTS.get(status['fault'])}: find its cause, then clear() it"
-            )
+            raise DeviceError(f"fault {fault_name(status['fault'])}: clear() it first", fault_code(status["fault"]))
         self.recorder.since = self._tick = status["tick"]
         self._commits = status["commits"]
         self.link.ask("mode", state=self.recorder.state)
@@ -85,7 +82,7 @@ class Running:
             for message in self._messages():
                 self._hear(message)
             if self.link.silent_s > SILENT_S:
-                raise NoReply(f"the device has said nothing for {SILENT_S:g} s")
+                raise NoReply(f"no telemetry for {SILENT_S:g} s")
             keep()
             if progress:
                 progress(self.recorder.reached)
@@ -105,31 +102,26 @@ class Running:
         if message.name == "telemetry":
             self.recorder.take(message)
         elif message.name == "fault" and self.recorder.is_new(message["tick"]):
-            raise DeviceError(_fault(message["fault"], f"at tick {message['tick']}{reading_told(message)}"))
+            raise fault_error(message["fault"], f"at tick {message['tick']}", reading_of(message))
         elif message.name == "status":
             self._check(message)
         elif message.name == "refused" and message["reason"] == NO_SESSION:
-            raise DeviceError("the device knows this session no more: it began anew")
+            raise DeviceError("session: ended, device began anew")
 
     def _check_table(self, status: Message) -> None:
         if status["commits"] != self._commits:
-            raise DeviceError(
-                f"the parameter table was changed during the run, before tick {status['tick']} (commit "
-                f"{status['commits']}, at its start {self._commits})"
-            )
+            raise DeviceError(f"table: changed before tick {status['tick']}, commit {status['commits']}")
 
     def _check(self, status: Message) -> None:
         if status["state"] == STATES["fault"]:
-            raise DeviceError(_fault(status["fault"], f"before tick {status['tick']}"))
+            raise fault_error(status["fault"], f"before tick {status['tick']}")
         if self._tick is not None and (status["tick"] - self._tick) % 2**32 >= 2**31:
             why = RESETS.get(status["reset"], "unknown")
-            raise DeviceError(f"the device began anew (tick {status['tick']} after {self._tick}, reset: {why})")
+            raise DeviceError(f"reset {why}: tick {status['tick']} after {self._tick}")
         self._tick = status["tick"]
         self._check_table(status)
-        if status["state"] == STATES["idle"]:
-            raise DeviceError("the device is idle: another host stopped it, or it began anew")
         if status["state"] != self.recorder.state:
-            raise DeviceError("the device is no longer in the state asked for: somebody else uses it, or it began anew")
+            raise DeviceError(f"state: {NAMES[status['state']]}, {NAMES[self.recorder.state]} asked")
 
     def _messages(self) -> list[Message]:
         try:
@@ -165,18 +157,3 @@ def free_path() -> Path:
             path.touch(exist_ok=False)  # nobody else who looks for a name takes this one
             return path
     raise AssertionError("numbers have an end")
-
-
-def _fault(number: int, where: str) -> str:
-    name = str(FAULTS.get(number, number))
-    return f"fault {name} {where}" + (f": {WORDS[name]}" if name in WORDS else "")
-
-
-def reading_told(fault: Message) -> str:
-    """Return what a message `fault` tells of its cause, in brackets; an empty text where it tells none."""
-    name = FAULTS.get(fault["fault"])
-    if name not in READINGS:
-        return ""
-    step, unit = READINGS[name]
-    value = step * fault["value"]
-    return f" ({value:.0f} {unit})" if abs(value) >= 1000.0 else f" ({value:.3g} {unit})"

@@ -74,9 +74,7 @@ def _why(port: str, code: int | None, error: Exception) -> str:
         return f"no such port; there is {', '.join(address for address, _ in described_ports()) or 'none'}"
     if code == errno.EACCES and os.name != "nt":
         group = Path(port).group()
-        return (
-            f"permission denied; it belongs to the group '{group}': sudo usermod -aG {group} $USER, then log in again"
-        )
+        return f"permission denied; sudo usermod -aG {group} $USER"
     if code in (errno.EBUSY, errno.EAGAIN, errno.EACCES):
-        return "in use by another program; only one host may have a device"
+        return "in use by another program"
     return f"cannot be opened ({str(error).splitlines()[0]})"

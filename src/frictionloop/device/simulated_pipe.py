@@ -96,7 +96,7 @@ class BenchPipe(Pipe):
         try:
             bench.tick(command, self._movement())
         except FrictionloopError as over:
-            raise DeviceError(f"the simulated bench stands still: {over}") from None
+            raise DeviceError(f"simulated bench: {over}") from None
         self._felt.append(before if bench.tells_sampled else bench.force_n)
         if len(self._felt) > REMEMBERED:
             self._felt.popleft()
@@ -111,7 +111,7 @@ class BenchPipe(Pipe):
 
     def _check(self) -> None:
         if not self._open:
-            raise Unplugged("simulated board: the line is closed")
+            raise Unplugged("simulated board: line closed")
 
 
 class Converters:

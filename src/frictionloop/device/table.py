@@ -81,7 +81,7 @@ class Parameters(Mapping[str, Any]):
     def writing(self, table: np.ndarray) -> Iterator[None]:
         """As `write`, with a pause after each frame, for who has to listen to the device meanwhile."""
         if table.shape != (word_count(),):
-            raise DeviceError(f"table: {table.size} words; must be {word_count()}")
+            raise DeviceError(f"table = {table.size} words: must be {word_count()}", "BAD-VALUE")
         self._waiting = table.astype(np.int32)
         for at in range(0, len(table), WORDS_A_FRAME):
             self._write(at, table[at : at + WORDS_A_FRAME])
@@ -128,7 +128,4 @@ class Parameters(Mapping[str, Any]):
 
     def _same_table(self) -> None:
         if self._hash != table_hash():
-            raise DeviceError(
-                f"the device's parameter table is another one (layout {self._hash:08x}, here {table_hash():08x}); "
-                "flash the firmware of this version"
-            )
+            raise DeviceError(f"layout {self._hash:08x}: must be {table_hash():08x}; flash this version", "NO-DEVICE")

@@ -32,9 +32,9 @@ class TcpPipe(Pipe):
                 return b""
             data = self._socket.recv(_BULK)
         except (OSError, ValueError) as error:
-            raise Unplugged(f"{self._name}: the connection is gone ({error})") from None
+            raise Unplugged(f"{self._name}: connection gone ({error})") from None
         if not data:
-            raise Unplugged(f"{self._name}: the other side closed the connection")
+            raise Unplugged(f"{self._name}: closed by the other side")
         return data
 
     def write(self, data: bytes) -> None:
@@ -42,7 +42,7 @@ class TcpPipe(Pipe):
         try:
             self._socket.sendall(data)
         except OSError as error:
-            raise Unplugged(f"{self._name}: the connection is gone ({error})") from None
+            raise Unplugged(f"{self._name}: connection gone ({error})") from None
 
     def close(self) -> None:
         """Close the connection."""

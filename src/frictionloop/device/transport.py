@@ -7,12 +7,9 @@ from collections.abc import Callable
 
 from frictionloop.device.pipe import Pipe
 from frictionloop.parameters import System, bench
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
-ADDRESSES = (
-    "sim:, emulated:image.elf, tcp://host:port, serial:///dev/ttyACM0 (Linux), serial:///dev/cu.usbmodem1 (macOS), "
-    "serial://COM3 (Windows)"
-)
+ADDRESSES = "sim:, emulated:IMAGE, tcp://HOST:PORT, serial:///dev/ttyACM0, serial://COM3"
 
 _PORT = re.compile(r"COM\d+$|/dev/")
 """What a serial port is called by itself."""
@@ -44,7 +41,4 @@ def opener(address: str, system: System | None = None, seed: int = 0) -> Callabl
         given = system or bench()
         board: Board = Emulated(rest, given.plate.max_amplitude_um) if rest else Simulated(given)
         return BenchPipe(board, given, seed).opened
-    meant = f"serial://{address}" if _PORT.match(address) else ""
-    raise FrictionloopError(
-        f"address {address!r}: " + (f"did you mean {meant}?" if meant else f"must be one of {ADDRESSES}")
-    )
+    raise must_be("address", address, f"serial://{address}" if _PORT.match(address) else ADDRESSES)

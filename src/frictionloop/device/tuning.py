@@ -12,14 +12,14 @@ from frictionloop.firmware.compiled import controller_words
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.quantised import pi_gains
 from frictionloop.firmware.words import word_of
-from frictionloop.parameters import Model, PiController, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters import Model, PiController, System, bench
+from frictionloop.quantities import FrictionloopError, must_be
 
-TOLD = {"controller.kp": "kp", "controller.ki": "ki"}
-"""Names that a device tells where nobody knows its System, and their fields."""
+TOLD = "controller.kp", "controller.ki"
+"""Names that a device tells where nobody knows its System."""
 DIGITS = 8
 """Of a gain that is read back: the device holds 30 bits."""
-ELSE = "set it from the description of its bench: --system FILE, in Python Device.upload(system)"
+ELSE = "give the system, or upload() it"
 
 
 def told_controller(parameters: Parameters, rate_hz: float) -> PiController:
@@ -33,7 +33,7 @@ def told_controller(parameters: Parameters, rate_hz: float) -> PiController:
     number = int(parameters["law.number"])
     law = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
     if law != "pi":
-        raise FrictionloopError(f"controller: the device runs law {law} and tells the gains of law pi alone; {ELSE}")
+        raise must_be("law", law, f"pi; {ELSE}")
     kp, ki_dt = np.asarray(parameters["law.gains"])[:2]
     kp, ki = (float(f"{gain:.{DIGITS}g}") for gain in (kp, ki_dt * rate_hz))
     return PiController(kp=kp, ki=ki, rate_hz=rate_hz, model=Model(nominal_n=parameters["law.high_n"]))
@@ -53,12 +53,8 @@ def tuned_words(base: System | PiController, values: dict[str, Any]) -> dict[str
         return controller_words(tuned)
     for name in values:
         if name not in TOLD:
-            raise FrictionloopError(f"{name}: the device tells {' and '.join(TOLD)} alone; {ELSE}")
-    gains = dict(base) | {TOLD[name]: value for name, value in values.items()}
-    try:
-        controller = PiController(**gains)
-    except FrictionloopError as error:
-        raise FrictionloopError(str(error).replace("PiController: ", "controller.", 1)) from None
+            raise FrictionloopError(f"{name}: accepted {', '.join(TOLD)}; {ELSE}", "NOT-CHECKED")
+    controller: Any = bench().model_copy(update={"controller": base}).evolve(values).controller
     words = np.zeros(word_of("law.gains").words, np.int32)
     own = np.ravel(pi_gains(controller))
     words[: own.size] = own

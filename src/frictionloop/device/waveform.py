@@ -12,7 +12,7 @@ from frictionloop.device.link import Link
 from frictionloop.device.recorder import TICK_HZ
 from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
 from frictionloop.physics.sources import evaluate, sampler
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema
 
 N_PER_POINT = 1e-4
@@ -79,16 +79,14 @@ def table(
         if given is not None:
             number(told, given)
     if abs(start_m) > FURTHEST_M:
-        raise FrictionloopError(f"start_m = {start_m:g}: must be from {-FURTHEST_M:g} to {FURTHEST_M:g} m")
+        raise must_be("start_m", start_m, f"{-FURTHEST_M:g} to {FURTHEST_M:g}", "m")
     if (spacing_s is None) == (spacing_m is None):
-        raise FrictionloopError("play: give spacing_s for a table over time, or spacing_m for one over position")
+        raise must_be("spacing_s, spacing_m", (spacing_s, spacing_m), "one of them")
     spacing, per = (spacing_s, TICK_HZ) if spacing_s is not None else (spacing_m, 1e6)
     name = "spacing_s" if spacing_s is not None else "spacing_m"
     step = PHASE / (spacing * per) if spacing is not None and spacing > 0 else 0.0
     if not 1 <= step < 2**32:
-        raise FrictionloopError(
-            f"{name} = {spacing:g}: must be from {PHASE / (per * 2.0**32):.2g} to {PHASE / per:.2g}"
-        )
+        raise must_be(name, spacing, f"{PHASE / (per * 2.0**32):.2g} to {PHASE / per:.2g}")
     return Table(points, "time" if spacing_s is not None else "position", loops, round(step), round(start_m * 1e6))
 
 
@@ -107,9 +105,7 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
     except (TypeError, ValueError):
         force = np.empty((0, 0))
     if force.ndim > 1:
-        raise FrictionloopError(
-            f"setpoint = {setpoint!r:.60}: must be a source (fl.Sine(...)), a force in N, or forces in N at every tick"
-        )
+        raise must_be("setpoint", type(setpoint).__name__, "a source, a force in N, or one a tick")
     if force.ndim == 0:
         _in_range(np.atleast_1d(force), "setpoint")
         return Constant(offset_n=float(force))
@@ -150,11 +146,8 @@ def _sampled(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Tab
     played = np.interp(np.arange(ticks + 1), places, found.points * N_PER_POINT)
     error = float(np.sqrt(np.mean((played - wanted) ** 2)))
     if error > LARGEST_ERROR_N:
-        raise FrictionloopError(
-            f"set-point of {duration_s:g} s: {most} points miss it by {error:.2g} N rms; must be at most "
-            f"{LARGEST_ERROR_N:g} N (a shorter run, a slower signal, or a sine, which repeats; between points are "
-            "straight lines, which miss steps: `frictionloop device set PORT setpoint.hold_n=LEVEL` sets a level)"
-        )
+        accepted = f"at most {LARGEST_ERROR_N:g}, of {most} points in {duration_s:g} s"
+        raise must_be("setpoint: rms error", float(f"{error:.2g}"), accepted, "N", "BOARD-STEPS")
     return found._replace(error_n=error)
 
 
@@ -162,13 +155,10 @@ def _at_ticks(setpoint: Signal | np.ndarray, duration_s: float, ticks: int) -> n
     """Return the forces at the ticks 0 to `ticks` of a run."""
     if isinstance(setpoint, np.ndarray):
         if setpoint.size < ticks:
-            raise FrictionloopError(
-                f"setpoint: {setpoint.size} forces at every tick last {setpoint.size / TICK_HZ:g} s; must be at least "
-                f"{ticks} for duration_s = {duration_s:g} (a single number is held; play() takes a spacing)"
-            )
+            raise must_be("setpoint", setpoint.size, f"at least {ticks}, or one", "forces")
         return np.append(setpoint[:ticks], setpoint[ticks] if setpoint.size > ticks else setpoint[-1])
     if duration_s > setpoint.longest_s:
-        raise FrictionloopError(f"duration_s = {duration_s:g}: the set-point lasts {setpoint.longest_s:g} s")
+        raise must_be("duration_s", float(duration_s), f"at most {setpoint.longest_s:g}, as the set-point", "s")
     if (take := sampler(setpoint, TICK_HZ, 0, 0)) is not None:
         return take(0, ticks)
     assert isinstance(setpoint, Constant | Sine | LogSweep)  # what has no sampler
@@ -179,10 +169,10 @@ def _points(force_n: Any, most: int) -> np.ndarray:
     try:
         force = np.atleast_1d(np.asarray(force_n, dtype=float))
     except (TypeError, ValueError):
-        raise FrictionloopError(f"set-point table: {force_n!r:.60}; must be forces in N") from None
+        raise must_be("force_n", type(force_n).__name__, "forces in N") from None
     if force.ndim != 1 or not 1 <= force.size <= most:
-        raise FrictionloopError(f"set-point table: {force.size} points; must be 1 to {most}")
-    _in_range(force, "set-point table")
+        raise must_be("force_n", force.size, f"1 to {most}", "points")
+    _in_range(force, "force_n")
     return np.rint(force / N_PER_POINT).astype(np.int16)
 
 
@@ -190,5 +180,5 @@ def _in_range(force: np.ndarray, name: str, place: str = "point") -> None:
     points = np.rint(force / N_PER_POINT)
     wrong = np.flatnonzero(~((points >= -(2**15)) & (points < 2**15)))
     if wrong.size:
-        where = f" at {place} {wrong[0]}" if name == "set-point table" or force.size > 1 else ""
-        raise FrictionloopError(f"{name}: {force[wrong[0]]:g} N{where}; must be from -3.2768 to 3.2767 N")
+        where = f" at {place} {wrong[0]}" if force.size > 1 else ""
+        raise must_be(f"{name}{where}", float(force[wrong[0]]), "-3.2768 to 3.2767", "N")

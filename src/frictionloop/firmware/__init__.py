@@ -1,1 +1,17 @@
-"""The controller as the firmware runs it: words, quantised forms, the C core on the host, the image."""
+"""The controller on the microcontroller: its parameter table, its image.
+
+export        a system as parameter table: words, numbers with units, the system itself
+build         the image that runs it, with the table beside it
+"""
+
+from __future__ import annotations
+
+from frictionloop.quantities.lazily import lazily
+
+HOMES = {"exported": "Exported export", "built_image": "Built build", "board_fit": "board_findings"}
+__getattr__ = lazily(__name__, HOMES)
+__all__ = [name for names in HOMES.values() for name in names.split()]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,12 +1,16 @@
-"""Does a system fit the board as its firmware is written? What would be wrong on it, before anything is built."""
+"""Does a system fit the board as its firmware is written? What would be otherwise on it, before anything is built."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
+from frictionloop.analysis.operating import asked, law_at
+from frictionloop.findings import Condition, Finding
 from frictionloop.firmware.effect_tables import STORE
 from frictionloop.parameters import ResonantPlate, Steps, Strokes, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.physics.friction import friction_force
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.schema import schema
 
 BUS_HZ = 36e6
@@ -21,6 +25,8 @@ SCALE = "board.position_m_per_count"
 """Of the position sensor; negative where it counts the other way."""
 LEAST_LEFT = 0.9
 """Share of the plate's amplitude at the carrier below which it is told (chosen)."""
+FIRST_UM = 0.5
+"""Ceiling that is proposed for a first run (assumed)."""
 
 
 def period_ticks(system: System) -> int:
@@ -36,10 +42,8 @@ def period_ticks(system: System) -> int:
         return USUAL_TICKS
     ticks = round(BUS_HZ / plate.frequency_hz)
     if not 2 <= ticks <= MOST_TICKS:
-        raise FrictionloopError(
-            f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the board's carrier must be from "
-            f"{BUS_HZ / MOST_TICKS:.0f} Hz to {BUS_HZ / 2:.3g} Hz"
-        )
+        accepted = f"{BUS_HZ / MOST_TICKS:.0f} to {BUS_HZ / 2:.3g} Hz on this board"
+        raise must_be("plate.frequency_hz", plate.frequency_hz, accepted, "Hz", "BOARD-CARRIER")
     return ticks
 
 
@@ -56,60 +60,37 @@ def amplitude_left(plate: ResonantPlate, at_hz: float) -> float:
     return 1.0 / math.hypot(1.0, (at_hz - plate.frequency_hz) / plate.cutoff_hz)
 
 
-def carrier_said(system: System) -> str:
-    """Return the carrier of a system's image in words, and what the plate gives there; empty without a resonance."""
-    plate = system.plate
-    if not isinstance(plate, ResonantPlate):
-        return ""
-    ticks, at_hz = period_ticks(system), carrier_hz(system)
-    left = amplitude_left(plate, at_hz)
-    gives = f"where the plate gives {100 * left:.3g} % of its amplitude at resonance"
-    return f"{at_hz:.0f} Hz, {BUS_HZ / 1e6:g} MHz / {ticks}, {gives}"
+def board_findings(system: System) -> Iterator[Finding]:
+    """Yield what of a system the board does otherwise; nothing where all fits."""
+    yield from gain_findings(system)
+    yield from _beyond_position(system)
+    yield from _steps(system)
 
 
-def misfits(system: System) -> list[str]:
-    """Return what of a system the firmware does not do, a line each; nothing where all fits."""
-    return [*misfits_of_gains(system), *_beyond_position(system), *_steps(system)]
-
-
-def misfits_of_gains(system: System) -> list[str]:
-    """Return those that take other gains, or another amplitude, a line each."""
-    said, plate, rate_hz = [], system.plate, _tick_hz()
+def gain_findings(system: System) -> Iterator[Finding]:
+    """Yield of these what takes other gains, or another amplitude."""
+    plate, rate_hz = system.plate, _tick_hz()
     if system.controller.rate_hz != rate_hz:
-        said.append(
-            f"controller.rate_hz = {system.controller.rate_hz:g} Hz: the project's firmware runs at {rate_hz:g} Hz "
-            f"only, and these gains are not for it; for its board design with --controller.rate_hz {rate_hz:g}"
-        )
+        remedy = {"controller.rate_hz": rate_hz}
+        yield Finding("BOARD-RATE", value=system.controller.rate_hz, unit="Hz", limit=rate_hz, remedy=remedy)
     if isinstance(plate, ResonantPlate):
-        said += _off_the_carrier(system, plate)
-    return said
+        yield from _off_the_carrier(system, plate)
 
 
-def _tick_hz() -> float:
-    return float(schema()["protocol"]["tick_hz"])
-
-
-def _steps(system: System) -> list[str]:
-    """Return that a table of points with straight lines between them has no steps."""
-    if not isinstance(system.setpoint, Steps) or len(system.setpoint.levels_n) == 1:
-        return []
-    return [
-        f'setpoint.kind = "steps": the device plays {STORE} points with straight lines between them, which miss steps '
-        f"in a run above {STORE / _tick_hz():.2g} s; `frictionloop device set PORT setpoint.hold_n=LEVEL` sets a level"
-    ]
-
-
-def _beyond_position(system: System) -> list[str]:
-    """Return that strokes go farther than the position sensor reads, where the board ends with a fault."""
-    motion = system.motion
-    if not isinstance(motion, Strokes) or not (wanted := scale_for(motion.stroke_mm, system)):
-        return []
-    m_per_count, half_mm = system.board.position_m_per_count, motion.stroke_mm / 2.0
-    return [
-        f"motion.stroke_mm = {motion.stroke_mm:g} mm: the position goes to {half_mm:g} mm from the middle, and is read "
-        f"to {1e3 * COUNTS * abs(m_per_count):.3g} mm with {SCALE} = {m_per_count:g}, where the board stops with the "
-        f"fault sensor_saturated; {wanted[SCALE]:.2g} reads all of it"
-    ]
+def ceiling_findings(system: System) -> Iterator[Finding]:
+    """Yield which force the board's ceiling leaves out, just landed; without a ceiling, that a first run has one."""
+    ceiling_um = system.board.ceiling_um
+    if ceiling_um is None:
+        remedy = {"board.ceiling_um": FIRST_UM}
+        yield Finding("FIRST-RUN", value=system.plate.max_amplitude_um, unit="um", remedy=remedy)
+        return
+    try:
+        least_n, wanted = float(friction_force(ceiling_um, law_at(system))), asked(system)
+    except FrictionloopError:  # a recording whose level is not known
+        return
+    if wanted.low_n < least_n:
+        where, more = Condition(occluded=0.0), {"ceiling_um": ceiling_um, "high_n": wanted.high_n}
+        yield Finding("CEILING-REACH", value=wanted.low_n, unit="N", limit=least_n, where=where, more=more)
 
 
 def scale_for(stroke_mm: float, system: System) -> dict[str, float]:
@@ -119,19 +100,41 @@ def scale_for(stroke_mm: float, system: System) -> dict[str, float]:
     return {SCALE: math.copysign(half_m / COUNTS * ROOM, m_per_count)} if beyond else {}
 
 
-def _off_the_carrier(system: System, plate: ResonantPlate) -> list[str]:
-    try:
-        left = amplitude_left(plate, carrier_hz(system))
-    except FrictionloopError as error:
-        return [str(error)]
-    ticks = period_ticks(system)
+def _tick_hz() -> float:
+    return float(schema()["protocol"]["tick_hz"])
+
+
+def _steps(system: System) -> Iterator[Finding]:
+    """Yield that a table of points with straight lines between them has no steps."""
+    if isinstance(system.setpoint, Steps) and len(system.setpoint.levels_n) > 1:
+        yield Finding("BOARD-STEPS", value=STORE / _tick_hz(), unit="s", limit=STORE)
+
+
+def _beyond_position(system: System) -> Iterator[Finding]:
+    """Yield that strokes go farther than the position sensor reads, where the board ends with a fault."""
+    motion = system.motion
+    if isinstance(motion, Strokes) and (wanted := scale_for(motion.stroke_mm, system)):
+        read_mm = 1e3 * COUNTS * abs(system.board.position_m_per_count)
+        remedy = {SCALE: float(f"{wanted[SCALE]:.2g}")}
+        yield Finding("BOARD-POSITION", value=motion.stroke_mm / 2.0, unit="mm", limit=read_mm, remedy=remedy)
+
+
+def _off_the_carrier(system: System, plate: ResonantPlate) -> Iterator[Finding]:
+    ticks = min(max(round(BUS_HZ / plate.frequency_hz), 2), MOST_TICKS)
+    at_hz = BUS_HZ / ticks
+    left = amplitude_left(plate, at_hz)
     if left >= LEAST_LEFT:
-        return []
-    said = f"plate.frequency_hz = {plate.frequency_hz:g} Hz: the nearest carrier is {carrier_said(system)}; "
-    if plate.pulse_ticks == ticks:
-        return [f"{said}plate.max_amplitude_um and that of controller.model are to be those at this carrier"]
+        return
+    told = plate.pulse_ticks == ticks  # whoever gives it gives the amplitudes there
     model = system.controller.model
     lower = {"plate": plate.max_amplitude_um, "controller.model": model.max_amplitude_um}
-    there = {f"{block}.max_amplitude_um": left * largest_um for block, largest_um in lower.items()}
-    flags = " ".join(f"--{path} {value:.4g}" for path, value in {"plate.pulse_ticks": ticks, **there}.items())
-    return [f"{said}`{flags}` takes that into account, if these are the amplitudes at the resonance"]
+    there = {f"{block}.max_amplitude_um": float(f"{left * um:.4g}") for block, um in lower.items()}
+    yield Finding(
+        "BOARD-CARRIER",
+        severity="note" if told else None,
+        value=plate.frequency_hz,
+        unit="Hz",
+        limit=at_hz,
+        remedy="" if told else {"plate.pulse_ticks": ticks, **there},
+        more={"share": 100.0 * left},
+    )

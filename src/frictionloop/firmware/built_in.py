@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from frictionloop.control.laws import LAWS, NUMBERED
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import parameter_words
 
 KINDS = tuple(law.kind for law in NUMBERED)
@@ -33,11 +33,11 @@ def law_bits(laws: Sequence[str] | None, table: Sequence[int]) -> int:
     accepted = [kind for kind, law in LAWS.items() if law.kind in KINDS]
     for kind in laws:
         if kind not in accepted:
-            raise FrictionloopError(f"laws = {kind!r}: the firmware has {', '.join(accepted)}")
+            raise must_be("laws", kind, ", ".join(accepted), code="UNKNOWN-NAME")
     bits = _bits([LAWS[kind].kind for kind in laws])
     if not bits >> own & 1:
         name = KINDS[own - 1] if 0 < own <= len(KINDS) else f"number {own}"
-        raise FrictionloopError(f"laws = {', '.join(laws)}: the image is to run {name}, which must be among them")
+        raise must_be("laws", ", ".join(laws), f"with {name}, which runs")
     return bits
 
 

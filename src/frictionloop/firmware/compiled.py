@@ -18,7 +18,7 @@ from frictionloop.firmware.quantised_filtered import filtered_gains, filtered_st
 from frictionloop.firmware.quantised_limit import LIMIT_PLACES, limit_observer_quantised
 from frictionloop.firmware.words import filled
 from frictionloop.parameters import Model, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words
 from frictionloop.quantities.trees import flat
@@ -54,7 +54,7 @@ def quantised_start(controller: Any) -> list[int]:
     """Return the law's state at t = 0 as whole numbers, each in its own binary places."""
     law, places = law_of(controller), state_places(controller)
     start = flat(law.start_for(controller))
-    return [to_places(value, places[i], f"state {i} of {law.kind} at t = 0") for i, value in enumerate(start)]
+    return [to_places(value, places[i], f"{law.kind}: state {i}") for i, value in enumerate(start)]
 
 
 def controller_words(system: System) -> dict[str, np.ndarray]:
@@ -64,7 +64,7 @@ def controller_words(system: System) -> dict[str, np.ndarray]:
     low_n = to_q28(controller.model.floor_n, "g(controller.model.max_amplitude_um)")
     high_n = to_q28(controller.model.nominal_n, "controller.model.nominal_n")
     decay, inverse, _ = overdrive_gains(controller)
-    overdriven = to_gain(inverse, "1/(1 - decay of the believed plate)")
+    overdriven = to_gain(inverse, "1/(1 - decay)")
     return {
         "law.number": _words([1 + NUMBERED.index(law_of(controller))]),
         "law.gains": _words(np.ravel(quantised_gains(controller)), parameter_words()["law.gains"].words),
@@ -148,7 +148,7 @@ def _lookup_words(model: Model) -> dict[str, np.ndarray]:
 
 def _form(law: Law) -> Quantised:
     if law.kind not in FORMS:
-        raise FrictionloopError(f'controller.kind = "{law.kind}": the firmware has {", ".join(FORMS)}')
+        raise must_be("controller.kind", law.kind, f"one of {', '.join(FORMS)} on a board")
     return FORMS[law.kind]
 
 

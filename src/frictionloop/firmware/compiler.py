@@ -36,7 +36,7 @@ def compiler() -> tuple[str, ...]:
         return named
     if find_spec("ziglang"):
         return zig()
-    raise FrictionloopError("no C compiler: install cc, or frictionloop[image], which brings one")
+    raise FrictionloopError("C compiler: none; install frictionloop[image]")
 
 
 def zig() -> tuple[str, ...]:
@@ -86,10 +86,10 @@ def shared_library(
     suffix = _SUFFIX.get(sys.platform, ".so")
     library = cache_folder() / f"{name}-{_key(sources, include, given, command)}{suffix}"
     if why := why_untrusted(library):
-        raise FrictionloopError(f"{why}, and what lies there would be run; delete it, or chmod go-w it")
+        raise FrictionloopError(f"{why}; delete it, or chmod go-w")
     if is_usable(library):
         return library
-    cache = f"{library.parent}: the cache of compiled code"
+    cache = f"{library.parent}: cache"
     try:
         library.parent.mkdir(0o700, parents=True, exist_ok=True)
     except OSError as error:

@@ -22,7 +22,7 @@ def tables_tree(tables: EffectTables) -> dict[str, Any]:
         "values_n": tables.program.values.tolist(),
         "words": tables.words.tolist(),
         "error_n": tables.error_n,
-        "told": list(tables.told),
+        "findings": [each.to_dict() for each in tables.findings],
     }
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.rendering.program import Do, Program
 
 FARTHEST_M = 0.5
@@ -55,13 +55,11 @@ def rounded_by_n(program: Program) -> float:
             b, a = stack.pop(), stack.pop()
             stack.append(_mixed(do, a, b))
         if not stack[-1].largest_n < LARGEST_N:
-            raise FrictionloopError(
-                f"effect: asks for up to {stack[-1].largest_n:.3g} N; must be below {LARGEST_N:g} N to fit"
-            )
+            raise must_be("effect: force", stack[-1].largest_n, f"below {LARGEST_N:g}", "N")
         places = (numbers[2],) if do == Do.TABLE else numbers[2:4] if do == Do.TRIGGER and numbers[1] == 2 else ()
         for place_mm in places:
             if not 1e-3 * abs(place_mm) < 0.5 * FARTHEST_M:
-                raise FrictionloopError(f"effect: has a place at {place_mm:.4g} mm; must be from -250 to 250 mm")
+                raise must_be("effect: place", float(place_mm), "-250 to 250", "mm")
     return stack[0].error_n
 
 

@@ -1,6 +1,6 @@
 """An effect as a device plays it: steps of fixed point and tables of 16 bit, in one store of words.
 
-The steps are those of `rendering.program`. What a device has no room for is sampled more coarsely, and that is told.
+The steps are those of `rendering.program`. What a device has no room for is sampled more coarsely.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictionloop.findings import Finding
 from frictionloop.firmware.effect_pieces import Piece, shared
 from frictionloop.firmware.effect_rounding import FULL, rounded_by_n
 from frictionloop.firmware.quantised import to_gain, to_q28
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
@@ -29,8 +30,6 @@ HEAD = 2
 PLACES = 2.0**32
 """Steps of a place in a metre."""
 RATE_HZ: int = schema()["protocol"]["tick_hz"]
-PARITY_N = 2e-4
-"""Difference by rounding from which on it is told."""
 STORE = 1024
 """Words of the store of the firmware here."""
 
@@ -42,8 +41,8 @@ class EffectTables(NamedTuple):
     """int16: how many steps, whether at the predicted place, the steps, the values."""
     program: Program
     """What these words stand for, before they are rounded: `rendering.Player.of` runs it."""
-    told: tuple[str, ...]
-    """What is sampled more coarsely than in the simulator, a line each."""
+    findings: tuple[Finding, ...]
+    """What is sampled more coarsely than in the simulator."""
     error_n: float
     """Largest difference of a table from the simulator's, N; at a step of force half of it, over one pitch."""
     rounding_n: float
@@ -69,26 +68,24 @@ def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> 
     """
     program = source.program(length_mm)
     if len(program.code) > STEPS:
-        raise FrictionloopError(f"effect: is {len(program.code)} steps for a device; at most {STEPS} (mix less)")
+        raise must_be("effect", len(program.code), f"at most {STEPS} on a device", "steps")
     reach = 0.5 * length_mm
     pieces = {k: _piece(program, step, reach) for k, step in enumerate(program.code) if step[0] <= Do.WAVE}
     room = most - HEAD - len(program.code) * STEP.itemsize // 2
     sizes = shared([piece.needs(room) for piece in pieces.values()], room)
     if any(size < 2 for size in sizes):
-        raise FrictionloopError(f"effect: {len(pieces)} tables in {room} words; at least 2 each")
+        raise must_be("effect", len(pieces), f"at most {room // 2} on a device", "tables")
     fewer = {k: piece.resampled(size) for (k, piece), size in zip(pieces.items(), sizes, strict=True)}
-    told, errors = [], [program.error_n]
+    found, errors = list[Finding](), [program.error_n]
     for (k, piece), size in zip(pieces.items(), sizes, strict=True):
         errors.append(piece.error_n(size) if size < len(piece.values) else 0.0)
         if size < piece.needs(len(piece.values)):
-            told.append(_told(k, piece, fewer[k], errors[-1]))
+            found.append(_coarser(k, piece, fewer[k], errors[-1]))
     small = _program(program, fewer)
     if rows := _rows(source.effect):
-        told.append(f"map of {rows} rows: no board has a sensor for y; the row under the track is played")
+        found.append(Finding("EFFECT-ROW", value=rows))
     rounding_n = rounded_by_n(small)
-    if rounding_n > PARITY_N:
-        told.append(f"words of 16 bit: the force differs by up to {1e3 * rounding_n:.2g} mN by rounding")
-    return EffectTables(_words(small, source.position == "predicted"), small, tuple(told), max(errors), rounding_n)
+    return EffectTables(_words(small, source.position == "predicted"), small, tuple(found), max(errors), rounding_n)
 
 
 def _rows(effect: Effect) -> int:
@@ -111,12 +108,10 @@ def _piece(program: Program, step: Sequence[float], reach_mm: float) -> Piece:
     return piece
 
 
-def _told(step: int, piece: Piece, fewer: Piece, error_n: float) -> str:
-    unit, apart = ("mm", 1.0 / fewer.per) if piece.start or fewer.per < 1e3 else ("s", 1.0 / fewer.per)
-    return (
-        f"step {step}: {len(fewer.values)} values {apart:.3g} {unit} apart in place of {len(piece.values)}; differs by "
-        f"up to {1e3 * error_n:.2g} mN where it is steepest"
-    )
+def _coarser(step: int, piece: Piece, fewer: Piece, error_n: float) -> Finding:
+    unit = "mm" if piece.start or fewer.per < 1e3 else "s"
+    more = {"step": step, "apart": 1.0 / fewer.per, "error": 1e3 * error_n}
+    return Finding("EFFECT-COARSER", value=len(fewer.values), unit=unit, limit=len(piece.values), more=more)
 
 
 def _program(program: Program, pieces: dict[int, Piece]) -> Program:
@@ -172,7 +167,7 @@ def _fields(given: Sequence[float], values: np.ndarray) -> dict[str, Any]:
         which, kind, on, off, dead_s = numbers[:5]
         ends = [_place(end) if kind == 2 else to_q28(1e-3 * end if kind == 1 else end, "trigger") for end in (on, off)]
         if ends[0] == ends[1]:
-            raise FrictionloopError(f"trigger: on = {on:g} and off = {off:g} are one word of the firmware")
+            raise must_be("trigger: on, off", (on, off), "further apart")
         dead = math.ceil(dead_s * RATE_HZ - 1e-6)
         return {"number": int(which), "first": int(kind), "start": ends[0], "per": ends[1], "scale": dead}
     if do == Do.SPEED:

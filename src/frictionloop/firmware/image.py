@@ -13,7 +13,7 @@ from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_checks import check, memory_map, sizes
 from frictionloop.firmware.image_files import seal
 from frictionloop.firmware.revision import revision_here
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import replacing
 from frictionloop.quantities.schema import firmware_folder, word_count
@@ -92,7 +92,7 @@ def build(
         ziglang, sources that do not compile, and an image that fails `image_checks.check`.
     """
     if board not in BOARDS:
-        raise FrictionloopError(f"board = {board!r}: accepted are {', '.join(BOARDS)}")
+        raise must_be("board", board, " or ".join(BOARDS), code="UNKNOWN-NAME")
     needed("ziglang", "ziglang", "image")
     table = _checked(parameters)
     define = (f"-DFL_LAWS_BUILT_IN={law_bits(laws, table)}u", f"-DFL_CARRIER_TICKS={carrier_ticks}")
@@ -129,7 +129,7 @@ def _compile_and_link(board: str, built: Path, elf: Path, define: Sequence[str],
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
-    fails = f"the image of {board} does not build"
+    fails = f"{board}: does not build"
     for source in (*_sources(board), built):
         levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
     with TemporaryDirectory() as objects:
@@ -142,10 +142,10 @@ def _compile_and_link(board: str, built: Path, elf: Path, define: Sequence[str],
 
 def _checked(words: Sequence[int]) -> Sequence[int]:
     if len(words) != word_count():
-        raise FrictionloopError(f"parameters: {len(words)} words, the firmware has {word_count()}")
+        raise must_be("parameters", len(words), str(word_count()), "words")
     wrong = next((k for k, word in enumerate(words) if not -(2**31) <= word < 2**31), None)
     if wrong is not None:
-        raise FrictionloopError(f"parameters: word {wrong} = {words[wrong]} is not an int32")
+        raise must_be(f"parameters[{wrong}]", words[wrong], "an int32")
     return words
 
 

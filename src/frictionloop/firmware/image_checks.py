@@ -6,10 +6,12 @@ import re
 from pathlib import Path
 
 from frictionloop.firmware.image_files import elf_file, loaded
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
+FLASH_BYTES, RAM_BYTES = 256 * 1024, 64 * 1024
+"""What the chip has."""
 FLASH_LIMIT, RAM_LIMIT = 32 * 1024, 24 * 1024
-"""Bytes, of 256 and 64 KB: the rest is for what a lab adds."""
+"""What an image may take: the rest is for what a lab adds."""
 CONFIGURATION_ADDRESS = 0x400
 CONFIGURATION = bytes(12 * [0xFF] + [0xDE, 0xF9, 0xFF, 0xFF])
 """Key, protection, FSEC unsecured with mass erase, FOPT without NMI pin (K20P64M72SF1RM, flash
@@ -42,14 +44,14 @@ def check(elf: Path, *, flash_configuration: bool, budget: bool = True) -> None:
     for pattern, what in ((_FLOAT, "floating point"), (_HEAP, "a heap")):
         found = sorted({name for name in names if pattern.match(name)})
         if found:
-            raise FrictionloopError(f"{elf.name}: the image must be without {what}, and has {', '.join(found)}")
+            raise FrictionloopError(f"{elf.name}: must be without {what}: {', '.join(found)}", "BAD-IMAGE")
     for size, limit, name in zip(sizes(elf), (FLASH_LIMIT, RAM_LIMIT), ("flash", "RAM"), strict=True):
         if budget and size > limit:
-            raise FrictionloopError(f"{elf.name}: needs {size} bytes of {name}, at most {limit} are accepted")
+            raise must_be(f"{elf.name}: {name}", size, f"at most {limit}", "bytes", "BAD-IMAGE")
     if flash_configuration:
         words = configuration_of(loaded(elf))
         if words != CONFIGURATION:
-            raise FrictionloopError(f"{elf.name}: flash configuration is {words.hex()}, must be {CONFIGURATION.hex()}")
+            raise must_be(f"{elf.name}: configuration", words.hex(), CONFIGURATION.hex(), code="BAD-IMAGE")
 
 
 def sizes(elf: Path) -> tuple[int, int]:
@@ -85,4 +87,4 @@ def configuration_of(segments: list[tuple[int, bytes]]) -> bytes:
 def check_teensy(name: str, segments: list[tuple[int, bytes]]) -> None:
     """Refuse what was not built for a Teensy 3.1: it lacks the words at 0x400 that keep the chip open."""
     if configuration_of(segments) != CONFIGURATION:
-        raise FrictionloopError(f"{name}: is not an image of a Teensy; frictionloop firmware build makes one")
+        raise FrictionloopError(f"{name}: is no image of a Teensy", "BAD-IMAGE")

@@ -25,7 +25,7 @@ def elf_file(file: IO[bytes]) -> Any:
     try:
         return needed("elftools.elf.elffile", "pyelftools", "image").ELFFile(file)
     except error as reason:
-        raise FrictionloopError(f"{file.name}: is not an ELF file ({reason})") from None
+        raise FrictionloopError(f"{file.name}: no ELF file ({reason})", "BAD-IMAGE") from None
 
 
 def symbol_bytes(path: Path, name: str) -> bytes:
@@ -89,7 +89,7 @@ def read_hex(path: Path) -> list[tuple[int, bytes]]:
         content.loadhex(str(path))
         last = path.read_text(encoding="ascii").split()[-1:]
     except (OSError, ValueError, library.IntelHexError) as error:
-        raise FrictionloopError(f"{path}: cannot be read as Intel hex ({error})") from None
+        raise FrictionloopError(f"{path}: no Intel hex ({error})", "BAD-IMAGE") from None
     if [record.upper() for record in last] != [END]:
-        raise FrictionloopError(f"{path}: does not end as Intel hex does; it is cut off")
+        raise FrictionloopError(f"{path}: cut off, no {END}", "BAD-IMAGE")
     return [(start, bytes(content.tobinarray(start=start, end=end - 1))) for start, end in content.segments()]

@@ -12,7 +12,7 @@ from frictionloop.firmware.known import check_known
 from frictionloop.firmware.words import filled, to_words, word_of
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import parameter_words, schema
 from frictionloop.sensing.touch import touch_coefficients
 
@@ -54,17 +54,10 @@ def device_words(system: System) -> dict[str, np.ndarray]:
     check_known(system, "touch", "board")
     rate_hz = schema()["protocol"]["tick_hz"]
     if system.controller.rate_hz != rate_hz:
-        raise FrictionloopError(
-            f"controller.rate_hz = {system.controller.rate_hz:g} Hz: the firmware runs at {rate_hz} Hz; gains are for "
-            f"one rate, so design again with controller.rate_hz = {rate_hz}; docs/how-to/a-board-of-my-own.md is for "
-            "other boards"
-        )
+        raise must_be("controller.rate_hz", system.controller.rate_hz, f"{rate_hz} on this board", "Hz", "BOARD-RATE")
     board, setpoint = system.board, cast("Any", system.setpoint)
     if setpoint.kind != "steps" and not hasattr(setpoint, "offset_n"):
-        raise FrictionloopError(
-            f"setpoint.kind = {setpoint.kind!r}: has no level that a device holds before a run; accepted here: "
-            "constant, sine, steps, recording; give this signal to the run"
-        )
+        raise must_be("setpoint.kind", setpoint.kind, "constant, sine, steps or recording")
     level_n = setpoint.levels_n[0] if setpoint.kind == "steps" else setpoint.offset_n
     values = {
         **_drive(system),
@@ -100,9 +93,7 @@ def _drive(system: System) -> dict[str, Any]:
     largest_um, board = system.plate.max_amplitude_um, system.board
     ceiling_um = largest_um if board.ceiling_um is None else board.ceiling_um
     if ceiling_um > largest_um:
-        raise FrictionloopError(
-            f"board.ceiling_um = {ceiling_um:g} um: must be at most plate.max_amplitude_um = {largest_um:g} um"
-        )
+        raise must_be("board.ceiling_um", ceiling_um, f"at most plate.max_amplitude_um = {largest_um:g}", "um")
     return {
         "drive.largest_um": largest_um,
         "drive.ceiling_um": ceiling_um,
@@ -119,11 +110,7 @@ def _touch(system: System) -> dict[str, Any]:
     else:
         for name in ("load_n_per_count", "position_m_per_count"):
             if getattr(board, name) == 0:
-                raise FrictionloopError(
-                    f'board.{name} = 0: a finger with motion.kind = "strokes" never counts as sliding without that '
-                    'sensor; must not be 0, or the system has no strokes (motion.kind = "sliding", friction.kind = '
-                    '"gaussian", finger.kind = "rigid"), and the loop stays closed when a finger lifts'
-                )
+                raise must_be(f"board.{name}", 0.0, 'other than 0, or motion.kind = "sliding"')
     return {
         "touch.zero_counts": board.load_zero_counts,
         "touch.n_per_count": board.load_n_per_count,
@@ -139,11 +126,8 @@ def _safety(system: System) -> dict[str, Any]:
     range_n = abs(n_per_count(system)) * 2 ** (ADC_BITS - 1)
     limit_n = system.board.force_limit_n or LIMIT_SHARE * range_n
     if limit_n >= (largest_n := _largest_reading_n(system)):
-        raise FrictionloopError(
-            f"board.force_limit_n = {limit_n:g} N: the largest reading of the force is {largest_n:.4g} N, by the end "
-            f"of the converter, so that none is beyond the limit; must be below that, or left out for "
-            f"{LIMIT_SHARE * range_n:.4g} N"
-        )
+        accepted = f"below {largest_n:.4g}, the largest reading; {LIMIT_SHARE * range_n:.4g} if left out"
+        raise must_be("board.force_limit_n", limit_n, accepted, "N")
     return {
         "safety.force_limit_n": limit_n,
         "safety.force_ticks": round(FORCE_S * rate_hz),

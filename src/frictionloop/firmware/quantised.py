@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 MANTISSA_BITS = 30
 SHIFTS = (-1, 62)
@@ -49,7 +49,7 @@ def to_places(value: float, places: int, name: str) -> int:
     scaled = value * 2.0**places
     if not -WORD - 0.5 <= scaled < WORD - 0.5:
         largest = math.ldexp(1.0, 31 - places)
-        raise FrictionloopError(f"{name} = {value:g}: must be from -{largest:g} to {largest:g} to fit the firmware")
+        raise must_be(name, float(value), f"-{largest:g} to {largest:g} on a board")
     return math.floor(scaled + 0.5)
 
 
@@ -64,14 +64,14 @@ def to_gain(value: float, name: str = "gain") -> Gain:
         When it is not finite or its magnitude is 2^31 or more.
     """
     if not abs(value) < WORD:
-        raise FrictionloopError(f"{name} = {value:g}: must be less than 2^31 in magnitude to fit the firmware")
+        raise must_be(name, float(value), "below 2^31 in magnitude")
     _, exponent = math.frexp(value)
     shift = min(MANTISSA_BITS - exponent, SHIFTS[1])
     mantissa = round(math.ldexp(value, shift))
     if abs(mantissa) == 1 << MANTISSA_BITS:  # rounded up to the next power of 2
         mantissa, shift = mantissa // 2, shift - 1
     if shift < SHIFTS[0]:
-        raise FrictionloopError(f"{name} = {value:g}: must be less than 2^31 in magnitude to fit the firmware")
+        raise must_be(name, float(value), "below 2^31 in magnitude")
     return Gain(mantissa, shift) if value else Gain(0, 0)
 
 
@@ -88,10 +88,7 @@ def integral_gain(controller: Any) -> Gain:
     """
     step, room = controller.ki / controller.rate_hz, 1.0 - controller.model.nominal_n / 8.0
     if not step <= room:
-        raise FrictionloopError(
-            f"controller.ki = {controller.ki:g} 1/s: must be at most {room * controller.rate_hz:g} 1/s at this rate "
-            "and f0, so that the firmware's integral stays below 8 N"
-        )
+        raise must_be("controller.ki", float(controller.ki), f"at most {room * controller.rate_hz:g} on a board", "1/s")
     return to_gain(step, "controller.ki / rate_hz")
 
 

@@ -10,7 +10,7 @@ from frictionloop.control.filtered_pi import FREE, hold_gain, sections_of
 from frictionloop.firmware.quantised import Gain, to_gain
 from frictionloop.firmware.section_places import LARGEST_N, places_for, section_sizes
 from frictionloop.parameters.filtered import FILTERS
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 COARSEST_N = 1e-5
 """Coarsest steps of the force command that are accepted, N (assumed: a twentieth of the 0.2 mN allowed)."""
@@ -48,10 +48,7 @@ def filtered_places(controller: Any) -> Places:
         coarse += gain * 2.0**-own
         gain *= abs(section[0])
     if not coarse <= COARSEST_N:
-        raise FrictionloopError(
-            f"controller.sections: overflow 32 bits unless the firmware's force command comes in steps of {coarse:.2g} "
-            f"N; must fit with steps of {COARSEST_N:g} N: lower kp, ki or the sections' gains"
-        )
+        raise must_be("controller.sections: step", float(f"{coarse:.2g}"), f"at most {COARSEST_N:g}: less gain", "N")
     return places
 
 
@@ -114,7 +111,5 @@ def _spring_places(controller: Any) -> int:
         swing = 1.0 / math.tanh(math.pi / (2.0 * math.sqrt(4.0 * model.resonance_q**2 - 1.0)))
     places = places_for(LARGEST_N * (swing + 2.0), 28)
     if places < 18:  # steps of 4 uN
-        raise FrictionloopError(
-            f"controller.model.resonance_q = {model.resonance_q:g}: overflows the firmware's 32 bits"
-        )
+        raise must_be("controller.model.resonance_q", float(model.resonance_q), "lower on a board")
     return places

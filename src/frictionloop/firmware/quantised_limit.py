@@ -28,7 +28,7 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
     corrections = ("kd", "k1", "k2", "k3", "kds", "kfs", "k1s", "k2s", "k3s")
     before = {
         "decay_rest": (own.decay_rest, 30), "decay_left": (own.decay_left, 30), "decay": (decay, 30),
-        "1/(1 - decay of the believed plate)": (1.0 / (1.0 - decay), 24),
+        "1/(1 - decay)": (1.0 / (1.0 - decay), 24),
     }  # fmt: skip
     after = {
         "controller.slip_length_um": (own.slip_um, 20), "period in us": (1e6 * dt, 20),
@@ -36,7 +36,7 @@ def limit_observer_quantised(controller: Any) -> tuple[Gain, ...]:
         "log2 of controller.model.nominal_n": (own.log2_nominal, 26), "ln 2 / tau": (1.0 / own.model_fall, 26),
         "tau / ln 2": (own.model_fall, 28), "controller.susceptibility_margin times it": (own.fall, 28),
     }  # fmt: skip
-    taken = "controller.susceptibility_margin times tau / ln 2 times the square of max_amplitude_um"
+    taken = "susceptibility_margin tau / ln 2 max_amplitude_um^2"
     to_places(own.fall * own.most_um**2 + LARGEST_LOG2, 26, taken)
     return (
         *(to_fixed(value, places, name) for name, (value, places) in (before | sensor).items()),

@@ -45,4 +45,4 @@ def other_sources(image: Path) -> str:
     built = revision_of(image)
     if built is None or built == revision_here():
         return ""
-    return f"; {image.name} was built from other sources than these ({built}, here {revision_here()}): build it again"
+    return f"; {image.name} is of {built}, here {revision_here()}: build anew"

@@ -11,7 +11,7 @@ from scipy.signal import sosfilt
 
 from frictionloop.control.filtered_pi import FREE
 from frictionloop.control.notch import Section
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 LARGEST_N = 8.0
 """Forces and their differences in the firmware are within this: 2^31 steps of 2^-28 N."""
@@ -87,10 +87,7 @@ def _length(sections: Sequence[Section]) -> int:
     """Return after how many periods little is left of an impulse."""
     radius = max(float(np.max(np.abs(np.roots((1.0, a1, a2))), initial=0.0)) for *_, a1, a2 in sections)
     if radius >= 1.0 or (periods := _forgotten(radius, len(sections))) > LONGEST:
-        raise FrictionloopError(
-            f"controller.sections: a pole or a held zero at radius {radius:.9g} remembers more than {LONGEST} control "
-            "periods; must forget sooner to fit the firmware"
-        )
+        raise must_be("controller.sections: radius", float(radius), f"forgotten in {LONGEST} periods")
     return periods
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.firmware.quantised import to_gain
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.schema import BITS, Word, parameter_words, word_count
 
 
@@ -19,7 +19,7 @@ def word_of(name: str) -> Word:
         near = get_close_matches(str(name), words, 3, 0.4)
         blocks = dict.fromkeys(f"{known.partition('.')[0]}.*" for known in words)
         others = f"near: {', '.join(near)}" if near else f"there are {', '.join(blocks)} (docs/protocol.md)"
-        raise FrictionloopError(f"parameter {name!r}: unknown; {others}")
+        raise FrictionloopError(f"parameter {name!r}: unknown; {others}", "UNKNOWN-NAME")
     return words[name]
 
 
@@ -39,10 +39,9 @@ def to_words(word: Word, value: Any) -> np.ndarray:
     try:
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
     except (TypeError, ValueError):
-        raise FrictionloopError(f"{word.name} = {value!r}: must be {accepted(word)}") from None
+        raise must_be(word.name, value, accepted(word)) from None
     if numbers.shape != (word.count,):
-        many = "number" if numbers.size == 1 else "numbers"
-        raise FrictionloopError(f"{word.name}: {numbers.size} {many}; must be {word.count}")
+        raise must_be(word.name, numbers.size, str(word.count), "numbers")
     for number in numbers:
         _check(word, float(number))
     if word.format == "gain":
@@ -80,7 +79,7 @@ def accepted(word: Word) -> str:
     """Return in words what a parameter takes."""
     unit = f" {word.unit}" if word.unit else ""
     if word.format == "gain":
-        return f"a number of magnitude below 2^31{unit}"
+        return "below 2^31 in magnitude"
     kind = "a whole number" if word.format == "count" else "a number"
     low = -(2**31) if word.low is None else word.low
     high = 2**31 - 1 if word.high is None else word.high
@@ -92,5 +91,4 @@ def _check(word: Word, number: float) -> None:
     high = 2**31 - 1 if word.high is None or word.format == "gain" else word.high
     whole = word.format != "count" or number == round(number) if np.isfinite(number) else False
     if not (whole and low <= number <= high):
-        unit = f" {word.unit}" if word.unit else ""
-        raise FrictionloopError(f"{word.name} = {number:g}{unit}: must be {accepted(word)}")
+        raise must_be(word.name, number, accepted(word), word.unit)

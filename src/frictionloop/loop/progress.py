@@ -9,8 +9,12 @@ from contextlib import contextmanager
 
 from frictionloop.quantities.compiling import COMPILING, on_compiling
 
-FIRST_S, LONGEST_S, LOOK_S = 2.5, 10.0, 0.25
-"""Until the first plain line, between two at most (each wait is twice the one before), and how often to look."""
+FIRST_S, RARER, LOOK_S = 2.5, 4.0, 0.25
+"""Until the first plain line, the factor from one wait to the next (five lines in 14 min), and how often to look."""
+QUIET_S = 3.0
+"""Work without parts that is done sooner is not told where there is no terminal (assumed)."""
+_so_far_s = [0.0]
+"""Since plain lines began."""
 
 under_way: list[Callable[[], str]] = []
 """What is done while there is no terminal to show it on, the innermost last; empty text is not told."""
@@ -94,22 +98,18 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
 
 @contextmanager
 def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
-    """Write what is under way: nothing for work that is soon done, then a line ever more rarely, and per new stage."""
+    """Write what is under way: nothing for work that is soon done, then a line ever more rarely."""
     ended = threading.Event()
 
     def tell() -> None:
-        so_far_s, next_s, wait_s = 0.0, FIRST_S, FIRST_S
-        told_s, told = 0.0, None
+        _so_far_s[0], next_s, wait_s = 0.0, FIRST_S, FIRST_S
         while not ended.wait(LOOK_S):
-            so_far_s += LOOK_S
-            now = under_way[-1] if under_way else None
-            said = now() if now else ""
-            new_stage = now is not told and so_far_s >= told_s + FIRST_S
-            if said and (so_far_s >= next_s or (told is not None and new_stage)):
-                told_s, told = so_far_s, now
-                write(f"{said}, {so_far_s:.0f} s so far")
-                wait_s = min(2 * wait_s, LONGEST_S)
-                next_s = so_far_s + wait_s
+            _so_far_s[0] += LOOK_S
+            said = under_way[-1]() if under_way else ""
+            if said and _so_far_s[0] >= next_s:
+                write(f"{said}, {_so_far_s[0]:.0f} s so far")
+                wait_s *= RARER
+                next_s = _so_far_s[0] + wait_s
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
@@ -118,6 +118,46 @@ def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
     finally:
         ended.set()
         teller.join()
+
+
+@contextmanager
+def waiting(text: str) -> Iterator[None]:
+    """Show what is under way and its step, elsewhere than on a terminal by plain lines after `QUIET_S`."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+
+        with Console(stderr=True).status(text) as status, _steps(lambda said: status.update(text + said)):
+            yield
+        return
+    begun_s, last = _so_far_s[0], [""]
+
+    def now() -> str:
+        return "" if _so_far_s[0] - begun_s < QUIET_S else text + last[-1]
+
+    with doing(now), _steps(lambda said: last.__setitem__(-1, said)):
+        yield
+
+
+@contextmanager
+def _steps(tell: Callable[[str], None]) -> Iterator[None]:
+    """Have the steps of what is under way told, and that something is compiled."""
+    now = ""
+
+    def told(said: str) -> None:
+        nonlocal now
+        now = f": {said}"
+        tell(now)
+
+    def compiling(begins: bool) -> None:
+        tell(now + COMPILING * begins)
+
+    on_step.append(told)
+    on_compiling.append(compiling)
+    try:
+        yield
+    finally:
+        on_step.remove(told)
+        on_compiling.remove(compiling)
 
 
 @contextmanager
@@ -133,7 +173,7 @@ def doing(now: Callable[[], str]) -> Iterator[None]:
 @contextmanager
 def _plain_bar(title: str, total: int) -> Iterator[Bar]:
     """Yield a bar that can tell in a line what is under way, and how much of it is done."""
-    done, text = 0, title
+    done, text, begun_s = 0, title, _so_far_s[0]
 
     def advance() -> None:
         nonlocal done
@@ -144,7 +184,8 @@ def _plain_bar(title: str, total: int) -> Iterator[Bar]:
         text = said
 
     def now() -> str:
-        return f"{text}: {done} of {total} done"
+        left_s = (total - done) * (_so_far_s[0] - begun_s) / done if done else 0.0
+        return f"{text}: {done} of {total} done" + f", about {left_s:.0f} s left" * bool(left_s)
 
     bar = Bar(title, advance, name)
     on_compiling.append(bar.compiling)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import signal
@@ -13,9 +12,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli import device_run
+from frictionloop.analysis.stability import rings
 from frictionloop.device import boards as simulated_boards
-from frictionloop.device import serial_pipe, simulated_pipe
+from frictionloop.device import measured_run, serial_pipe, simulated_pipe
 from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.values import fingerprint
@@ -58,60 +57,39 @@ def test_help_of_the_group_names_every_command(frictionloop):
 
 def test_ports_are_listed_by_the_address_that_others_take(frictionloop, monkeypatch):
     monkeypatch.setattr(serial_pipe, "described_ports", lambda: [("serial:///dev/ttyUSB7", "an adapter")])
-    answer = frictionloop("device", "list")
-    assert (answer.code, answer.err) == (0, "")
-    assert rows(answer.out)["serial:///dev/ttyUSB7"] == "an adapter" and "sim:" in rows(answer.out)
+    assert [port.address for port in fl.device.list_ports().ports] == ["serial:///dev/ttyUSB7", "sim:"]
     said = frictionloop("device", "list", "--json").json()
-    assert said["ports"][0] == {"address": "serial:///dev/ttyUSB7", "is": "an adapter"}
-    assert [port["address"] for port in said["ports"]] == ["serial:///dev/ttyUSB7", "sim:"]
-
-
-def test_no_port_is_said_and_there_is_still_the_simulated_board(frictionloop, monkeypatch):
+    assert said["ports"][0] == {"address": "serial:///dev/ttyUSB7", "what": "an adapter"}
     monkeypatch.setattr(serial_pipe, "described_ports", list)
-    answer = frictionloop("device", "list")
-    assert (answer.code, answer.err) == (0, "") and "\nno serial port: " in answer.out
-    assert list(rows(answer.out)) == ["sim:"]
     assert [port["address"] for port in frictionloop("device", "list", "--json").json()["ports"]] == ["sim:"]
 
 
 def test_who_answers(frictionloop):
-    said = rows(frictionloop("device", "info", "sim:").out)
-    model = fl.bench().controller.model
-    assert said["board"] == "host"
-    assert "protocol 4.0" in said["firmware"] and "5000 ticks a second" in said["firmware"]
-    assert said["layout"] == f"{table_hash():08x}, as here"
-    assert said["values"] == fingerprint(firmware_words(fl.bench()))
-    assert said["law"] == f"pi, 0.0884 to {model.nominal_n:g} N, at most {model.max_amplitude_um:g} um"
-    assert said["telemetry"] == "0 samples dropped"
-    assert said["ticks"].endswith(" 0 late, longest tick not measured")
-    numbers = frictionloop("device", "info", "sim:", "--json").json()
-    assert (numbers["board"], numbers["law"], numbers["tick_hz"]) == ("host", "pi", 5000)
-    assert (numbers["layout"], numbers["values"]) == (f"{table_hash():08x}", said["values"])
-    assert "table_hash" not in numbers and "differing" not in numbers
-    assert numbers["clamp_n"][1] == pytest.approx(model.nominal_n, abs=2**-28)
-    assert numbers["ceiling_um"] == model.max_amplitude_um
-    assert numbers["ticks"] > 0 and numbers["frames"] > 0 and numbers["broken"] == numbers["missed"] == 0
+    model, found = fl.bench().controller.model, fl.device.info("sim:")
+    assert (found.board, found.law, found.tick_hz, found.protocol) == ("host", "pi", 5000, "4.0")
+    assert (found.layout, found.values) == (f"{table_hash():08x}", fingerprint(firmware_words(fl.bench())))
+    assert found.clamp_n[1] == pytest.approx(model.nominal_n, abs=2**-28)
+    assert found.ceiling_um == model.max_amplitude_um and found.laws["filtered_pi"] == ("notch_pi",)
+    assert found.counts["ticks"] > 0 and found.counts["frames"] > 0
+    assert found.counts["broken"] == found.counts["missed"] == found.counts["dropped"] == found.counts["overruns"] == 0
+    said = frictionloop("device", "info", "sim:", "--json").json()
+    assert (said["schema"], said["values"], said["differing"]) == ("device.info/1", found.values, [])
 
 
 def test_values_are_compared_with_those_of_a_file(frictionloop, tmp_path):
-    file = tmp_path / "bench.toml"
-    fl.write_toml(fl.bench(), file)
-    answer = frictionloop("device", "info", "sim:", str(file))
-    values = fingerprint(firmware_words(fl.bench()))
-    assert answer.code == 0 and f"{values}, those of" in answer.out and "NOT" not in answer.out
-    assert frictionloop("device", "info", "sim:", str(file), "--json").json()["differing"] == []
+    file, bench = tmp_path / "bench.toml", fl.bench()
+    same = fl.device.info("sim:", bench)
+    assert same.values == same.system_values == fingerprint(firmware_words(bench))
+    assert same.differing == () and same.findings == ()
 
-    kp = {"controller.kp": 0.05, "board.ceiling_um": 0.5, "board.ramp_s": 0.04, "board.force_axes": 2}
-    other = fl.bench().evolve(kp)
+    other = bench.evolve({"controller.kp": 0.05, "board.ceiling_um": 0.5, "board.ramp_s": 0.04, "board.force_axes": 2})
     fl.write_toml(other, file)
-    said = " ".join(frictionloop("device", "info", "sim:", str(file)).out.split())
-    assert f"values {values}, NOT those of" in said and fingerprint(firmware_words(other)) in said
-    assert f"law.gains[0] {fl.bench().controller.kp:g} on the device, 0.05 in the file" in said
-    numbers = frictionloop("device", "info", "sim:", str(file), "--json").json()
-    names = [each["name"] for each in numbers["differing"]]
-    assert {"law.gains[0]", "drive.ceiling_um", "drive.ramp_um", "force.axes"} == set(names)
-    assert f"and {len(names) - 3} more" in said and names[3] not in said
-    assert numbers["file_values"] == fingerprint(firmware_words(other)) != numbers["values"]
+    said = frictionloop("device", "info", "sim:", str(file), "--json").json()
+    gains, *rest = said["differing"]
+    assert gains == {"name": "law.gains[0]", "device": f"{bench.controller.kp:g}", "system": "0.05"}
+    assert {each["name"] for each in rest} == {"drive.ceiling_um", "drive.ramp_um", "force.axes"}
+    assert said["system_values"] == fingerprint(firmware_words(other)) != said["values"]
+    assert [(each["code"], each["value"]) for each in said["findings"]] == [("TABLE-DIFFERS", 4)]
 
 
 def test_a_file_that_is_not_there_is_refused_before_the_device_is_looked_for(frictionloop, tmp_path):
@@ -121,20 +99,20 @@ def test_a_file_that_is_not_there_is_refused_before_the_device_is_looked_for(fri
 
 def test_a_folder_stands_for_the_image_in_it(frictionloop, tmp_path):
     said = refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
-    assert "is a folder without teensy31.elf; frictionloop firmware build FILE --out FOLDER makes one" in said
+    assert "teensy31.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
     (tmp_path / "teensy31.elf").write_text("no image")
-    assert "teensy31.elf: is not an ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
+    assert "teensy31.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
 
 
 @pytest.mark.parametrize(
     ("address", "says"),
     [
-        ("simulator:", "address 'simulator:': must be one of sim:, emulated:"),
+        ("simulator:", "address = 'simulator:': must be sim:, emulated:"),
         ("serial:///dev/no-such-port", "/dev/no-such-port: no such port; there is "),
-        ("tcp://localhost", "address 'tcp://localhost': must be one of"),
+        ("tcp://localhost", "address = 'tcp://localhost': must be sim:"),
         ("emulated:no-such.elf", "no-such.elf"),
-        ("COM9", "address 'COM9': did you mean serial://COM9?"),
-        ("/dev/ttyACM0", "address '/dev/ttyACM0': did you mean serial:///dev/ttyACM0?"),
+        ("COM9", "address = 'COM9': must be serial://COM9"),
+        ("/dev/ttyACM0", "address = '/dev/ttyACM0': must be serial:///dev/ttyACM0"),
     ],
 )
 def test_an_address_where_nothing_is(frictionloop, address, says):
@@ -159,23 +137,14 @@ except SystemExit as end:
 
 
 def test_values_change_and_are_read_back(frictionloop):
-    arguments = ("device", "set", "sim:", "drive.ceiling_um=2", "setpoint.hold_n=0.25")
-    assert rows(frictionloop(*arguments).out) == {
-        "drive.ceiling_um": "2.5 um -> 2 um",
-        "setpoint.hold_n": "0.6 N -> 0.25 N",
-    }
-    said = frictionloop(*arguments, "--json").json()
-    assert said["before"]["drive.ceiling_um"] == 2.5
-    assert said["after"] == {"drive.ceiling_um": 2.0, "setpoint.hold_n": 0.25}
+    values = {"drive.ceiling_um": 2, "setpoint.hold_n": 0.25, "force.zero_counts": [-100, 100]}
+    found = fl.device.configure("sim:", values)
+    assert (found.before["drive.ceiling_um"], found.after["drive.ceiling_um"]) == (2.5, 2.0)
+    assert found.units == {"drive.ceiling_um": "um", "setpoint.hold_n": "N", "force.zero_counts": ""}
+    words = ("drive.ceiling_um=2", "setpoint.hold_n=0.25", "force.zero_counts=[-100, 100]")
+    said = frictionloop("device", "set", "sim:", *words, "--json").json()
+    assert said["after"] == {"drive.ceiling_um": 2.0, "setpoint.hold_n": 0.25, "force.zero_counts": [-100.0, 100.0]}
     assert said["system"] is None
-
-
-def test_a_parameter_of_several_numbers(frictionloop):
-    said = frictionloop("device", "set", "sim:", "force.zero_counts=[-100, 100]", "--json").json()
-    assert said["after"] == {"force.zero_counts": [-100.0, 100.0]}
-    assert rows(frictionloop("device", "set", "sim:", "force.zero_counts=[-100, 100]").out) == {
-        "force.zero_counts": "2 numbers -> 2 numbers"
-    }
 
 
 def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
@@ -183,12 +152,11 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
     weaker = {f"{name}.max_amplitude_um": 2.0 for name in ("plate", "controller.model")}
     fl.write_toml(fl.bench().evolve({"setpoint.offset_n": 0.4, **weaker}), path)
     said = frictionloop("device", "set", "sim:", "--system", path, "law.low_n=0.2", "--json").json()
-    assert said["system"] == str(path)
+    assert said["system"]["setpoint"]["offset_n"] == 0.4
     model = fl.bench().controller.model  # that of the device before
     lowest = model.nominal_n * np.exp(-model.susceptibility_per_um2 * model.max_amplitude_um**2)
     assert said["before"]["law.low_n"] == pytest.approx(lowest, rel=1e-3)
     assert said["after"]["law.low_n"] == pytest.approx(0.2, abs=2**-28)
-    assert f"set from {path}".split()[0] in frictionloop("device", "set", "sim:", "--system", path).out
 
 
 @pytest.mark.parametrize(
@@ -199,17 +167,17 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
             ["xyzzy=1"],
             "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
         ),
-        (["kp=3"], "parameter 'kp': unknown; did you mean controller.kp?"),
+        (["kp=3"], "parameter kp: unknown; did you mean controller.kp?"),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
-        (["force.zero_counts=1"], "force.zero_counts: 1 number; must be 2"),
-        (["drive.ceiling_um"], "'drive.ceiling_um': must be NAME=VALUE, such as drive.ceiling_um=2"),
+        (["force.zero_counts=1"], "force.zero_counts = 1 numbers: must be 2"),
+        (["drive.ceiling_um"], "'drive.ceiling_um': must be NAME=VALUE, such as controller.kp=0.05"),
         (["drive.ceiling_um="], "'drive.ceiling_um=': must be NAME=VALUE"),
         (["=2"], "'=2': must be NAME=VALUE"),
         ([], "set: needs NAME=VALUE or --system FILE"),
         (["--system", "nothing.toml"], "nothing.toml"),
-        (["law.low_n=0.9", "law.high_n=0.1"], "commit: the device refuses law.high_n = 0.1 N, out of range"),
+        (["law.low_n=0.9", "law.high_n=0.1"], "commit: refused, law.high_n = 0.1 N"),
     ],
 )
 def test_what_is_not_set_is_one_line(frictionloop, arguments, says):
@@ -222,10 +190,9 @@ HOLD = ("controller.kp=0.04", "controller.ki=100")
 @pytest.mark.slow
 def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(frictionloop, kept):
     fl.write_toml(fl.bench(), "mine.toml")
-    assert rows(frictionloop("device", "set", "sim:", *HOLD).out) == {
-        "controller.kp": "10.0 -> 0.04",
-        "controller.ki": "2.0 -> 100.0",
-    }
+    said = frictionloop("device", "set", "sim:", *HOLD, "--json").json()
+    assert said["before"] == {"controller.kp": 10.0, "controller.ki": 2.0}
+    assert said["after"] == {"controller.kp": 0.04, "controller.ki": 100.0}
     with fl.connect("sim:") as device:
         device.mode("closed")
         more = (HOLD[1], "controller.kp=0.03", "drive.ceiling_um=2", "--system", "mine.toml")
@@ -237,9 +204,7 @@ def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(fr
     with fl.connect("sim:") as device:
         assert device.parameters["law.gains"][0] == pytest.approx(0.04, rel=1e-6)  # as before
         assert device.parameters["setpoint.hold_n"] == 0.25
-        answer = frictionloop("device", "set", "sim:", *more, "--json")
-        said = json.loads(answer.out)
-        assert "this loop rings on slip length 0 um at 10, 20, 80 mm/s" in answer.err  # the file's is Dahl's
+        said = frictionloop("device", "set", "sim:", *more, "--json").json()
         assert said["after"] == {"controller.ki": 100.0, "controller.kp": 0.03, "drive.ceiling_um": 2.0}
     with fl.connect("sim:") as device:
         gains = np.asarray(device.parameters["law.gains"])
@@ -247,13 +212,14 @@ def test_gains_are_set_by_their_names_and_only_by_its_owner_while_a_loop_runs(fr
         assert device.parameters["drive.ceiling_um"] == pytest.approx(2.0)
 
 
-def test_gains_that_ring_are_refused_with_gains_that_hold(frictionloop, kept):
+def test_gains_that_ring_are_refused_and_named_by_code(frictionloop, kept):
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=12"))
-    assert said.startswith("controller.kp=12: this loop rings near ") and "--unchecked sets it all the same" in said
-    held = re.findall(r"controller\.k[pi]=[\d.]+", said.split("gains that hold at slip length 11.5 um, 20 mm/s")[1])
+    assert said.startswith("controller.kp=12: unstable, rings near ") and said.endswith("[LOOP-UNSTABLE]")
     with fl.connect("sim:") as device:
         assert device.parameters["law.gains"][0] == pytest.approx(10.0)  # as before
-    assert len(held) == 2 and frictionloop("device", "set", "sim:", *held).code == 0
+        with pytest.raises(fl.FrictionloopError) as ended:
+            fl.device.configure(device, {"controller.kp": 12})
+    assert ended.value.code == "LOOP-UNSTABLE"
 
 
 def test_gains_that_ring_are_set_where_that_is_asked_for(frictionloop):
@@ -269,16 +235,17 @@ def test_of_gains_and_a_value_that_is_refused_neither_is_set(frictionloop, kept)
         assert device.parameters["law.gains"][0] == pytest.approx(10.0)
 
 
-def test_gains_close_to_ringing_are_set_with_a_word(frictionloop):
-    answer = frictionloop("device", "set", "sim:", "controller.kp=0", "controller.ki=150")
-    assert answer.code == 0 and "this loop is close to ringing near" in answer.err
+def test_gains_close_to_ringing_are_set_with_a_finding():
+    found = fl.device.configure("sim:", {"controller.kp": 0, "controller.ki": 150})
+    assert [each.code for each in found.findings] == ["LOOP-NEAR"] and found.findings[0].value > 4.0
 
 
 def test_gains_of_a_board_that_nobody_described_are_read_from_it_and_set_unchecked(frictionloop, kept):
     assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0  # of no System from now on
-    answer = frictionloop("device", "set", "sim:", "controller.ki=100", "controller.kp=0.04")
-    assert rows(answer.out) == {"controller.ki": "2.0 -> 100.0", "controller.kp": "10.0 -> 0.04"}
-    assert answer.err.startswith("controller.ki, controller.kp: not checked: a board does not tell its bench")
+    found = fl.device.configure("sim:", {"controller.ki": 100, "controller.kp": 0.04})
+    assert found.before == {"controller.ki": 2.0, "controller.kp": 10.0}
+    assert found.after == pytest.approx({"controller.ki": 100.0, "controller.kp": 0.04})
+    assert [each.code for each in found.findings] == ["NOT-CHECKED"]
     with fl.connect("sim:") as device:
         assert device.parameters["law.gains"][:2] == pytest.approx([0.04, 100.0 / 5000.0], rel=1e-6)
         assert device.parameters["law.low_n"] == pytest.approx(0.2)  # all else stays
@@ -289,13 +256,12 @@ def test_gains_of_a_board_that_nobody_described_are_read_from_it_and_set_uncheck
 def test_what_a_board_that_nobody_described_cannot_tell_needs_its_system(frictionloop, kept):
     assert frictionloop("device", "set", "sim:", "law.low_n=0.2").code == 0
     said = refused(frictionloop("device", "set", "sim:", "controller.kind=notch_pi"))
-    assert said.startswith("controller.kind: the device tells controller.kp and controller.ki alone; ")
+    assert said.startswith("controller.kind: accepted controller.kp, controller.ki; ")
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=-1"))
     assert said == "controller.kp = -1 N/N: must be greater than or equal to 0"
     assert frictionloop("device", "set", "sim:", "law.number=2").code == 0
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=1"))
-    assert said.startswith("controller: the device runs law lookup and tells the gains of law pi alone; ")
-    assert "--system FILE" in said
+    assert said.startswith("law = 'lookup': must be pi; ")
 
 
 def test_a_parameter_as_a_flag_is_told_how_it_is_written_here(frictionloop):
@@ -311,15 +277,19 @@ def test_the_kind_that_was_set_is_told(frictionloop, kept):
     known = fl.bench().evolve({"controller.kind": "notch_pi", "controller.kp": 0.05})
     with fl.connect("sim:") as device:
         assert device.parameters.hold(firmware_words(known))
-    assert rows(frictionloop("device", "info", "sim:").out)["law"].startswith("filtered_pi or notch_pi, ")
+    found = fl.device.info("sim:")
+    assert (found.law, found.also_law) == ("filtered_pi", ("notch_pi",))
 
 
-def test_a_low_ceiling_is_named_where_the_force_stays_high(frictionloop):
-    held = ("--controller.kp", "0.0434", "--controller.ki", "108", "--duration-s", "0.5")
-    low = " ".join(frictionloop("device", "run", "sim:", *held, "--board.ceiling_um", "0.5").out.split())
-    assert "The amplitude is at its ceiling, 0.5 um, 100% of the time" in low
-    assert "The ceiling may be why: the plate gives 2.5 um." in low
-    assert "ceiling" not in frictionloop("device", "run", "sim:", *held).out
+HELD = {"controller.kp": 0.03, "controller.ki": 60.0}
+
+
+def test_a_low_ceiling_is_named_where_the_force_stays_high():
+    low = fl.device.run("sim:", fl.bench().evolve(HELD | {"board.ceiling_um": 0.5}), 0.5)
+    (held,) = (each for each in low.findings if each.code == "CEILING-HELD")
+    assert (held.value, held.limit, low.at_ceiling) == (0.5, 2.5, pytest.approx(1.0))
+    assert held.more["share"] == pytest.approx(100.0) and held.more["above"] > 20.0
+    assert fl.device.run("sim:", fl.bench().evolve(HELD), 0.5).findings == ()
 
 
 def test_ctrl_c_waits_until_the_emulator_has_returned():
@@ -348,64 +318,37 @@ def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
     error = (run.f_m - run.f_r).where(run.scored)
     assert said["measured_rms_error_n"] == pytest.approx(float(np.sqrt((error**2).mean())))
     assert said["lost_samples"] == said["gaps"] == said["reconnects"] == said["broken_frames"] == 0
-    assert said["saved"] == {"run": str(path), "plot": str(figure)}
+    assert said["saved"] == {"run": str(path), "figure": str(figure)}
+    assert (said["schema"], said["state"], "recording" in said) == ("device.run/1", "closed", False)
     assert figure.read_text(encoding="utf-8").lstrip().startswith("<?xml")
 
 
-def test_a_run_in_words(frictionloop):
-    answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.2", "--decimation", "5")
-    assert (answer.code, answer.err) == (0, "")
-    said = rows(answer.out)
-    assert said["device"] == "sim:" and said["system"] == "bench() with controller.kind = lookup"
-    assert said["recorded"] == "200 samples"
-    assert re.match(r"[\d.]+ %: a finger slides, 2 mm or more from where it turns$", said["counted"])
-    assert said["f_m - f_r"].endswith("mN rms by the device's own sensor") and said["lost"] == "nothing"
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("device_knows_f_a", [True, False])
-def test_a_loop_that_rings_is_told_of_as_in_simulate(frictionloop, monkeypatch, device_knows_f_a):
+def test_a_loop_that_rings_is_found(monkeypatch, device_knows_f_a):
     if not device_knows_f_a:
         monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
-    arguments = ("--duration-s", "1")
-    here, there = frictionloop("device", "run", "sim:", *arguments), frictionloop("simulate", "--preset", "bench",
-                                                                                 *arguments)  # fmt: skip
-    assert here.code == there.code == 0
-    said = [
-        re.findall(r"^(?:This loop rings near|Gains that hold:|They hold) .*$", each.out, re.M)
-        for each in (here, there)
-    ]
-    assert len(said[0]) == len(said[1]) == 3 and said[0][1:] == said[1][1:]
-    loudest_hz = [float(re.search(r"near ([\d.]+) Hz", lines[0])[1]) for lines in said]
-    assert loudest_hz[0] == pytest.approx(loudest_hz[1], rel=0.2)
+    rings = fl.device.run("sim:", fl.bench(), 0.5)
+    assert "LOOP-UNSTABLE" in [each.code for each in rings.findings] and rings.saturation_index > 0.5
+    assert (rings.rms_error_n is None) != device_knows_f_a
+    held = fl.device.run("sim:", fl.bench().evolve(HELD), 0.5)
+    assert held.findings == () and held.measured_rms_error_n < 0.2 * rings.measured_rms_error_n
 
 
-def test_gains_that_are_named_hold_on_the_device(frictionloop):
-    rings = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--json").json()
-    assert rings["ringing"]["law"] == "pi" and not rings["ringing"]["stable"]
-    gains = [word for name, gain in rings["ringing"]["held"].items() for word in (f"--{name}", gain)]
-    held = frictionloop("device", "run", "sim:", *gains, "--duration-s", "0.5", "--json").json()
-    assert held["ringing"] is None
-    assert held["measured_rms_error_n"] < 0.2 * rings["measured_rms_error_n"]
+def test_open_loop_does_not_ring():
+    found = fl.device.run("sim:", fl.bench(), 0.2, open_loop=True)
+    assert (found.state, found.findings) == ("open", ())
 
 
-def test_open_loop_does_not_ring(frictionloop):
-    said = frictionloop("device", "run", "sim:", "--open", "--duration-s", "0.2", "--json").json()
-    assert said["ringing"] is None
-
-
-def test_a_preset_stands_for_a_file(frictionloop, tmp_path):
+def test_a_file_or_a_preset_and_not_both(frictionloop, tmp_path):
     arguments = ("device", "run", "sim:", "--open", "--duration-s", "0.1")
-    assert rows(frictionloop(*arguments, "--preset", "bench").out)["system"] == "bench()"
+    assert frictionloop(*arguments, "--preset", "bench").code == 0
     fl.write_toml(fl.bench(), tmp_path / "mine.toml")
-    assert "both name a system" in refused(frictionloop(*arguments, "mine.toml", "--preset", "bench"))
+    assert "[TWO-SYSTEMS]" in refused(frictionloop(*arguments, "mine.toml", "--preset", "bench"))
 
 
 def test_a_run_in_which_no_finger_slides_has_no_error(frictionloop):
-    arguments = ("device", "run", "sim:", "--open", "--duration-s", "0.002")
-    said = rows(frictionloop(*arguments).out)
-    assert said["counted"].startswith("0 %") and said["f_m - f_r"] == "none"
-    assert frictionloop(*arguments, "--json").json()["measured_rms_error_n"] is None
+    said = frictionloop("device", "run", "sim:", "--open", "--duration-s", "0.002", "--json").json()
+    assert said["counted"] == 0 and said["measured_rms_error_n"] is None
 
 
 def test_open_loop_asks_for_what_the_lookup_has(frictionloop, tmp_path):
@@ -420,7 +363,7 @@ def test_open_loop_asks_for_what_the_lookup_has(frictionloop, tmp_path):
 def test_a_file_is_loaded_and_its_set_point_is_played(frictionloop, tmp_path):
     fl.write_toml(fl.bench().evolve({"setpoint.kind": "constant", "setpoint.offset_n": 0.55}), tmp_path / "mine.toml")
     answer = frictionloop("device", "run", "sim:", "mine.toml", "--open", "--duration-s", "0.1", "--out", "run.h5")
-    assert rows(answer.out)["system"] == "mine.toml"
+    assert answer.code == 0
     assert fl.load(tmp_path / "run.h5").f_r.values == pytest.approx(0.55, abs=2e-4)
 
 
@@ -437,9 +380,8 @@ def test_a_fault_in_mid_run_is_one_line_and_keeps_the_recording(frictionloop, tm
     arguments = ("device", "run", "sim:", *SLIPPERY, "--duration-s", "0.4")
     said = refused(frictionloop(*arguments, *(("--out", out) if out else ()), "--json"))
     kept = out or "interrupted-run.h5"
-    assert re.match(r"fault force_range at tick \d+ \(2\.4\d* N\): the force is outside .*; ", said) and said.endswith(
-        f"samples recorded so far are in {kept}"
-    )
+    assert re.match(r"fault force_range at tick \d+: .*: 2\.4\d* N; \d+ samples are in", said)
+    assert said.endswith(f" {kept}  [FAULT-FORCE-RANGE]")
     run = fl.load(tmp_path / kept)
     assert run.sizes["time"] == int(said.split("; ")[1].split()[0]) > 100
     # The force was about to leave what the sensor takes.
@@ -450,27 +392,24 @@ def test_the_bench_that_ends_in_mid_run_is_one_line(frictionloop, tmp_path):
     sweep = {"kind": "log_sweep", "offset_n": 0.1, "start_hz": 1, "stop_hz": 10, "sweep_s": 0.15}
     flags = [word for name, value in sweep.items() for word in (f"--disturbance.{name}", value)]
     said = refused(frictionloop("device", "run", "sim:", *LOOKUP, *flags, "--duration-s", "0.3", "--out", "cut.h5"))
-    assert "disturbance.sweep_s = 0.15 s is over" in said and said.endswith("are in cut.h5")
+    assert "disturbance.sweep_s = 0.15 s is over" in said and "are in cut.h5" in said
     assert fl.load(tmp_path / "cut.h5").sizes["time"] < 750
 
 
 def test_ctrl_c_says_where_the_recording_is(frictionloop, monkeypatch, tmp_path):
-    from contextlib import contextmanager
-
-    @contextmanager
     def impatient(*_):
         def stop(samples):
             if samples > 250:
                 raise KeyboardInterrupt
 
-        yield stop
+        return stop
 
-    monkeypatch.setattr(device_run, "_progress", impatient)
+    monkeypatch.setattr(measured_run, "_steps", impatient)
     answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "1", "--out", "cut.h5")
     count = fl.load(tmp_path / "cut.h5").sizes["time"]
     assert 250 < count < 1000
     assert (answer.code, answer.out) == (130, "")
-    assert answer.err == f"interrupted: {count} samples recorded so far are in cut.h5\n"
+    assert answer.err == f"interrupted: {count} samples are in cut.h5\n"
 
 
 def fail(limit_n=0.001):
@@ -505,7 +444,7 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kep
     assert frictionloop(*first).code == 0
     board = kept["sim:"]
     fail()
-    with fl.connect("sim:") as device, pytest.raises(fl.DeviceError, match="has the fault force_range: find its cause"):
+    with fl.connect("sim:") as device, pytest.raises(fl.DeviceError, match=r"fault force_range: clear\(\) it first"):
         device.run(0.5, 0.5)
     assert frictionloop(*first).code == 0 and kept["sim:"] is board
     assert asked == ["done", "done"]
@@ -516,7 +455,7 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kep
     [
         (["--duration-s", "0"], "duration_s = 0"),
         (["--decimation", "0"], "decimation = 0: must be a whole number from 1 to 65535"),
-        (["--controller.rate_hz", "10000"], "controller.rate_hz = 10000 Hz"),
+        (["--controller.rate_hz", "10000"], "controller.rate_hz = 10000 Hz: must be 5000"),
         (["--out", "run.csv"], "out = 'run.csv'"),
         (["--plot", "run.h5"], "plot = 'run.h5'"),
         (["--out", "nowhere/run.h5"], "nowhere"),
@@ -533,22 +472,18 @@ def test_a_run_that_is_refused_leaves_no_file(frictionloop, tmp_path, arguments,
 
 
 def test_a_fault_is_cleared_and_named(frictionloop, kept):
-    answer = frictionloop("device", "clear", "sim:")
-    assert (answer.code, answer.out, answer.err) == (0, "no fault\n", "")
-    assert frictionloop("device", "clear", "sim:", "--json").json() == {"cleared": None}
+    assert fl.device.clear("sim:").fault is None
     fail()
-    assert refused(frictionloop("device", "clear", "sim:")).startswith("fault force_range: its cause lasts")
+    said = refused(frictionloop("device", "clear", "sim:"))
+    assert said.startswith("fault force_range lasts: ") and said.endswith("[FAULT-FORCE-RANGE]")
     assert frictionloop("device", "set", "sim:", "safety.force_limit_n=2").code == 0
-    assert frictionloop("device", "clear", "sim:").out == "cleared force_range\n"
-    assert frictionloop("device", "clear", "sim:").out == "no fault\n"
-    fail()
-    assert frictionloop("device", "set", "sim:", "safety.force_limit_n=2").code == 0
-    assert frictionloop("device", "clear", "sim:", "--json").json() == {"cleared": "force_range"}
+    assert frictionloop("device", "clear", "sim:", "--json").json()["fault"] == "force_range"
+    assert frictionloop("device", "clear", "sim:").out == "cleared  no fault\n"
 
 
 def test_a_board_that_tells_no_sample_is_not_cleared(frictionloop, monkeypatch):
     monkeypatch.setattr(fl.Device, "stream", lambda *_: iter(()))
-    assert refused(frictionloop("device", "clear", "sim:")) == "sim:: sends no samples, so its fault is not known"
+    assert "sim:: sends no samples" in refused(frictionloop("device", "clear", "sim:"))
 
 
 # ------------------------------------------------------------------------------------------------------------- monitor
@@ -576,7 +511,7 @@ def test_lines_of_the_monitor_have_every_channel(frictionloop):
 
 @pytest.mark.parametrize("rate", ["0", "-1", "101", "nan", "inf"])
 def test_a_rate_that_nobody_can_read_is_refused(frictionloop, rate):
-    assert "must be above 0 and at most 100" in refused(frictionloop("device", "monitor", "sim:", "--rate-hz", rate))
+    assert "must be above 0, at most 100" in refused(frictionloop("device", "monitor", "sim:", "--rate-hz", rate))
 
 
 @pytest.mark.parametrize("duration", ["0", "-1", "nan", "inf"])
@@ -623,7 +558,7 @@ TEENSY = record(0, bytes(16)) + record(0x400, OPEN_CHIP) + ENDS
 def test_the_loader_is_told_the_board_and_the_image(frictionloop, loader, name):
     arguments = loader(name)
     answer = frictionloop("device", "flash", "image.hex")
-    assert (answer.code, answer.out, answer.err) == (0, "flashed image.hex\n", "press the button on the board\n")
+    assert (answer.code, answer.out) == (0, "flashed  image.hex, 32 bytes\n")
     assert arguments.read_text().split("\n") == ["--mcu=TEENSY31", "-w", "-v", "image.hex"]
 
 
@@ -631,24 +566,19 @@ def test_a_loader_that_fails_is_said(frictionloop, loader):
     loader(code=3)
     answer = frictionloop("device", "flash", "image.hex")
     assert answer.code == 2 and answer.out == ""
-    assert answer.err.endswith(
-        "error: teensy_loader_cli: ended with 3; is the board plugged in, and its udev rule there?\n"
-    )
+    assert "error: teensy_loader_cli: exit code 3; " in answer.err
 
 
 def test_a_loader_that_is_missing_is_named_with_where_to_get_it(frictionloop, loader):
     said = refused(frictionloop("device", "flash", "image.hex"))
-    assert said.startswith("teensy_loader_cli is not installed: ")
-    assert "apt-get install teensy-loader-cli" in said and "https://www.pjrc.com" in said
+    assert said.startswith("teensy_loader_cli: not installed, https://www.pjrc.com")
 
 
-@pytest.mark.parametrize(
-    ("image", "says"),
-    [("image.elf", "must end in .hex; frictionloop firmware build makes one"), ("other.hex", "there is no such file")],
-)
-def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, image, says):
+@pytest.mark.parametrize("image", ["image.elf", "other.hex"])
+def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, image):
     arguments = loader()
-    assert refused(frictionloop("device", "flash", image)) == f"IMAGE = '{image}': {says}"
+    said = refused(frictionloop("device", "flash", image))
+    assert said == f"IMAGE = '{image}': must be a .hex file of firmware build  [BAD-IMAGE]"
     assert not arguments.exists()
 
 
@@ -658,14 +588,14 @@ LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (record(0, bytes(64)) + ENDS, "is not an image of a Teensy"),
-        (record(0x400, LOCKED_CHIP) + ENDS, "is not an image of a Teensy"),
-        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is not an image of a Teensy"),
-        (record(0x400, OPEN_CHIP), "it is cut off"),
-        (TEENSY.replace("DEF9", "DEF8"), "cannot be read as Intel hex (Record at line 2 has invalid checksum)"),
-        ("not hex\n", "cannot be read as Intel hex (Hex file contains invalid record at line 1)"),
-        ("", "it is cut off"),
-        ("\u00b5", "cannot be read as Intel hex"),
+        (record(0, bytes(64)) + ENDS, "is no image of a Teensy"),
+        (record(0x400, LOCKED_CHIP) + ENDS, "is no image of a Teensy"),
+        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no image of a Teensy"),
+        (record(0x400, OPEN_CHIP), "cut off"),
+        (TEENSY.replace("DEF9", "DEF8"), "no Intel hex (Record at line 2 has invalid checksum)"),
+        ("not hex\n", "no Intel hex (Hex file contains invalid record at line 1)"),
+        ("", "cut off"),
+        ("\u00b5", "no Intel hex"),
     ],
 )
 def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
@@ -676,18 +606,14 @@ def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, load
 
 
 def test_gains_that_ring_only_with_the_resonance_off_are_refused(frictionloop):
-    from frictionloop.cli import ringing
-
     # Stable as described, and not with the resonance lower: what a sensor does that is not quite as written down.
     pi = {"controller.kind": "pi", "controller.kp": 0.0}
     found = next(
-        ki
-        for ki in np.geomspace(2000.0, 50.0, 200)
-        if all(loop.is_stable() for loop in ringing.points_of(fl.bench().evolve(pi | {"controller.ki": ki})))
+        ki for ki in np.geomspace(2000.0, 50.0, 200) if rings(fl.bench().evolve(pi | {"controller.ki": ki})).stable
     )
     lower = fl.bench().evolve(pi | {"controller.ki": found, "sensor.resonance_hz": 0.9 * 145.0})
-    assert not all(loop.is_stable() for loop in ringing.points_of(lower))
+    assert not rings(lower).stable
     fl.write_toml(fl.bench(), "mine.toml")
     arguments = ("controller.kind=pi", "controller.kp=0", f"controller.ki={found}", "--system", "mine.toml")
     said = refused(frictionloop("device", "set", "sim:", *arguments))
-    assert "this loop rings at" in said and "resonance" in said and "--unchecked" in said
+    assert "resonance -10 %" in said and "--unchecked" in said

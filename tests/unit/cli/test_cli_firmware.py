@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.cost import WORST_TICK, worst_tick
+from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, WORST_TICK, worst_tick
 from frictionloop.device.emulator import budget
 from frictionloop.device.emulator.trace import Spent
-from frictionloop.firmware import image
+from frictionloop.firmware import built_image, image
 from frictionloop.firmware.image import BOARDS
 from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
 
@@ -34,9 +34,7 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     words = np.frombuffer((folder / "parameters.bin").read_bytes(), "<i4")
     assert said["law"] == "pi" and len(words) == word_count() == said["words"]
     assert "table_hash" not in said
-    shown = frictionloop("firmware", "export", *PI, "--out", str(folder)).out
-    assert f"{word_count()}, layout {said['layout']}, values {said['values']}" in shown
-    assert said["stable"] and "RINGS" not in shown
+    assert said["stable"] and "LOOP-UNSTABLE" not in [each["code"] for each in said["findings"]]
     assert said["clamp_n"] == [fl.bench().controller.model.floor_n, fl.bench().controller.model.nominal_n]
     with (folder / "parameters.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -52,38 +50,17 @@ def test_the_table_is_the_same_in_words_and_in_numbers(frictionloop, tmp_path):
     assert fl.read_toml(folder / "system.toml").controller.ki == 134
 
 
-@pytest.mark.parametrize(
-    ("ceiling_um", "said"),
-    [
-        (0.3, "for a first run: NO force asked for, 0.5 to 0.6 N, is reached on the file's finger just landed"),
-        (1.1, "for a first run: not every force asked for, 0.5 to 0.6 N, is reached"),
-        (2.0, ""),
-    ],
-)
-def test_a_ceiling_says_which_forces_it_leaves_out(frictionloop, tmp_path, ceiling_um, said):
-    forces = ("--setpoint.offset_n", "0.55", "--setpoint.amplitude_n", "0.05", "--board.ceiling_um", str(ceiling_um))
-    shown = " ".join(frictionloop("firmware", "export", *PI, *forces, "--out", str(tmp_path / "table")).out.split())
-    assert f"ceiling {ceiling_um:g} um, board.ceiling_um" in shown and said in shown
-    assert ("for a first run" in shown) is bool(said)
-    bench = fl.bench().friction
-    least_n = float(bench.nominal_n * np.exp(-bench.susceptibility_per_um2 * ceiling_um**2))
-    assert (least_n > 0.5) is bool(said) and (f"which has {least_n:.3g} N there" in shown) is bool(said)
-
-
-def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(frictionloop, tmp_path):
-    printed = ("firmware", "export", "--preset", "bench", "--controller.kp", "10", "--out", str(tmp_path / "table"))
-    assert not json.loads(frictionloop(*printed, "--json").out)["stable"]
-    said = " ".join(frictionloop(*printed).out.split())
-    assert "RINGS these gains are unstable on this bench: not for a finger" in said
+def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(tmp_path):
+    rings = fl.firmware.export(fl.bench().evolve({"controller.kp": 10.0}), tmp_path / "table")
+    assert rings.stable is False and rings.findings[0].code == "LOOP-UNSTABLE"
     # In open loop nothing rings.
-    opened = json.loads(frictionloop(*printed[:4], "--controller.kind", "lookup", *printed[-2:], "--json").out)
-    assert opened["stable"]
+    assert fl.firmware.export(fl.bench().evolve({"controller.kind": "lookup"}), tmp_path / "table").stable
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("--preset", "bench", "--controller.rate_hz", "10000"), "controller.rate_hz = 10000 Hz"),
+        (("--preset", "bench", "--controller.rate_hz", "10000"), "controller.rate_hz = 10000 Hz: must be 5000"),
         (("--preset", "bench", "--controller.kind", "pi", "--controller.kp", "1e12"), "kp"),
     ],
 )
@@ -114,13 +91,9 @@ def test_help_lists_every_board(frictionloop, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["pi", "filtered_pi", "lookup"])
-def test_the_cost_is_the_one_that_was_traced(frictionloop, tmp_path, kind):
-    arguments = ("firmware", "export", "--preset", "bench", "--controller.kind", kind, "--out", tmp_path / "table")
-    said = json.loads(frictionloop(*arguments, "--json").out)
-    assert said["worst_tick_cycles"] == worst_tick(kind).cycles and said["tick_cycles"] == 72_000_000 // 5000
-    traced = "traced on a reference image with two force axes, not on this one, in an emulator"
-    words = f"worst tick {worst_tick(kind).cycles:,} of 14,400 cycles, {traced}"
-    assert words in " ".join(frictionloop(*arguments).out.split())
+def test_the_cost_is_the_one_that_was_traced(tmp_path, kind):
+    found = fl.firmware.export(fl.bench().evolve({"controller.kind": kind}), tmp_path / "table")
+    assert found.worst_tick_cycles == worst_tick(kind).cycles and found.tick_cycles == 72_000_000 // 5000
 
 
 def test_the_table_of_the_laws_costs_is_the_one_in_use():
@@ -131,37 +104,44 @@ def test_the_table_of_the_laws_costs_is_the_one_in_use():
     assert told == WORST_TICK
 
 
-def said_by_build(frictionloop, monkeypatch, tmp_path, *arguments):
-    """Return what `build` says of an image that took no time."""
+@pytest.fixture
+def built(monkeypatch, tmp_path):
+    """Return a function that builds an image which takes no time."""
     made = image.Image(*(tmp_path / f"made.{kind}" for kind in ("elf", "hex", "map")), 12_345, 6789)
     monkeypatch.setattr(image, "build", lambda *_, **__: made)
     part = [Spent(100, 1000, 10, 20, 30, 40, 50)]
     monkeypatch.setattr(budget, "traced", lambda _: budget.Budget(part, part, part, part, part, part))
-    return frictionloop("firmware", "build", *PI, *arguments, "--out", tmp_path / "image").out
+    gains = {"controller.kind": "pi", "controller.kp": 0.06, "controller.ki": 134.0}
+
+    def build(**more):
+        return fl.firmware.build(fl.bench().evolve(gains), tmp_path / "image", trace=fl.device.cycles, **more)
+
+    return build
 
 
-def test_an_image_of_the_teensy_is_to_be_flashed_and_others_are_not(frictionloop, monkeypatch, tmp_path):
-    teensy = said_by_build(frictionloop, monkeypatch, tmp_path)
-    assert "to be flashed" in teensy and "12,345 of 262,144 bytes" in teensy and "6,789 of 65,536 bytes" in teensy
-    other = said_by_build(frictionloop, monkeypatch, tmp_path, "--board", "mps2")
-    assert "flashed" not in other and "262,144" not in other and "12,345 bytes" in other
-
-
-def test_the_cycles_are_those_of_the_image_that_was_built(frictionloop, monkeypatch, tmp_path):
+def test_the_cycles_are_those_of_the_image_that_was_built(built):
     pytest.importorskip("unicorn")
-    said = " ".join(said_by_build(frictionloop, monkeypatch, tmp_path).split())
-    assert "worst tick 1,470 of 14,400 cycles, traced on this image" in said
-    assert "as assumed 1,470 1,470 1,470 4,410" in said
-    assert "RAM waits a cycle a word 1,510" in said
-    assert "1,470 cycles at most, MORE than the 10 us that make a tick late" in said
-    numbers = json.loads(said_by_build(frictionloop, monkeypatch, tmp_path, "--json"))["cycles"]["as assumed"]
-    assert numbers["sum"] == 3 * numbers["tick"] == 4410
+    found = built()
+    assert found.worst_tick_cycles == 1470 and found.cycles["RAM waits a cycle"]["tick"] == 1510
+    assert found.cycles["as assumed"]["sum"] == 3 * found.cycles["as assumed"]["tick"] == 4410
+    assert found.table("cycles").loc["as assumed"].tolist() == [1470, 1470, 1470, 4410]
+    (late,) = (each for each in found.findings if each.code == "TICK-LATE")  # behind the port
+    assert (late.value, late.limit) == (1470, LATE_CYCLES)
 
 
-def test_an_image_in_numbers(frictionloop, monkeypatch, tmp_path):
-    said = json.loads(said_by_build(frictionloop, monkeypatch, tmp_path, "--board", "mps2", "--json"))
+def test_a_tick_that_takes_more_than_there_is_is_found(built):
+    row = {"background": 10, "effect": 1, "flood": 1, "longest_interrupt": 100}
+    over = {"as assumed": row | {"tick": 1000, "interrupts": 100, "sum": 1110},
+            "RAM waits": row | {"tick": BUDGET_CYCLES, "interrupts": 100, "sum": BUDGET_CYCLES + 110}}  # fmt: skip
+    (late,) = built_image._late(over)
+    assert (late.code, late.value, late.limit) == ("TICK-LATE", BUDGET_CYCLES + 100, BUDGET_CYCLES)
+    assert "RAM waits" in late.more["waits"] and [*built_image._late({"as assumed": over["as assumed"]})] == []
+
+
+def test_an_image_in_numbers(built, tmp_path):
+    said = built(board="mps2").to_dict()
     assert (said["board"], said["flash_bytes"], said["ram_bytes"]) == ("mps2", 12_345, 6789)
-    assert said["hex"] == str(tmp_path / "made.hex") and said["table"] == str(tmp_path / "image")
+    assert (said["hex"], said["folder"], said["cycles"]) == (str(tmp_path / "made.hex"), str(tmp_path / "image"), None)
 
 
 @pytest.mark.slow

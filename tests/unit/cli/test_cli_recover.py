@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.cli import device_run
+from frictionloop.device import measured_run
 from frictionloop.device.running import check_folder
 from frictionloop.loop.spool import Column, Spool
 
@@ -34,26 +34,13 @@ def partial(tmp_path):
 
 def test_it_says_what_a_file_holds_and_writes_it(frictionloop, partial):
     before = partial.read_bytes()
-    answer = frictionloop("device", "recover", partial.name)
-    assert (answer.code, answer.err) == (0, "")
-    lines = [line.rstrip().split(None, 1) for line in answer.out.splitlines()]
-    assert lines == [
-        ["holds", "7,000 samples, 1.4 s"],
-        ["lost", "3 samples before they were recorded"],
-        ["damaged", "nothing"],
-        ["source", "device"],
-        ["saved", "as run.h5"],
-    ]
+    found = frictionloop("device", "recover", partial.name, "--json").json()
+    assert (found["samples"], found["duration_s"], found["source"]) == (7000, pytest.approx(1.4), "device")
+    assert (found["lost_samples"], found["damaged_samples"], found["path"]) == (3, 0, "run.h5")
+    assert [(each["code"], each["value"]) for each in found["findings"]] == [("SAMPLES-LOST", 3)]
     np.testing.assert_array_equal(fl.load("run.h5").f_m, FORCES)
     assert partial.read_bytes() == before
-
-
-def test_as_json_under_another_name(frictionloop, partial):
-    found = frictionloop("device", "recover", partial.name, "--out", "mended.h5", "--json").json()
-    assert found == {
-        "samples": 7000, "seconds": pytest.approx(1.4), "lost_samples": 3, "damaged_samples": 0, "source": "device",
-        "saved": "mended.h5",
-    }  # fmt: skip
+    assert fl.device.recover(partial, "mended.h5").path == "mended.h5"
     assert fl.load("mended.h5").sizes["time"] == 7000
 
 
@@ -64,28 +51,26 @@ def test_what_cannot_be_recovered_is_one_line(frictionloop, partial):
         ("none.h5", "--out", "o.h5"): "none.h5: cannot be read (no such file)",
         ("whole.h5", "--out", "o.h5"): "whole.h5: is no unfinished recording",
         ("text.h5", "--out", "o.h5"): "text.h5: cannot be read",
-        ("whole.h5",): "whole.h5: says no name to save it under; give --out FILE.h5",
-        (partial.name, "--out", partial.name): "is the file to recover; choose another name",
+        ("whole.h5",): "file = 'whole.h5': must be named NAME.partial-",
+        (partial.name, "--out", partial.name): "must be another file than the one to recover",
         (partial.name, "--out", "o.txt"): "must end in .h5",
     }
     for tokens, said in wrong.items():
         answer = frictionloop("device", "recover", *tokens)
         assert answer.code == 2 and said in answer.err and answer.err.count("\n") == 1
     Path("run.h5").write_text("mine")
-    assert "exists and is not replaced" in frictionloop("device", "recover", partial.name).err
+    assert "--out = 'run.h5': must be a new file" in frictionloop("device", "recover", partial.name).err
     assert Path("run.h5").read_text() == "mine"
 
 
 @pytest.mark.slow
-def test_of_a_long_run_the_last_part_is_scored_which_is_said(frictionloop, monkeypatch):
-    monkeypatch.setattr(device_run, "SCORED_S", 0.2)
-    answer = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--out", "run.h5")
-    assert answer.code == 0 and "2,500 samples; what follows is of the last 1,000" in answer.out
+def test_of_a_long_run_the_last_part_is_scored(frictionloop, monkeypatch):
+    monkeypatch.setattr(measured_run, "SCORED_S", 0.2)
     found = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--out", "run.h5", "--json").json()
     assert (found["samples"], found["scored_samples"]) == (2500, 1000)
     assert fl.load("run.h5").sizes["time"] == 2500
     answer = frictionloop("device", "run", "sim:", "--duration-s", "0.5")
-    assert answer.err == "error: out: needs a FILE.h5 for a run of more than 0.2 s, which no memory holds\n"
+    assert answer.err == "error: duration_s = 0.5 s: must be above 0, at most 0.2; longer with out\n"
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="users as POSIX has them")

@@ -47,10 +47,7 @@ class Bank:
     def _reached(self, does: str, address: int, width: int) -> str:
         name, gate, bit = PLACES.get((address, width), ("", "", 0))
         if not name:
-            raise FrictionloopError(
-                f"the image {does} {width} bytes at 0x{address:08x}: the model has no such register "
-                "(emulator/memory_map.py)"
-            )
+            raise FrictionloopError(f"image {does} 0x{address:08x}, {width} bytes: no register", "BAD-IMAGE")
         if gate and not self.values[gate] >> bit & 1:
-            raise FrictionloopError(f"the image {does} {name}, whose clock is off ({gate}, bit {bit})")
+            raise FrictionloopError(f"image {does} {name}: clock off, {gate} bit {bit}", "BAD-IMAGE")
         return name

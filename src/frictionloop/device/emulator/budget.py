@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
 
-from frictionloop.control.cost import BUDGET_CYCLES
 from frictionloop.device.codec import encode
 from frictionloop.device.emulator.corpus import SESSION, TICK_HZ, edges, heartbeat, opening, strokes
 from frictionloop.device.emulator.costs import OTHERWISE, Waits
@@ -22,9 +21,6 @@ LINE_BYTES = 40
 """What the line takes in a tick, either way: 2 Mbaud."""
 PROMPT = 4
 """Bytes at which the port asks for its interrupt; twice as many wait where something kept it waiting."""
-LATE_US = 10
-"""How late a tick may begin (firmware/boards/teensy31/board.c, LATE_COUNTS)."""
-LATE_CYCLES = LATE_US * BUDGET_CYCLES * TICK_HZ // 1_000_000
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from frictionloop.device.emulator.bank import Bank
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 CRYSTAL_HZ = 16_000_000
 INTERNAL_HZ = 20_971_520
@@ -66,12 +66,10 @@ class Clocks:
     def _pll(self) -> float:
         reference = CRYSTAL_HZ / ((self._values["MCG_C5"] & 31) + 1)
         if not 2e6 <= reference <= 4e6:
-            raise FrictionloopError(f"MCG_C5: the PLL is fed with {reference / 1e6:g} MHz, it takes 2 to 4 MHz")
+            raise must_be("MCG_C5: PLL input", reference / 1e6, "2 to 4", "MHz", "BAD-IMAGE")
         return reference * ((self._values["MCG_C6"] & 31) + 24)
 
     def _refuse_too_fast(self) -> None:
         for name, hz in self.frequencies()._asdict().items():
             if hz > HIGHEST_HZ[name]:
-                raise FrictionloopError(
-                    f"the {name} would run at {hz / 1e6:g} MHz, at most {HIGHEST_HZ[name] / 1e6:g} MHz are allowed"
-                )
+                raise must_be(name, hz / 1e6, f"at most {HIGHEST_HZ[name] / 1e6:g}", "MHz", "BAD-IMAGE")

@@ -25,7 +25,7 @@ class Converters:
         if value & CALIBRATE:
             hertz = self._bank.values[f"{adc}_CFG1"]
             if hertz & 0x60 != 0x60:  # ADIV by 8: 36 MHz / 2 / 8 is below the 4 MHz that calibrating takes
-                raise FrictionloopError(f"{adc}: calibrated faster than at 4 MHz")
+                raise FrictionloopError(f"{adc}: calibrated above 4 MHz", "BAD-IMAGE")
             self._bank.values[f"{adc}_SC3"] = value & ~CALIBRATE
 
     def convert(self, counts: tuple[int, int, int, int]) -> None:
@@ -36,9 +36,7 @@ class Converters:
         for channel, adc in enumerate(("ADC0", "ADC1")):
             started = values[f"PDB_CH{channel}C1"]
             if not values[f"PDB_CH{channel}DLY0"] <= values["PDB_MOD"] <= values["PIT_LDVAL0"]:
-                raise FrictionloopError(
-                    f"PDB_CH{channel}DLY0, PDB_MOD: {adc} must be started, and the pass over, in a tick"
-                )
+                raise FrictionloopError(f"PDB_CH{channel}DLY0, PDB_MOD: {adc} not done in a tick", "BAD-IMAGE")
             for pretrigger, (control, result) in enumerate((("SC1A", "RA"), ("SC1B", "RB"))):
                 if started >> pretrigger & 1:
                     source = INPUTS.get((adc, values[f"{adc}_{control}"] & 0x3F))

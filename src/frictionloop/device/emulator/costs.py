@@ -37,10 +37,10 @@ miss of its cache, which the manual describes and no model here has: an upper bo
 code bus and does not wait (same manual, SRAM_L). The bridge to the peripherals runs at half the clock."""
 OTHERWISE = {
     "as assumed": ASSUMED,
-    "flash never waits: all in its cache": ASSUMED._replace(next_line=0, other_line=0, flash_data=0),
-    "flash waits twice as long": ASSUMED._replace(next_line=4, other_line=6, flash_data=6),
-    "RAM waits a cycle a word": ASSUMED._replace(ram_word=1),
-    "peripherals wait twice as long": ASSUMED._replace(peripheral=12),
+    "flash never waits": ASSUMED._replace(next_line=0, other_line=0, flash_data=0),
+    "flash waits twice": ASSUMED._replace(next_line=4, other_line=6, flash_data=6),
+    "RAM waits a cycle": ASSUMED._replace(ram_word=1),
+    "peripherals wait twice": ASSUMED._replace(peripheral=12),
 }
 """What being wrong about one of them means."""
 

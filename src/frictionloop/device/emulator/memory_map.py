@@ -84,7 +84,6 @@ GATES = {
 """Register and bit of a block's clock, off after reset: the processor faults at a block whose clock is off."""
 PAGE = 0x1000
 PAGES = tuple(sorted({register.address // PAGE * PAGE for register in REGISTERS}))
-FLASH, FLASH_BYTES = 0, 256 * 1024
-RAM, RAM_BYTES = 0x1FFF8000, 64 * 1024
+FLASH, RAM = 0, 0x1FFF8000
 UART0_INTERRUPT, PIT0_INTERRUPT = 45, 68
 """Numbers of the interrupts."""

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from frictionloop.device.emulator.bank import Bank
-from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, PAGE, PAGES, RAM, RAM_BYTES
+from frictionloop.device.emulator.memory_map import FLASH, PAGE, PAGES, RAM
 from frictionloop.device.emulator.patience import LONGEST_S, Patience
-from frictionloop.firmware.image_checks import check_teensy
+from frictionloop.firmware.image_checks import FLASH_BYTES, RAM_BYTES, check_teensy
 from frictionloop.firmware.image_files import loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
@@ -53,7 +53,7 @@ class Processor:
         check_teensy(str(image_path), segments)
         for address, content in segments:
             if address + len(content) > FLASH_BYTES:
-                raise FrictionloopError(f"{image_path}: has {len(content)} bytes at 0x{address:08x}, outside the flash")
+                raise FrictionloopError(f"{image_path}: 0x{address:08x} outside the flash", "BAD-IMAGE")
             uc.mem_write(address, content)
         self._background = uc.context_save()
         self._vectors = struct.unpack(f"<{VECTORS}I", uc.mem_read(FLASH, 4 * VECTORS))
@@ -81,7 +81,7 @@ class Processor:
         uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
         self._run(self.vector(number))
         if uc.reg_read(arm.UC_ARM_REG_SP) != stack or uc.mem_read(stack, FRAME_BYTES) != FRAME:
-            raise FrictionloopError("the image returns from an interrupt with another stack than it was given")
+            raise FrictionloopError("image: another stack after an interrupt", "BAD-IMAGE")
         uc.context_restore(self._background)
 
     def stop(self, why: Exception) -> None:

@@ -69,7 +69,7 @@ class TeensyEmulator:
         self.processor.reset()
         self._watchdog.check_started()
         if not (self._enabled(PIT0_INTERRUPT) and self._enabled(UART0_INTERRUPT)) or bank.values["PIT_TCTRL0"] & 3 != 3:
-            raise FrictionloopError(f"{image_path}: rests without having started timer and port")
+            raise FrictionloopError(f"{image_path}: timer or port not started", "BAD-IMAGE")
         self._running = True
         frequencies = self.frequencies()
         self._tick_counts = bank.values["PIT_LDVAL0"] + 1

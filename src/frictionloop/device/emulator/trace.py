@@ -6,8 +6,9 @@ from operator import add
 from typing import Any, NamedTuple
 
 from frictionloop.device.emulator.costs import ASSUMED, EXCEPTION, LINE_BYTES, REFILL, WORD_BYTES, Waits, cycles
-from frictionloop.device.emulator.memory_map import FLASH, FLASH_BYTES, RAM
+from frictionloop.device.emulator.memory_map import FLASH, RAM
 from frictionloop.device.emulator.teensy import BACKGROUND, TICK, TeensyEmulator
+from frictionloop.firmware.image_checks import FLASH_BYTES
 from frictionloop.quantities.extra import needed
 
 

@@ -30,11 +30,11 @@ class Watchdog:
         so they must come before anything else is written.
         """
         if not self._first:
-            raise FrictionloopError("the image must unlock the watchdog before it writes to any other register")
+            raise FrictionloopError("image: watchdog not unlocked first", "BAD-IMAGE")
         if not self._bank.values["WDOG_STCTRLH"] & ENABLED:
-            raise FrictionloopError("the image leaves the watchdog off")
+            raise FrictionloopError("image: watchdog off", "BAD-IMAGE")
         if self._bank.values["WDOG_STCTRLH"] & BUS_CLOCK:
-            raise FrictionloopError("the image runs the watchdog from a clock that it can stop")
+            raise FrictionloopError("image: watchdog's clock can stop", "BAD-IMAGE")
 
     def timeout_s(self) -> float:
         """Return how long it waits."""
@@ -46,7 +46,7 @@ class Watchdog:
         """Take the time; refuse to go on when the image was silent for too long."""
         self._now_s = now_s
         if now_s - self._refreshed_s > self.timeout_s():
-            raise FrictionloopError(f"the watchdog resets: not refreshed for {now_s - self._refreshed_s:g} s")
+            raise FrictionloopError(f"watchdog: not refreshed for {now_s - self._refreshed_s:g} s")
 
     def _unlock(self, value: int) -> None:
         self._unlocked.append(value)

@@ -45,12 +45,10 @@ def identified(link: Link, address: str) -> Info:
     try:
         told = link.ask("identify").fields
     except NoReply:
-        raise NoReply(f"{address}: nothing there speaks frictionloop's protocol; is it the right port?") from None
+        raise NoReply(f"{address}: no answer in frictionloop's protocol", "NO-DEVICE") from None
     major = schema()["protocol"]["major"]
     if told["major"] != major:
-        raise DeviceError(
-            f"{address}: speaks version {told['major']}.{told['minor']} of the protocol; must be {major}.x"
-        )
+        raise DeviceError(f"{address}: protocol {told['major']}.{told['minor']}, must be {major}.x", "NO-DEVICE")
     return Info(
         BOARDS.get(told["board"], f"board {told['board']}"),
         told["revision"].rstrip(b"\0").decode("ascii", "replace"),

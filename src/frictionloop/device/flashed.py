@@ -1,0 +1,56 @@
+"""Bring an image onto a Teensy, by PJRC's loader."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from frictionloop.findings import Result
+from frictionloop.findings.result import Row
+from frictionloop.firmware.image_checks import check_teensy
+from frictionloop.firmware.image_files import read_hex
+from frictionloop.quantities import FrictionloopError, must_be
+
+LOADER = "teensy_loader_cli"
+GET_IT = "https://www.pjrc.com/teensy/loader_cli.html"
+STDERR = 2
+"""Where the loader writes: what is asked of the person is no answer."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flashed(Result):
+    """An image that a board has."""
+
+    SCHEMA: ClassVar[str] = "device.flash/1"
+    image: str
+    flash_bytes: int
+
+    def rows(self) -> list[Row]:
+        """Return the image."""
+        return [("flashed", f"{self.image}, {self.flash_bytes:,} bytes")]
+
+
+def flash(image: str | os.PathLike[str]) -> Flashed:
+    """Flash the Intel hex file of `firmware.build`; the loader asks for the button on the board.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that is no image of a Teensy, and a loader that is missing or fails.
+    """
+    path = Path(image)
+    if path.suffix != ".hex" or not path.is_file():
+        raise must_be("IMAGE", str(path), "a .hex file of firmware build", code="BAD-IMAGE")
+    parts = read_hex(path)
+    check_teensy(f"IMAGE = {str(path)!r}", parts)
+    loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))
+    if loader is None:
+        raise FrictionloopError(f"{LOADER}: not installed, {GET_IT}")
+    done = subprocess.run([loader, "--mcu=TEENSY31", "-w", "-v", str(path)], check=False, stdout=STDERR)
+    if done.returncode:
+        raise FrictionloopError(f"{LOADER}: exit code {done.returncode}; board plugged in? udev rule?", "NO-DEVICE")
+    return Flashed(image=str(path), flash_bytes=sum(len(content) for _, content in parts))
