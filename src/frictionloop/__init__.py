@@ -6,20 +6,18 @@
 True
 
 A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve, from_toml)
-its blocks      Sine  Recording  Samples  Friction  FingerFriction  ResonantPlate
-                SuspendedSensor  PiController  NotchPiController  Skin  Strokes  ...
+its blocks      Sine  Recording  FingerFriction  ResonantPlate  SuspendedSensor  PiController  Skin  Strokes  ...
 Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  load
 Judge it        diagnose  doubts  plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
 Look ahead      rings  linearise  operating_band  kp_limit  output_noise_rms_n
-Find gains      retune  retune_notch  RETUNED
+Find gains      design (controller  check  limits  plate  sensor)  retune  retune_notch  RETUNED
 Effects, trials rendering  experiments (their own names: help(fl.rendering))
-Run a device    connect  Device
+Run a device    connect  Device  device  firmware (their own names: help(fl.device))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
 The page, paper studio (serve  export)  reproduce
 Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
-``dir(fl)`` lists all names and ``help(fl.simulate)`` explains one. The command ``frictionloop --help`` does the same
-from a terminal. Distances are in um or mm, forces in N, times in s: every name ends with its unit.
+``help(fl.simulate)`` explains a name. Distances are in um or mm, forces in N, times in s: names end with their units.
 """
 
 from __future__ import annotations

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
+import re
 import threading
 
 from numba import types
 
-from frictionloop.cli import screen
 from frictionloop.loop import progress
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.quantities import compiled, compiling
@@ -29,7 +29,7 @@ def test_a_bar_says_what_it_waits_for_and_then_again_what_it_does():
 def test_a_bar_is_told_of_compilations_only_while_it_stands(capsys):
     with progress_bar("work", 1, show=True):
         assert len(compiling.on_compiling) == 1
-    with screen.waiting("work"):
+    with progress.waiting("work"):
         assert len(compiling.on_compiling) == 1
     assert compiling.on_compiling == []
     capsys.readouterr()
@@ -69,7 +69,7 @@ def test_without_a_terminal_long_work_is_told_in_plain_lines(monkeypatch):
         bar()
         more.clear()
         assert more.wait(10)
-    assert said[-1] == "report: Fig. 5a: 1 of 4 done, 0 s so far"
+    assert re.fullmatch(r"report: Fig\. 5a: 1 of 4 done(, about 0 s left)?, 0 s so far", said[-1])
     assert progress.under_way == []
 
 
@@ -84,14 +84,14 @@ def test_work_without_parts_is_told_once_it_takes_long(monkeypatch):
     said, more = [], threading.Event()
     monkeypatch.setattr(progress, "FIRST_S", 0.01)
     monkeypatch.setattr(progress, "LOOK_S", 0.005)
-    monkeypatch.setattr(screen, "QUIET_S", 0.02)
+    monkeypatch.setattr(progress, "QUIET_S", 0.02)
     monkeypatch.setattr("sys.stderr", io.StringIO())
 
     def write(line):
         said.append(line)
         more.set()
 
-    with progress.plain_lines(write), screen.waiting("designing notch_pi"):
+    with progress.plain_lines(write), progress.waiting("designing notch_pi"):
         assert more.wait(10)
     assert said[0] == "designing notch_pi, 0 s so far"
     assert progress.under_way == []
@@ -102,14 +102,14 @@ def test_work_without_parts_that_is_soon_done_is_not_told(monkeypatch):
     monkeypatch.setattr(progress, "FIRST_S", 0.01)
     monkeypatch.setattr(progress, "LOOK_S", 0.005)
     monkeypatch.setattr("sys.stderr", io.StringIO())
-    with progress.plain_lines(said.append), screen.waiting("designing notch_pi"):
+    with progress.plain_lines(said.append), progress.waiting("designing notch_pi"):
         threading.Event().wait(0.1)
     assert said == []
 
 
 def test_the_step_of_long_work_is_told_beside_it(monkeypatch):
-    monkeypatch.setattr(screen, "QUIET_S", 0.0)
-    with screen.waiting("designing"):
+    monkeypatch.setattr(progress, "QUIET_S", 0.0)
+    with progress.waiting("designing"):
         now = progress.under_way[-1]
         assert now() == "designing"
         progress.step("notch 2 of 9")
@@ -119,9 +119,13 @@ def test_the_step_of_long_work_is_told_beside_it(monkeypatch):
         compiling.tell_compiling(False)
         assert now() == "designing: notch 2 of 9"
     assert progress.on_step == []
-    with screen.waiting("designing", "; this takes 5 minutes"):
-        progress.step("notch 2 of 9")
-        assert progress.under_way[-1]() == "designing; this takes 5 minutes: notch 2 of 9"
-        monkeypatch.setattr(screen, "FORECAST_S", 0.0)
-        assert progress.under_way[-1]() == "designing: notch 2 of 9"
     progress.step("nobody waits for this")
+
+
+def test_what_is_left_is_told_from_the_parts_that_are_done(monkeypatch):
+    monkeypatch.setattr("sys.stderr", io.StringIO())
+    with progress_bar("sweep", 4) as bar:
+        assert progress.under_way[-1]() == "sweep: 0 of 4 done"
+        bar()
+        monkeypatch.setattr(progress, "_so_far_s", [progress._so_far_s[0] + 10.0])
+        assert progress.under_way[-1]() == "sweep: 1 of 4 done, about 30 s left"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware.board_fit import misfits
+from frictionloop.firmware.board_fit import board_findings
 from frictionloop.loop import run_findings
 from frictionloop.loop.run_findings import contact_turns, reach_split, unscored_s, without_turn_mm
 
@@ -117,6 +117,6 @@ def test_a_stroke_brings_the_plate_and_the_scale_that_read_it():
     lifts = fl.bench().evolve(LIFTS | {"motion.speed_mm_s": 50.0, "motion.contact_s": 1.0})
     (found,) = contact_turns(lifts)
     made = lifts.evolve(found.remedy)
-    assert made.motion.stroke_mm > 65.5 and misfits(made) == []
+    assert made.motion.stroke_mm > 65.5 and not list(board_findings(made))
     (short,) = contact_turns(lifts.evolve({"motion.contact_s": 0.5}))
     assert not any(path.startswith("board.") for path in short.remedy)

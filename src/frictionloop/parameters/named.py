@@ -5,6 +5,7 @@ from __future__ import annotations
 from frictionloop.parameters.guessed import meant
 from frictionloop.parameters.system import System
 from frictionloop.parameters.wording import known_names
+from frictionloop.quantities import must_be
 
 MOST = 3
 """Names that are proposed."""
@@ -15,7 +16,19 @@ def parameters_named(word: str) -> list[str]:
 
     >>> parameters_named("kp")
     ['controller.kp']
+
+    Parameters
+    ----------
+    word
+        Name, with or without dashes.
+
+    Raises
+    ------
+    FrictionloopError
+        For no name.
     """
+    if not word:
+        raise must_be("word", word, "a name")
     asked = word.replace("-", "_")
     names = {name: name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
     same = [name for name, leaf in names.items() if leaf == asked]

@@ -97,7 +97,6 @@ def playable_forces(system: System) -> StrokeForces:
     if period and motion.speed_mm_s / period > fastest:
         raise FrictionloopError(
             f"effect: period {period:g} mm is {motion.speed_mm_s / period:.4g} Hz at {motion.speed_mm_s:g} mm/s; must "
-            f"be at least {motion.speed_mm_s / fastest:.3g} mm",
-            "EFFECT-FAST",
+            f"be at least {motion.speed_mm_s / fastest:.3g} mm"
         )
     return asked

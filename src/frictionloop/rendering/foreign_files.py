@@ -123,7 +123,7 @@ def import_effect(
         effect, left = read_hjif(path)
     else:
         if full_n is None:
-            raise FrictionloopError(f"{file}: full_n is missing: must be a force in N", "MISSING-VALUE")
+            raise FrictionloopError(f"{file}: full_n is missing: must be a force in N")
         effect, left = read_envelope(path, full_n)
     findings += [Finding("EFFECT-LEFT", value=", ".join(left))] if left else []
     low, high = range_n(effect)
