@@ -81,7 +81,7 @@ _HOME = {
 }
 _ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
 _ROOMS = {
-    "figures": "frictionloop.figures.style",
+    "figures": "frictionloop.figures",
     "outputs": "frictionloop.quantities.outputs",
     "progress": "frictionloop.loop.progress",
     "design": "frictionloop.design",

@@ -120,7 +120,7 @@ def test_a_plain_stroke_needs_a_number(amplitude_um):
 
 def test_a_force_that_no_amplitude_gives_has_no_plain_stroke():
     run = fl.simulate(BENCH.evolve({**fl.RETUNED, "motion.start": 0.1}), 0.1)
-    assert "mean force 5." in only_line(fl.plain_like, run.assign(f_a=run["f_a"] + 5.0))
+    assert "mean force = 5.58 N: " in only_line(fl.plain_like, run.assign(f_a=run["f_a"] + 5.0))
     assert "'system'" in only_line(fl.plain_like, run.drop_attrs())
 
 

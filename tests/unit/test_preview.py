@@ -132,13 +132,13 @@ def test_a_table_has_what_single_previews_have():
 @pytest.mark.parametrize(
     ("make", "line"),
     [
-        (lambda: R.preview(R.Constant(level_n=2.0), BENCH), "effect: asks for 2 to 2 N"),
-        (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "a period of 0.02 mm is 1000 Hz at 20 mm/s"),
+        (lambda: R.preview(R.Constant(level_n=2.0), BENCH), "effect = 2 to 2 N: "),
+        (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "period 0.02 mm is 1000 Hz at 20 mm/s"),
         (lambda: R.preview(3, BENCH), "effect = 3: "),
         (lambda: R.preview("grating", BENCH, "fast"), "stroke = 'fast': "),
         (lambda: R.preview("grating", BENCH, table=3), "table = 3: "),
-        (lambda: R.preview("grating", fl.paper()), 'motion.kind must be "strokes"'),
-        (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), '"lookup"'),
+        (lambda: R.preview("grating", fl.paper()), 'motion.kind: must be "strokes"'),
+        (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "controller.kind = 'lookup'"),
         (lambda: R.people("bump", BENCH, []), "fingers: "),
         (lambda: R.preview("gratin", BENCH), "did you mean grating"),
         (lambda: R.preview("grating", BENCH, 900.0), "touch.position.fastest_mm_s = 500"),

@@ -17,7 +17,7 @@ from frictionloop.analysis.margins import real_axis
 from frictionloop.analysis.occlusions import occlusions
 from frictionloop.analysis.state_space import Array, Complex, close
 from frictionloop.findings import Condition, Finding
-from frictionloop.parameters import SuspendedSensor, System
+from frictionloop.parameters import PiController, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
 
 LOWEST_HZ = 5.0
@@ -102,9 +102,10 @@ def rings(system: System, occluded: Sequence[float] = (), resonance_off: float =
 
 
 def rings_if_linear(system: System, resonance_off: float = 0.0) -> Ringing | None:
-    """Return `rings`, None where a loop has no linear analysis, as behind a recording whose level is not known."""
+    """Return `rings` before a plate is driven, of a PI up to full moisture; None where a loop has no linear analysis."""
+    moist = (0.0, 1.0) if isinstance(system.controller, PiController) else ()
     try:
-        return rings(system, resonance_off=resonance_off)
+        return rings(system, moist, resonance_off)
     except FrictionloopError:
         return None
 

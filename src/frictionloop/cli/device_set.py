@@ -61,6 +61,6 @@ def _pairs(assignments: Iterable[str]) -> dict[str, Any]:
         if not name or not value:
             raise fl.FrictionloopError(f"{text!r}: must be NAME=VALUE, such as controller.kp=0.05")
         if name in pairs:
-            raise fl.FrictionloopError(f"{name}: is given twice")
+            raise fl.FrictionloopError(f"{name} = {value}: is given twice")
         pairs[name] = flags.scalar(value)
     return pairs

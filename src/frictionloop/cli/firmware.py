@@ -65,6 +65,6 @@ def build(
     checks.check_folder("out", out)
     given = flags.given(file, preset, overrides, "bench")
     kinds = laws.split(",") if laws is not None else None
-    with fl.progress.waiting(f"building {board}", "; the first time takes half a minute"):
+    with fl.progress.waiting(f"building {board}"):
         found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.cycles)
     shown.show(found.with_findings(given.findings), saved={"image and table": out})

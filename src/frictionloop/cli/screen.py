@@ -21,14 +21,8 @@ def _shown(said: str) -> Parameter:
     return Parameter(group=RESULT, help=said, show_default=False)
 
 
-QUIET_S = 3.0
-"""Work without parts that is done sooner is not told where there is no terminal (chosen)."""
-FORECAST_S = 6.0
-"""Until when lines have the forecast as well: after the first of them, before the second (chosen)."""
 WIDEST = 100
 """Columns of the terminal beyond which lines are no longer easy to follow (chosen)."""
-NAME = 11
-"""Least width of a column of names that wraps, in columns of the terminal (chosen)."""
 GAP = 2
 """Between columns."""
 

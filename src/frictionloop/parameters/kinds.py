@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError
 
-OWN = ", or a kind of your own (fl.register)"
+OWN = ", or a kind of your own (fl.register, --use FILE)"
 """What else a block may be."""
 
 

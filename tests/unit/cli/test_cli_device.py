@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.stability import rings
+from frictionloop.analysis.stability import rings_if_linear
 from frictionloop.device import boards as simulated_boards
 from frictionloop.device import measured_run, serial_pipe, simulated_pipe
 from frictionloop.device.emulator.processor import _whole
@@ -578,7 +578,7 @@ def test_a_loader_that_is_missing_is_named_with_where_to_get_it(frictionloop, lo
 def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, image):
     arguments = loader()
     said = refused(frictionloop("device", "flash", image))
-    assert said == f"IMAGE = '{image}': must be a .hex file of firmware build  [BAD-IMAGE]"
+    assert said.startswith(f"IMAGE = '{image}': ") and said.endswith("  [BAD-IMAGE]")
     assert not arguments.exists()
 
 
@@ -609,10 +609,12 @@ def test_gains_that_ring_only_with_the_resonance_off_are_refused(frictionloop):
     # Stable as described, and not with the resonance lower: what a sensor does that is not quite as written down.
     pi = {"controller.kind": "pi", "controller.kp": 0.0}
     found = next(
-        ki for ki in np.geomspace(2000.0, 50.0, 200) if rings(fl.bench().evolve(pi | {"controller.ki": ki})).stable
+        ki
+        for ki in np.geomspace(2000.0, 50.0, 200)
+        if rings_if_linear(fl.bench().evolve(pi | {"controller.ki": ki})).stable
     )
     lower = fl.bench().evolve(pi | {"controller.ki": found, "sensor.resonance_hz": 0.9 * 145.0})
-    assert not rings(lower).stable
+    assert not rings_if_linear(lower).stable
     fl.write_toml(fl.bench(), "mine.toml")
     arguments = ("controller.kind=pi", "controller.kp=0", f"controller.ki={found}", "--system", "mine.toml")
     said = refused(frictionloop("device", "set", "sim:", *arguments))

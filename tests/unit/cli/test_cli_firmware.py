@@ -80,7 +80,8 @@ def test_a_folder_that_is_a_file_is_refused(frictionloop, tmp_path):
 
 def test_an_unknown_board_is_refused_before_anything_is_written(frictionloop, tmp_path):
     refused = frictionloop("firmware", "build", *PI, "--board", "uno", "--out", str(tmp_path / "image"))
-    assert refused.code == 2 and "teensy31" in refused.err and not (tmp_path / "image").exists()
+    assert refused.code == 2 and "board = 'uno'" in refused.err and "teensy31" in refused.err
+    assert not (tmp_path / "image").exists()
 
 
 def test_help_lists_every_board(frictionloop, monkeypatch):

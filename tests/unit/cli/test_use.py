@@ -47,7 +47,7 @@ def test_a_law_of_ones_own_runs_and_is_kept_in_files(frictionloop, process, fold
     ("text", "told"),
     [
         ("x = 1 / 0\n", "my_law.py, line 1: division by zero"),
-        ("import frictionloop as fl\nfl.register(3)\n", "must be a fl.Law"),
+        ("import frictionloop as fl\nfl.register(3)\n", "Law, Vibration, Signal, StreamingMetric, RunMetric"),
         ("def broken(:\n", "SyntaxError"),
     ],
 )
