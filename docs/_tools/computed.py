@@ -21,7 +21,7 @@ from frictionloop.parameters.sensor_design import SensorDesign
 
 VERBS = (
     *("simulate", "sweep", "compare", "reproduce", "design", "design sensor", "design plate", "design controller"),
-    *("design check", "explain"),
+    *("design check", "design limits", "explain"),
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
     *("identify", "identify channels", "identify bench", "identify compare", "identify run"),
     "studio",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -108,7 +109,7 @@ def test_told_to_stop_again_and_again(recording: Any, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_recording_that_goes_on_is_left_alone(recording: Any, tmp_path: Path) -> None:
     (partial,) = tmp_path.iterdir()
-    with pytest.raises(fl.FrictionloopError, match=r"partial-\w+\.h5: a process that lives records into it"):
+    with pytest.raises(fl.FrictionloopError, match=r"partial-\w+\.h5: in use"):
         recovered(partial, tmp_path / "run.h5")
     with pytest.warns(UserWarning, match="was not finished"):
         assert fl.load(partial).sizes["time"] > 12_000 - 5000  # looking is free
@@ -182,7 +183,7 @@ def test_a_full_disk_ends_a_run_safely(small_disk: Path) -> None:
     assert done.returncode == 1
     assert "Interrupted: " in done.stderr and "the disk is full" in done.stderr
     run = fl.load(small_disk / "run.h5")
-    assert f"{run.sizes['time']} samples recorded so far are in" in done.stderr
+    assert re.search(rf"{run.sizes['time']} samples .*run\.h5", done.stderr)
     assert run.sizes["time"] > 5000 and np.isfinite(run.f_m).all()
 
 

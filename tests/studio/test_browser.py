@@ -224,7 +224,7 @@ def test_a_wrong_token_is_told_in_words(page, serve):
     page.excused = LOST
     answer = page.goto(serve(room_of(), Doors((), "right", "watch")).url + "?token=wrong")
     assert answer.status == 403
-    assert "with its token" in page.text_content("body")
+    assert "address" in page.text_content("body")
 
 
 def test_another_page_of_the_browser_cannot_drive(page, serve):

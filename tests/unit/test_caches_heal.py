@@ -78,7 +78,7 @@ def test_a_file_of_another_user_is_not_run(folder, monkeypatch):
     assert compiled(folder)[0].startswith(f"said: {path} belongs to another user")
     library, build = core(folder, monkeypatch)
     os.chown(library, 65534, 65534)
-    with pytest.raises(FrictionloopError, match=f"{library} belongs to another user, and what lies there would be run"):
+    with pytest.raises(FrictionloopError, match=f"{library} .*another user.*chmod"):
         build()
 
 

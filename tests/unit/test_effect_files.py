@@ -58,9 +58,7 @@ def test_a_picture_that_the_library_does_not_even_open_is_told_the_same(tmp_path
         for (name, content), check in zip(pieces, crc, strict=True)
     )
     (tmp_path / "huge.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
-    with pytest.raises(
-        FrictionloopError, match=r"has 2,500,000,000 pixels: must be at most 100,000,000 in all; reduce"
-    ):
+    with pytest.raises(FrictionloopError, match=r"huge\.png: .*2,500,000,000 pixels.*100,000,000.*by 5"):
         R.read_image(tmp_path / "huge.png", mm_per_pixel=0.1, polarity="bright")
 
 

@@ -94,3 +94,12 @@ def test_too_few_capable_fingers_decide_nothing(capable, more):
     rows, margins = rows_of({"notch_pi": 0.036, "hinf": 0.012}, ["notch_pi", "hinf"], capable=capable)
     law, (one,) = recommended(rows, margins)
     assert (law, one.code, one.value, one.remedy) == (None, "COMPARE-FEW", capable, more)
+
+
+def test_where_the_default_does_not_bear_the_largest_gain_the_best_that_does_is_recommended():
+    rows, margins = rows_of({"notch_pi": 0.030, "limit_observer": 0.032, "hinf": 0.028})
+    loud = {"notch_pi": 134.0, "limit_observer": 2.46, "hinf": 7.1}
+    margins = [row | {"sensitivity_peak_gain": 2.0, "sensitivity_peak_gain_low": loud[row["law"]]} for row in margins]
+    law, found = recommended(rows, margins)
+    one = told(found)["LAW-LOUD"]
+    assert (law, one.value, one.limit, one.more["law"]) == ("limit_observer", 134.0, 4.0, "notch_pi")

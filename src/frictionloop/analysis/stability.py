@@ -102,7 +102,7 @@ def rings(system: System, occluded: Sequence[float] = (), resonance_off: float =
 
 
 def rings_if_linear(system: System, resonance_off: float = 0.0) -> Ringing | None:
-    """Return `rings` before a plate is driven, of a PI up to full moisture; None where a loop has no linear analysis."""
+    """Return `rings` before a plate is driven, of a PI up to full moisture; None of a loop without linear analysis."""
     moist = (0.0, 1.0) if isinstance(system.controller, PiController) else ()
     try:
         return rings(system, moist, resonance_off)

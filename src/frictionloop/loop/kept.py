@@ -22,7 +22,7 @@ SAVE_EVERY_S = 5.0
 """Time between two savings of what is done; a tile may last as long before the next one, 10 s in all (assumed)."""
 CLOCK = time.monotonic  # noqa: TID251
 """It decides when a file is saved, never a number."""
-_ROOMS = "quantities parameters physics sensing control perception recordings rendering loop firmware"
+_ROOMS = "quantities findings parameters physics sensing control perception recordings rendering loop firmware"
 COMPUTING = tuple(_ROOMS.split())
 """Folders whose code decides the numbers of a run, with the C core beside them."""
 

@@ -224,7 +224,7 @@ def reproduce(
     *,
     progress: bool | None = None,
 ) -> Reproduction:
-    """Rebuild the paper's figures and claims: index.html, claims.json and figures/*.svg, *.png in a folder.
+    """Rebuild the paper's figures and claims: index.html, claims.json and figures (SVG, PNG) in a folder.
 
     Parameters
     ----------

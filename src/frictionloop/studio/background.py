@@ -9,7 +9,12 @@ from contextlib import contextmanager
 from importlib import import_module
 from threading import Lock
 
-MODULES = "frictionloop.loop.felt", "frictionloop.studio.effect_feasibility", "frictionloop.studio.uploads"
+MODULES = (
+    "scipy.signal",
+    "frictionloop.loop.felt",
+    "frictionloop.studio.effect_feasibility",
+    "frictionloop.studio.uploads",
+)
 """They bring filters, Datasets and files along."""
 YIELDS_S = 0.5e-3
 """After how long a thread that works beside the session gives way to it (assumed: a tenth of a block)."""

@@ -99,6 +99,7 @@ def _felt(fine_mm: np.ndarray, along_n: np.ndarray, speed_mm_s: float, place_mm:
     path = np.linspace(fine_mm[0], fine_mm[-1], count)
     force = np.array([np.interp(path, fine_mm, row) for row in along_n])
     force -= force.mean(axis=1, keepdims=True)
-    ways = [weighted(way, np.ones(count), RATE_HZ) ** 2 for way in (force, force[:, ::-1])]
+    both, counts = np.stack((force, force[:, ::-1])), np.ones(count)  # copied: a row is filtered as it lies there
+    ways = np.array([[weighted(row, counts, RATE_HZ) for row in way] for way in both]) ** 2
     power = uniform_filter1d(0.5 * (ways[0] + ways[1][:, ::-1]), round(FELT_S * RATE_HZ))
     return np.asarray(np.sqrt(np.maximum(power, 0.0))[:, np.searchsorted(path, place_mm)])

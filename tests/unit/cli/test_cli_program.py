@@ -114,11 +114,12 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
 
 @pytest.mark.slow
 def test_reproduce_of_a_figure_gives_its_numbers_and_what_was_changed(frictionloop):
-    changes = ("--plate.max_amplitude_um", "3", "--only", "fig-5a-printed")
-    found = frictionloop("reproduce", *changes, "--json").json()
+    changes = {"sensor.resonance_hz": 200, "plate.max_amplitude_um": 3}
+    flags = [word for path, value in changes.items() for word in (f"--{path}", value)]
+    found = frictionloop("reproduce", *flags, "--only", "fig-5a-printed", "--json").json()
     (figure,) = found["figures"]
     numbers, before = figure["numbers"]["printed gains"], figure["changed"]["unchanged"]["printed gains"]
-    assert figure["changes"] == {"plate.max_amplitude_um": 3} and numbers["error_n"] != before["error_n"]
+    assert figure["changes"] == changes and numbers["error_n"] != before["error_n"]
     assert figure["changed"]["places"]["printed gains"] == {"held": 0, "unstable": 6, "places": 6}
     (believed,) = (each for each in found["findings"] if each["code"] == "BELIEF-DIFFERS")
     assert believed["remedy"] == {"controller.model.max_amplitude_um": 3.0}

@@ -68,15 +68,15 @@ def interrupt_once_running(running, kept):
     while not kept.exists():
         assert running.poll() is None, running.communicate()
         time.sleep(0.01)
-    time.sleep(0.3)
+    time.sleep(1.5)  # one tile or more
     running.send_signal(signal.SIGINT)
     return *running.communicate(timeout=60), running.returncode
 
 
 @pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process, tmp_path):
-    long = ("--setpoint.sweep_s", "100", "--over", "controller.kp=1:18:64", "--over", "controller.ki=1:10:10:log")
-    tokens = ("sweep", "--preset", "feasible", *long, "--duration-s", "100", "--out")
+    long = ("--setpoint.sweep_s", "400", "--over", "controller.kp=1:18:64", "--over", "controller.ki=1:10:10:log")
+    tokens = ("sweep", "--preset", "feasible", *long, "--duration-s", "400", "--out")
     running = process(*tokens, "kept.h5", "--jobs", "1")
     out, err, code = interrupt_once_running(running, tmp_path / "kept.h5")
     assert code == 130

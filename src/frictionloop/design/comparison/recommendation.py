@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from frictionloop.design.comparison.table import Row
+from frictionloop.design.loop_gains import MOST_PEAK
 from frictionloop.findings import Condition, Finding
 
 Rows = Sequence[Row]
@@ -16,6 +17,8 @@ NEVER = {"lookup", "printed_pi"}
 """Not recommended: no control, and gains for another device."""
 ROUGHER = 1.3
 """Ratio of what touch feels under two laws from which it is told (chosen)."""
+MOST_PEAK_OFF = 4.0
+"""Largest Ms on a finger of the largest gain with the resonance 10 % lower (assumed)."""
 ENOUGH = 10
 """Capable fingers at each speed below which nothing is recommended: the worst decile of fewer is a single finger."""
 
@@ -36,7 +39,8 @@ class Left(NamedTuple):
 def recommended(rows: Rows, margins: Rows) -> tuple[str | None, tuple[Finding, ...]]:
     """Return the law to take, None if none is, and what decides it.
 
-    Of those stable with the resonance 5 % off it is the default, or one that is clearly better.
+    Of those stable with the resonance 5 % off it is the default, or one that is clearly better; where the default does
+    not bear the fingers of the largest gain, the best of those that do.
     """
     if few := too_few(rows):
         return None, (few,)
@@ -45,6 +49,11 @@ def recommended(rows: Rows, margins: Rows) -> tuple[str | None, tuple[Finding, .
     stable = {law: each for law, each in left.items() if rings[law] is None}
     if not stable:
         return None, tuple(each for each in rings.values() if each is not None)
+    loud = _loud(margins, DEFAULT) if DEFAULT in stable else None
+    if loud is not None and (calm := {law: each for law, each in stable.items() if _loud(margins, law) is None}):
+        law = min(calm, key=lambda name: calm[name].worst_n)
+        found = [loud, *_rougher(rows, law, [each for each in stable if each != law]), _unstable(margins, law, 10)]
+        return law, tuple(each for each in found if each is not None)
     best = min(stable, key=lambda law: stable[law].worst_n)
     law = best
     if DEFAULT in stable:
@@ -53,6 +62,16 @@ def recommended(rows: Rows, margins: Rows) -> tuple[str | None, tuple[Finding, .
     found = [_close(stable, law, best)] if DEFAULT in stable and best != DEFAULT else [rings.get(DEFAULT)]
     found += [*_rougher(rows, law, [each for each in stable if each != law]), _unstable(margins, law, 10)]
     return law, tuple(each for each in found if each is not None)
+
+
+def _loud(margins: Rows, law: str) -> Finding | None:
+    """Return that a law comes close to ringing on fingers of the largest gain; None of one that bears them."""
+    limits = {"sensitivity_peak_gain": MOST_PEAK, "sensitivity_peak_gain_low": MOST_PEAK_OFF}
+    for name, limit in limits.items():
+        peak = max((row.get(name, 0.0) for row in margins if row["law"] == law), default=0.0)
+        if not peak <= limit:
+            return Finding("LAW-LOUD", value=peak, limit=limit, more={"law": law})
+    return None
 
 
 def too_few(rows: Rows) -> Finding | None:
