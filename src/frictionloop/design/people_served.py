@@ -230,9 +230,9 @@ class People(Result):
 
 
 class PeopleInterrupted(KeyboardInterrupt, metaclass=Brief):
-    """Ctrl-C while people are looked at; ``partial`` is what was found until then."""
+    """Ctrl-C while people are looked at; ``partial``, a result of `people`, is what was found until then."""
 
-    def __init__(self, partial: People) -> None:
+    def __init__(self, partial: Any) -> None:
         super().__init__("people interrupted")
         self.partial = partial
 
