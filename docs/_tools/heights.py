@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 HIGHEST_PX, WIDTH_PX = 8000, 1280
-LOOKED_UP = ("parameters", "command-line", "protocol", "reference", "genindex", "search")
+LOOKED_UP = ("parameters", "findings", "command-line", "protocol", "reference", "genindex", "search")
 """Pages that things are looked up in, and folders of such pages."""
 MEASURE = """<!doctype html><meta charset="utf-8"><body><script>
 const pages = PAGES, heights = {};
