@@ -51,6 +51,7 @@ executed_pages = [
     "plate",
     "force-sensor",
     "findings",
+    "verbs-in-python",
     "finger",
     "perception",
     "effects",

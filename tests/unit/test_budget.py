@@ -13,8 +13,8 @@ import frictionloop
 SRC = Path(frictionloop.__file__).parent
 FEW = 6
 """Words of a literal below which it is a name, not a message."""
-MOST_LINES = {"cli": 8700, "": 71_500}
-MOST_WORDS = 18_500
+MOST_LINES = {"cli": 5000, "": 70_500}
+MOST_WORDS = 10_000
 """Of messages, with titles and templates of the catalogue."""
 
 
