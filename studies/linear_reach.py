@@ -66,6 +66,7 @@ def linear_reach(
     score_from_s: float = 1.0,
     peaks: Sequence[float] = PEAKS,
     levels_n: Sequence[float] = LEVELS_N,
+    measured: Sequence[str] = MEASURED,
 ) -> xr.Dataset:
     """Return `linear_optimum` of each finger on its own plant, beside `waterbed_bound` of the same disturbance.
 
@@ -92,30 +93,38 @@ def linear_reach(
         Eng. 67, 1989). The waterbed's bound is 0 then.
     levels_n : sequence of float
         Forces in N.
+    measured : sequence of str
+        What the law knows, of `MEASURED`.
 
     Returns
     -------
     xarray.Dataset
-        The variables of `KEPT` (N) over ``measured`` ("force", "force and load"), ``sensitivity_peak`` and ``finger``;
+        The variables of `KEPT` (N) over ``measured``, ``sensitivity_peak`` and ``finger``;
         squares are averaged over levels.
     """
-    asked = duration_s, seed, score_from_s, tuple(peaks), tuple(levels_n)
+    asked = duration_s, seed, score_from_s, tuple(peaks), tuple(levels_n), tuple(measured)
     rows = Parallel(n_jobs=-1, prefer="threads")(delayed(_reach)(own, *asked) for own in own_systems(system, fingers))
-    found = np.array(rows).reshape(len(rows), len(MEASURED), len(asked[3]), len(KEPT))
+    found = np.array(rows).reshape(len(rows), len(measured), len(peaks), len(KEPT))
     dims = ("measured", "sensitivity_peak", "finger")
     return xr.Dataset(
         {
             name: (dims, np.moveaxis(found[..., k], 0, -1), {"units": "N", "long_name": about})
             for k, (name, about) in enumerate(KEPT.items())
         },
-        {"measured": list(MEASURED), "sensitivity_peak": list(asked[3])},
+        {"measured": list(measured), "sensitivity_peak": list(peaks)},
     )
 
 
 def _reach(
-    system: System, duration_s: float, seed: int, score_from_s: float, peaks: Sequence[float], levels: Sequence[float]
+    system: System,
+    duration_s: float,
+    seed: int,
+    score_from_s: float,
+    peaks: Sequence[float],
+    levels: Sequence[float],
+    measured: Sequence[str],
 ) -> Array:
-    squares = np.zeros((len(MEASURED), len(peaks), len(KEPT)))
+    squares = np.zeros((len(measured), len(peaks), len(KEPT)))
     found = disturbed_levels(system, duration_s, seed, score_from_s, levels)
     if found is None:
         return np.full_like(squares, math.nan)
@@ -125,7 +134,8 @@ def _reach(
         friction, reading = loop.plant.numerators()
         noise, nyquist_hz = reading_noise_psd(system, frequency_hz), loop.nyquist_hz
         poles, calm_n = np.poly(loop.plant.transition), CALM * way_n(system, occluded, level)
-        for (m, psd), (k, peak) in itertools.product(enumerate(psds), enumerate(peaks)):
+        for (m, known), (k, peak) in itertools.product(enumerate(measured), enumerate(peaks)):
+            psd = psds[MEASURED.index(known)]
             least = partial(
                 linear_optimum,
                 frequency_hz,
@@ -191,7 +201,8 @@ def main() -> None:
 def rows() -> Iterator[list[Any]]:
     """Yield what is kept of each speed and slip length."""
     for name, system, people in conditions():
-        found = linear_reach(system, people, seed=protocol.EVALUATION_SEED).sel(measured="force and load")
+        both_known = linear_reach(system, people, seed=protocol.EVALUATION_SEED, measured=["force and load"])
+        found = both_known.squeeze("measured")
         cells = [both(1e3 * found[variable].sel(sensitivity_peak=peak).values) for _, variable, peak in COLUMNS]
         yield [*name.removesuffix(" um").split(" mm/s, "), len(people), *cells]
 
