@@ -9,12 +9,21 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse, FancyBboxPatch
+from matplotlib.patches import Ellipse, FancyBboxPatch, Rectangle
 
 import frictionloop as fl
 from frictionloop.figures.style import BLUE, VERMILLION, new_figure, styled, svg
 
 SILVER = "#b3b3b3"
+MOVING = """<style>
+#frontpage-cover0, #frontpage-cover1 { transform-box: fill-box; animation: sweep 8s linear infinite; }
+#frontpage-finger { animation: slide 4s ease-in-out infinite alternate; }
+@keyframes sweep { from { transform: none; } 85%, to { transform: translateX(100%); } }
+@keyframes slide { from { transform: translateX(-14px); } to { transform: translateX(10px); } }
+@media (prefers-reduced-motion: reduce) { #frontpage-cover0, #frontpage-cover1 { display: none; } #frontpage-finger { animation: none; } }
+</style>
+"""
+"""The traces appear as time goes on, while the finger strokes; readers who want no motion see all at once."""
 ARROW = {"arrowstyle": "-|>", "color": "0.25", "linewidth": 1.2, "mutation_scale": 11}
 
 
@@ -38,7 +47,8 @@ def sketch(axes: Axes) -> None:
     x = np.linspace(2, 48, 400)
     wave = 0.5 * np.sin(2 * np.pi * x / 4)
     axes.fill_between(x, 8.6 + wave, 10.8 + wave, color="#cfe4f2", edgecolor=BLUE, linewidth=1.0)
-    axes.add_patch(Ellipse((27, 16.2), 19, 9.6, angle=28, facecolor="#f3d3bd", edgecolor="#8a5a3b", linewidth=1.0))
+    finger = Ellipse((27, 16.2), 19, 9.6, angle=28, facecolor="#f3d3bd", edgecolor="#8a5a3b", linewidth=1.0)
+    axes.add_patch(finger).set_gid("finger")
     axes.annotate("", (10, 14.5), (18, 14.5), arrowprops=ARROW | {"color": VERMILLION})
     axes.text(9, 16, "friction", color=VERMILLION, ha="center")
     axes.annotate("", (48, 21.5), (38, 21.5), arrowprops=ARROW | {"color": "0.4"})
@@ -69,12 +79,13 @@ def front_page() -> Figure:
     panels[0].sharex(panels[1])
     panels[0].tick_params(labelbottom=False)
     cases = [("Open loop", opened(closed), VERMILLION), ("Closed loop", closed, BLUE)]
-    for axes, (title, run, colour) in zip(panels, cases, strict=True):
+    for i, (axes, (title, run, colour)) in enumerate(zip(panels, cases, strict=True)):
         axes.plot(run.time, run.f_r, color=SILVER, linewidth=3.0, label="asked for, $f_r$")
         axes.plot(run.time, run.f_a, color=colour, linewidth=1.2, label="on the finger, $f_a$")
         axes.set_title(f"{title}: rms error {fl.rms_error(run) * 1e3:.0f} mN, $R^2$ {fl.r2_identity(run):.2f}")
         axes.set(ylabel="force (N)", xlim=(0, 3), ylim=(0.2, 1.0))
-        axes.legend(loc="upper right", ncols=2, borderaxespad=0)
+        axes.add_patch(Rectangle((0, 0.2), 3.0, 0.8, facecolor="white", zorder=4)).set_gid(f"cover{i}")
+        axes.legend(loc="upper right", ncols=2, borderaxespad=0).set_zorder(5)
     panels[1].set_xlabel("time (s)")
     return figure
 
@@ -82,5 +93,6 @@ def front_page() -> Figure:
 if __name__ == "__main__":
     target = Path(__file__).parent / "_static" / "frontpage.svg"
     target.parent.mkdir(exist_ok=True)
-    target.write_text(svg(front_page(), "frontpage"), encoding="utf-8")
+    still = svg(front_page(), "frontpage")
+    target.write_text(still.replace("</defs>\n", f"</defs>\n{MOVING}", 1), encoding="utf-8")
     print(target)
