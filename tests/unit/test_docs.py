@@ -24,7 +24,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
-BENCH = ("bench", "bench-gains", "controllers", "plate", "force-sensor", "findings", "finger", "perception", "effects")
+BENCH = ("will-it-ring", "controllers", "plate", "force-sensor", "findings", "finger", "perception", "effects")
 PAGES = [
     DOCS / "start.md",
     DOCS / "tutorial.md",

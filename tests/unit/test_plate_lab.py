@@ -88,7 +88,7 @@ def test_command_certificate_and_comparison(lab, found, tmp_path, capsys):
     assert html.count("<svg") == 1 + 8 + 3 and "Corners" in html
     rows = re.findall(r"<tr><td><code>sensor.resonance_hz</code></td>(.*?)</tr>", html)
     low, high = (float(each) for each in re.findall(r"<td>([\d.]+) mN</td>", rows[0]))
-    # The bench with a lower resonance leaves more, and both are tens of millinewtons (docs/bench-gains).
+    # The bench with a lower resonance leaves more, and both are tens of millinewtons (docs/will-it-ring).
     assert 5 < high < low < 200
     assert len(fl.fingers(4, 0, population=people)) == 4
     assert "measured" in next(line for line in out.read_text().splitlines() if line.startswith("delay_s"))

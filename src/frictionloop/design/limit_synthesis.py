@@ -1,7 +1,7 @@
 """The limit observer within margins: what it is made to believe of the sensor, for all slip lengths and speeds.
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
-(docs/loop-gain.md). These three, and how much its springs are driven, are those with the least residual of
+(docs/will-it-ring.md). These three, and how much its springs are driven, are those with the least residual of
 friction noise on the finger of the bench, within the limits on Ms on one `susceptibility_margin` times as
 susceptible.
 """

@@ -39,7 +39,7 @@ def feasible() -> System:
 
 
 def bench() -> System:
-    """Return the device of Sections 3 and 4 under one finger, with the printed gains, which ring on it (docs/bench).
+    """Return the device of Sections 3 and 4 under one finger, with the printed gains, which ring on it (docs/model).
 
     The set-point is the middle one of Section 4.2; ``RETUNED`` are gains that hold.
     """
@@ -63,7 +63,7 @@ PAPER_SLIP_LENGTH_UM = 30.0
 RETUNED: dict[str, float] = {"controller.kp": 0.0, "controller.ki": 111.0}
 """Gains that are stable on ``bench()``: integral action alone, which crosses below the resonance of the sensor.
 
-Chosen on the linear loop for Ms = 1.5 at 0.5 N, a finger just landed, 20 mm/s (docs/bench-gains).
+Chosen on the linear loop for Ms = 1.5 at 0.5 N, a finger just landed, 20 mm/s (docs/will-it-ring).
 """
 READINGS: dict[str, dict[str, float]] = {
     "peak-to-peak": {},
