@@ -15,7 +15,7 @@ from typing import Any
 
 import frictionloop
 from frictionloop.design.comparison import EVALUATION_SEED
-from frictionloop.design.comparison.effects import Cell, Key, effect_cells
+from frictionloop.design.comparison.effect_comparison import Cell, Key, effect_cells
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from frictionloop.report import arrivals as shown

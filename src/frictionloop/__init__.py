@@ -53,7 +53,7 @@ _HOME = {
     "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n rings touch_spectrum",
     "design.pi_synthesis": "retune",
     "design.run_diagnosis": "diagnose",
-    "design.described": "described",
+    "design.bench_file": "described",
     "design.best_point": "best",
     "design.comparison.effect_comparison": "compare_effects",
     "design.comparison.law_comparison": "compare",

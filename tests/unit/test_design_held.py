@@ -8,8 +8,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.design.corners import corners
-from frictionloop.design.held import held_between
 from frictionloop.design.requirements import Designed, Requirements
+from frictionloop.design.synthesis import held_between
 from frictionloop.quantities import FrictionloopError
 
 BENCH = fl.bench()

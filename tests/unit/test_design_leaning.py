@@ -8,9 +8,9 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import main
+from frictionloop.design.bench_file import read_designed
 from frictionloop.design.corners import band_of, corners
-from frictionloop.design.designed_file import read_designed
-from frictionloop.design.leaning import Lean, leaning
+from frictionloop.design.operating_grid import Lean, leaning
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
 

@@ -7,7 +7,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.design.controller_check import check
 from frictionloop.design.corners import corners
-from frictionloop.design.over import ITSELF, Over
+from frictionloop.design.operating_grid import ITSELF, Over
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
 

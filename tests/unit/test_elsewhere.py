@@ -9,9 +9,8 @@ from designed_notch import DESIGNED_NOTCH
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
 from frictionloop.design.controller_findings import of_places
-from frictionloop.design.corners import corners
-from frictionloop.design.elsewhere import Elsewhere, elsewhere, strokes_of
-from frictionloop.design.over import Over
+from frictionloop.design.corners import Elsewhere, corners, elsewhere, strokes_of
+from frictionloop.design.operating_grid import Over
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from frictionloop.design.comparison.law_figures import figure_residuals
-from frictionloop.design.comparison.law_panels import figure_sensitivities, figure_step_traces
+from frictionloop.design.comparison.law_figures import figure_residuals, figure_sensitivities, figure_step_traces
 from frictionloop.design.response_figures import figure_step
 
 LENGTHS_UM = [11.5, 0.0]

@@ -9,12 +9,11 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.linear import linearise
-from frictionloop.analysis.occlusions import moistest
-from frictionloop.analysis.operating import law_at
+from frictionloop.analysis.operating import law_at, moistest
 from frictionloop.design.controller_design import controller
 from frictionloop.design.loop_gains import MOST_PEAK, loop_gain, loop_gains
-from frictionloop.design.on_fingers import check_fingers
-from frictionloop.design.over import Over
+from frictionloop.design.operating_grid import Over
+from frictionloop.design.population_margins import check_fingers
 from frictionloop.design.requirements import Requirements
 from frictionloop.experiments.reach import Reach
 

@@ -9,8 +9,7 @@ import frictionloop as fl
 from frictionloop.design import controller_design
 from frictionloop.design.controller_design import controller
 from frictionloop.design.corners import MET, band_of, corners
-from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
-from frictionloop.design.people_findings import of_fingers
+from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers
 from frictionloop.design.requirements import Designed, Requirements
 
 PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})

@@ -7,9 +7,8 @@ import re
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.occlusions import occlusions
-from frictionloop.analysis.reach import Missed, missed
+from frictionloop.analysis.linear import operating_band
+from frictionloop.analysis.operating import Missed, missed, occlusions
 from frictionloop.design import synthesis
 from frictionloop.design.controller_findings import out_of_reach
 from frictionloop.design.corners import corners

@@ -8,11 +8,10 @@ import pytest
 import frictionloop as fl
 from frictionloop.analysis.disturbance import touch_spectrum
 from frictionloop.design.corners import band_of
-from frictionloop.design.gain_search import best_gains
-from frictionloop.design.notch_search import NotchSearch
-from frictionloop.design.over import Over
+from frictionloop.design.gain_search import WorstFew, best_gains
+from frictionloop.design.notch import NotchSearch
+from frictionloop.design.operating_grid import Over
 from frictionloop.design.plants import Plants, shifted
-from frictionloop.design.worst_few import WorstFew
 
 LIMITS = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 

@@ -1,14 +1,16 @@
-"""Where a loop is looked at: the friction law that holds there, and the amplitude that gives the force asked for."""
+"""Where a loop is looked at: the friction law that holds there, moisture, and the amplitude that gives the force."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from frictionloop.parameters import FingerFriction, Friction, LogSweep, Recording, Sine, Steps, Strokes, System
 from frictionloop.parameters.sources import ColouredNoise
 from frictionloop.physics.friction import Held, amplitude_for, friction_force, held, is_gaussian
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
+from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.source import EffectSource
 
@@ -169,3 +171,58 @@ def _band(source: Any, name: str) -> Asked:
     elif isinstance(source, ColouredNoise):
         swing = NOISE_BAND * source.rms_n
     return Asked(source.offset_n - swing, source.offset_n, source.offset_n + swing)
+
+
+ROUNDING = 1e-9
+"""Share by which a force may be beyond the reach and counts as within: rounding of the steps between."""
+
+
+class Missed(NamedTuple):
+    """A force asked for that is out of reach, and the nearest within."""
+
+    force_n: float
+    instead_n: float
+    occluded: float
+    """State of the finger, 0 (just landed) to 1 (after long contact)."""
+
+    @property
+    def short_n(self) -> float:
+        """How far the nearest is from what is asked for, N."""
+        return abs(self.force_n - self.instead_n)
+
+    @property
+    def in_words(self) -> tuple[str, str]:
+        """Both forces without unit, with as many digits as tell them apart, three at least."""
+        pairs = [(f"{self.force_n:.{digits}g}", f"{self.instead_n:.{digits}g}") for digits in range(3, 12)]
+        return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
+
+
+def missed(system: System, states: Sequence[float] = (0.0,)) -> list[Missed]:
+    """Return which of lowest, mean and highest force of set-point less disturbance are out of reach, by state."""
+    found = []
+    for state in states:
+        low, high = reach_n(system, law_at(system, state))
+        for force in dict.fromkeys(asked(system)):
+            instead = min(max(force, low), high)
+            if abs(force - instead) > ROUNDING * max(abs(force), high):
+                found.append(Missed(force, instead, state))
+    return found
+
+
+CONTACT_S = 10.0
+"""How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
+
+
+def occlusions(system: System) -> tuple[float, ...]:
+    """Return how far occlusion is looked at, 0 to 1: landed for the first time, and `moistest`."""
+    friction, motion = system.friction, system.motion
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return (0.0,)
+    return 0.0, moistest(friction, motion)
+
+
+def moistest(friction: FingerFriction, motion: Strokes) -> float:
+    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s."""
+    if motion.contact_s == 0.0:
+        return occlusion_after(friction, CONTACT_S, 0.0)
+    return occlusion_after(friction, motion.contact_s, motion.lifted_s, math.inf)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from joblib import Parallel, delayed
 
-from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.levels import at_levels
-from frictionloop.design.over import with_longest_contact
+from frictionloop.analysis.limits import headroom
+from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.requirements import NOT_HELD, Requirements
 from frictionloop.design.synthesis import default_law, synthesised
 from frictionloop.design.tracking import tracking

@@ -13,18 +13,15 @@ import xarray as xr
 
 from frictionloop.analysis.levels import at_levels
 from frictionloop.control.limit_observer import MOST_MARGIN
-from frictionloop.design import controller_findings, people_findings
-from frictionloop.design.corners import at_mean, corners, load_of
-from frictionloop.design.elsewhere import Place, elsewhere
-from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
-from frictionloop.design.law_gains import scaled_gains
-from frictionloop.design.least_gain import least_gain
-from frictionloop.design.loop_gains import LoopGains, loop_gains
-from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
-from frictionloop.design.over import Over, with_longest_contact
+from frictionloop.design import controller_findings
+from frictionloop.design.corners import Place, at_mean, corners, elsewhere, load_of, worst_margins
+from frictionloop.design.loop_gains import LoopGains, loop_gains, scaled_gains
+from frictionloop.design.operating_grid import Over, with_longest_contact
+from frictionloop.design.plants import least_gain
+from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers, unlike
 from frictionloop.design.requirements import Requirements
+from frictionloop.design.synthesis import CHECKED, ENDS, LOADS, check_places
 from frictionloop.design.tracking import tracking
-from frictionloop.design.worst_margins import worst_margins
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain
 from frictionloop.findings.shown import between
@@ -219,8 +216,8 @@ def judged(
     told = chain(
         contradicts,
         controller_findings.of_places(places, len(own)),
-        people_findings.unlike(system, people) if people is not None else (),
-        people_findings.of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
+        unlike(system, people) if people is not None else (),
+        of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
         stopped,
         controller_findings.of_bench(there, found, must),
         controller_findings.of_people(seen, there.controller.kind, fingers is not None, must.finger_gain),

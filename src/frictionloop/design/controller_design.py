@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of
-from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.levels import at_levels
+from frictionloop.analysis.limits import headroom
+from frictionloop.analysis.linear import condition_of
 from frictionloop.design.controller_check import Check, judged
-from frictionloop.design.corners import Corner, corners
-from frictionloop.design.elsewhere import Place
-from frictionloop.design.held import CHECKED, LOADS, lowered
-from frictionloop.design.on_fingers import check_fingers
-from frictionloop.design.over import with_longest_contact
+from frictionloop.design.corners import Corner, Place, corners
+from frictionloop.design.operating_grid import with_longest_contact
+from frictionloop.design.population_margins import check_fingers
 from frictionloop.design.requirements import Designed, Requirements
-from frictionloop.design.synthesis import LEAST_KI, default_law, synthesised
+from frictionloop.design.synthesis import CHECKED, LEAST_KI, LOADS, default_law, lowered, synthesised
 from frictionloop.design.tracking import Tracking, tracking
 from frictionloop.findings import Finding, shown
 from frictionloop.findings.result import Row

@@ -8,14 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise
-from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, at_levels
-from frictionloop.analysis.occlusions import moistest
-from frictionloop.analysis.operating import asked, law_at, reach_n
-from frictionloop.analysis.reach import missed
+from frictionloop.analysis.linear import condition_of
+from frictionloop.analysis.operating import asked, law_at, missed, moistest, reach_n
 from frictionloop.analysis.stability import NEAR, ringing_hz
-from frictionloop.design.corners import Corner, corners
-from frictionloop.design.elsewhere import How, Place
+from frictionloop.design.corners import Corner, How, Place, corners
 from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Condition, Finding

@@ -20,9 +20,8 @@ from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.design.corners import band_of, broken, corners
-from frictionloop.design.elsewhere import FASTER
-from frictionloop.design.over import Over
+from frictionloop.design.corners import FASTER, band_of, broken, corners
+from frictionloop.design.operating_grid import Over
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.requirements import Designed, Requirements, unheld
 from frictionloop.parameters import Strokes, SuspendedSensor, System

@@ -13,10 +13,11 @@ import xarray as xr
 
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.analysis.stability import NEAR
-from frictionloop.design import controller_findings, people_findings
+from frictionloop.design import controller_findings
 from frictionloop.design.best_point import SMALL, grid_by_name, loss_of, tidy, without_value
 from frictionloop.design.corners import peak_of
 from frictionloop.design.people_reach import PeopleReach, moist_later, reach_of, share_of_all, with_own
+from frictionloop.design.population_margins import unlike
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain
 from frictionloop.findings.shown import between
@@ -333,7 +334,7 @@ def _of(
         save(grid, path)
     told = [
         *([] if done == total else [Finding("STOPPED", value=done, limit=total)]),
-        *people_findings.unlike(system, drawn),
+        *unlike(system, drawn),
         *([found] if isinstance(found, Finding) else moist_later(found)),
         *own_loop(system),
         *without_value(system, grid),

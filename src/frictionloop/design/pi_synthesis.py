@@ -9,12 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.linear import LinearLoop, operating_band
 from frictionloop.analysis.margins import Margins
-from frictionloop.design.gain_search import UNFOUND, gains_reached
+from frictionloop.design.gain_search import UNFOUND, WorstFew, gains_reached
 from frictionloop.design.plants import Plants
-from frictionloop.design.worst_few import WorstFew
 from frictionloop.findings import Condition
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, must_be

@@ -8,8 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 from frictionloop.design.corners import Corner
-from frictionloop.design.leaning import Lean
-from frictionloop.design.over import Over
+from frictionloop.design.operating_grid import Lean, Over
 from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.parameters.filtered import LONGEST_DELAY

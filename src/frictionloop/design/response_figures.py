@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from frictionloop.analysis.band import condition_of
-from frictionloop.analysis.headroom import Headroom
+from frictionloop.analysis.limits import Headroom
+from frictionloop.analysis.linear import condition_of
 from frictionloop.analysis.operating import asked
 from frictionloop.design.corners import Corner, at_mean
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, UNCLEAR
+from frictionloop.analysis.linear import condition_of
 from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from frictionloop.design.over import at_speed
+from frictionloop.design.operating_grid import at_speed
 from frictionloop.loop.felt import relative_index
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.open_loop import OPENED

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from frictionloop.analysis import linearise
-from frictionloop.analysis.band import operating_band
+from frictionloop.analysis.linear import operating_band
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System

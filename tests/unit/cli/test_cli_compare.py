@@ -13,8 +13,8 @@ import frictionloop as fl
 from frictionloop.cli import screen
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import run
+from frictionloop.design.comparison.margins import MARGINS
 from frictionloop.design.comparison.run import about_s
-from frictionloop.design.comparison.table import MARGINS
 
 WORDS = (
     "compare",

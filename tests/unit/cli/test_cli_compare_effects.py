@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.comparison.effects import arrived, effect_cells
+from frictionloop.design.comparison.effect_comparison import arrived, effect_cells
 from frictionloop.design.comparison.protocol import able, population
 
 R = fl.rendering

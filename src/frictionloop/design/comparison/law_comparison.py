@@ -12,10 +12,10 @@ import xarray as xr
 from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import Entrant
+from frictionloop.design.comparison.margins import Row, margin_rows, score_rows, tidy_rows
 from frictionloop.design.comparison.recommendation import left_by, recommended
 from frictionloop.design.comparison.run import LawRuns, run_laws
 from frictionloop.design.comparison.scores import scores
-from frictionloop.design.comparison.table import Row, margin_rows, score_rows, tidy_rows
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row as Line
 from frictionloop.findings.result import plain

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.over import Over
+from frictionloop.design.operating_grid import Over
 from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.parameters.timing import Timing
