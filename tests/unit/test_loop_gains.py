@@ -15,7 +15,8 @@ from frictionloop.design.loop_gains import MOST_PEAK, loop_gain, loop_gains
 from frictionloop.design.operating_grid import Over
 from frictionloop.design.population_margins import check_fingers
 from frictionloop.design.requirements import Requirements
-from frictionloop.experiments.reach import Reach
+from frictionloop.experiments.measured_finger import MeasuredFinger
+from frictionloop.physics.reach import Reach
 
 NOTCH = fl.bench().evolve({"controller.kind": "notch_pi", "setpoint": fl.Constant(offset_n=0.6)})
 DRY = {"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
@@ -80,7 +81,7 @@ def test_a_design_bears_the_loop_gain_that_a_finger_may_have():
 
 def test_what_is_measured_of_a_finger_is_in_what_the_controller_believes():
     assert fl.bench().controller.model.gain_spread == 2.7
-    assert Reach(1.0, 0.1, 0.4).changes["controller.model.gain_spread"] == 1.1
+    assert MeasuredFinger(Reach(0.1, 1.0), 0.4).changes["controller.model.gain_spread"] == 1.1
     measured = fl.bench().evolve({"controller.model.gain_spread": 1.1})
     assert (Requirements().gain_of(measured), Requirements(finger_gain=1.5).gain_of(measured)) == (1.1, 1.5)
     with pytest.raises(fl.FrictionloopError, match=r"^finger_gain = 0\.5: must be from 1 to 10"):

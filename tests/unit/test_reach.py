@@ -8,7 +8,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.linear import operating_band
-from frictionloop.analysis.operating import Missed, missed, occlusions
+from frictionloop.analysis.operating import missed, occlusions
 from frictionloop.design import synthesis
 from frictionloop.design.controller_findings import out_of_reach
 from frictionloop.design.corners import corners
@@ -67,11 +67,6 @@ def test_a_force_out_of_reach_is_told_with_the_nearest_where_that_is_worst():
     assert told.limit == pytest.approx(max(least_n)) and min(least_n) < max(least_n)
     fine = tilt.evolve({"setpoint.offset_n": 0.75, "setpoint.amplitude_n": 0.05})
     assert list(out_of_reach(corners(fine, {0.0: 1.7}, over))) == []
-
-
-def test_a_force_and_the_nearest_have_digits_that_tell_them_apart():
-    assert Missed(0.6, 0.5996, 0.0).in_words == ("0.6", "0.5996")
-    assert Missed(0.3, 0.401234, 0.0).in_words == ("0.3", "0.401")
 
 
 def test_no_feed_forward_where_the_set_point_reaches_the_believed_friction():

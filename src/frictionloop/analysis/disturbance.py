@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionloop.analysis.linear import LinearLoop, linearise
-from frictionloop.analysis.operating import asked
+from frictionloop.analysis.operating import force_band
 from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.state_space import Array
 from frictionloop.parameters import FingerFriction, LowpassSensor, Sine, Strokes, System
@@ -49,7 +49,7 @@ def touch_spectrum(system: System, setpoint_share: float = 1.0) -> Spectrum:
         raise FrictionloopError(
             f'friction.kind = "{friction.kind}", motion.kind = "{motion.kind}": needs "finger", "strokes"'
         )
-    force = asked(system).mean_n
+    force = force_band(system).mean_n
     per_load = friction.load_exponent * force / motion.load_n
     lowest = motion.speed_mm_s / friction.roughness_longest_mm
 

@@ -72,7 +72,7 @@ def elements(
     check_system(system)
     check_known(system)
     law = law_at(system, occluded)
-    amplitude = operating_amplitude_um(system, law, amplitude_um, force_n)
+    amplitude = operating_amplitude_um(system, occluded, amplitude_um, force_n)
     force = float(friction_force(amplitude, law))
     gain = lumped_gain(system, amplitude, occluded)
     return Elements(

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from frictionloop.analysis.elements import Elements, elements
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.margins import Margins, gain_factor, margins, search_grid, sensitivity_peak
-from frictionloop.analysis.operating import asked, law_at, reach_n
+from frictionloop.analysis.operating import force_band, reach_at
 from frictionloop.analysis.responses import (
     LONG_NAMES,
     Reading,
@@ -224,11 +224,11 @@ def operating_band(
         No force or no state, or one that is not a number or out of range.
     """
     check_system(system)
-    forces = np.asarray(asked(system) if forces_n is None else forces_n, dtype=float)
+    forces = np.asarray(force_band(system) if forces_n is None else forces_n, dtype=float)
     states = tuple(occluded) if isinstance(system.friction, FingerFriction) else (0.0,)
     if not (forces.size and states and np.all(np.isfinite(forces))):
         raise FrictionloopError(
             f"forces_n = {forces.tolist()} N, occluded = {list(states)}: needs numbers, one at least"
         )
-    points = {(float(force), w) for w in states for force in np.clip(forces, *reach_n(system, law_at(system, w)))}
+    points = {(float(force), w) for w in states for force in reach_at(system, w).nearest(forces)}
     return [linearise(system, force_n=force, occluded=w) for force, w in sorted(points)]

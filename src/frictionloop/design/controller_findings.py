@@ -10,7 +10,7 @@ from typing import Any
 from frictionloop.analysis import command_noise_rms_n, linearise
 from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.analysis.linear import condition_of
-from frictionloop.analysis.operating import asked, law_at, missed, moistest, reach_n
+from frictionloop.analysis.operating import force_band, law_at, missed, moistest, reach_at
 from frictionloop.analysis.stability import NEAR, ringing_hz
 from frictionloop.design.corners import Corner, How, Place, corners
 from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
@@ -96,7 +96,7 @@ def fully_moist(system: System, must: Requirements) -> Iterator[Finding]:
         return
     there = must.over(3, 3).systems(system)
     beyond = [each for place in there for each in missed(place, [1.0])]
-    if len(beyond) == sum(len(set(asked(place))) for place in there):
+    if len(beyond) == sum(len(set(force_band(place))) for place in there):
         nearest = min(beyond, key=lambda each: each.short_n)
         where = Condition(occluded=1.0)
         yield Finding("FORCE-REACH", value=nearest.force_n, unit="N", limit=nearest.instead_n, where=where)
@@ -130,7 +130,7 @@ def beyond_range(system: System, must: Requirements) -> Iterator[Finding]:
     if isinstance(friction, FingerFriction):
         state = moistest(friction, motion) if isinstance(motion, Strokes) and motion.contact_s > 0 else 1.0
     there = system.evolve({"motion.load_n": load_n}) if moves else system
-    top_n = reach_n(there, law_at(there, state))[1]
+    top_n = reach_at(there, state).high_n
     if top_n > sensor.range_n:
         where = Condition(load_n=load_n, occluded=state if finger else None)
         yield Finding("SENSOR-RANGE", value=top_n, unit="N", limit=sensor.range_n, where=where)

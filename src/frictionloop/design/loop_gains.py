@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.operating import asked, law_at, occlusions
+from frictionloop.analysis.operating import force_band, law_at, occlusions
 from frictionloop.design.corners import at_mean, cases_of
 from frictionloop.design.operating_grid import Over
 from frictionloop.design.plants import least_gain
@@ -58,7 +58,7 @@ def loop_gain(system: System) -> float:
     for occluded in occlusions(system):
         law: Any = law_at(system, occluded)
         tau, most = law.susceptibility_per_um2, largest_um * largest_um
-        for force_n in asked(system):
+        for force_n in force_band(system):
             square = math.log(law.nominal_n / force_n) / tau if force_n > 0.0 else math.inf
             if 0.0 <= square <= most:
                 command_n = model.nominal_n * math.exp(-model.susceptibility_per_um2 * square)

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.operating import asked, law_at, operating_amplitude_um, reach_n
+from frictionloop.analysis.operating import force_band, operating_amplitude_um, reach_at
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.slicot import Quadruple, slicot
 from frictionloop.loop.felt import plain_stroke
@@ -69,8 +69,8 @@ def identify_noise(system: System, seeds: Sequence[int] = (0, 1, 2, 3)) -> Noise
         raise FrictionloopError(f"motion.kind = {system.motion.kind!r}: friction noise is identified from 'strokes'")
     if not len(seeds):
         raise FrictionloopError("seeds = []: must name one")
-    law, force = law_at(system, 0.0), asked(system).mean_n
-    amplitude = operating_amplitude_um(system, law, None, float(np.clip(force, *reach_n(system, law))))
+    force = float(reach_at(system).nearest(force_band(system).mean_n))
+    amplitude = operating_amplitude_um(system, 0.0, None, force)
     stretches = [part for seed in seeds for part in _stretches(plain_stroke(system, amplitude, RUN_S, seed))]
     spectrum = _spectrum(stretches, system.controller.rate_hz)
     return NoiseModel(spectrum, fit_shaping(spectrum["frequency"].values, spectrum.values))

@@ -16,7 +16,7 @@ from frictionloop.analysis.stability import NEAR
 from frictionloop.design import controller_findings
 from frictionloop.design.best_point import SMALL, grid_by_name, loss_of, tidy, without_value
 from frictionloop.design.corners import peak_of
-from frictionloop.design.people_reach import PeopleReach, moist_later, reach_of, share_of_all, with_own
+from frictionloop.design.people_reach import PeopleReach, moist_later, people_reach, share_of_all, with_own
 from frictionloop.design.population_margins import unlike
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain
@@ -322,9 +322,10 @@ def _of(
 ) -> People:
     """Return what was found, and keep it in the file of the sweep."""
     done, total, duration_s = runs_done(grid), len(drawn) * grid.sizes["seed"], float(grid.attrs["duration_s"])
-    band, found = reach_of(system, drawn, duration_s)
+    band, found = people_reach(system, drawn, duration_s)
     reach = found if isinstance(found, PeopleReach) else None
-    coords: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
+    ends = {"lowest_n": band.low_n, "highest_n": band.high_n}
+    coords: dict[str, Any] = {name: ("finger", values, {"units": "N"}) for name, values in ends.items()}
     coords["coefficient"] = ("finger", [coefficient_of(each) for each in with_own(system, drawn)])
     if reach is not None:
         coords |= {"capable": ("finger", reach.able), "capable_load_moves": ("finger", reach.moving)}

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.linear import LinearLoop
-from frictionloop.analysis.operating import ROUNDING, asked, missed, occlusions
+from frictionloop.analysis.operating import force_band, missed, occlusions
 from frictionloop.design.corners import MET, cases_of, load_of
 from frictionloop.design.plants import Plants, laws_on, least_gain
 from frictionloop.design.requirements import Requirements
@@ -19,6 +19,7 @@ from frictionloop.design.synthesis import ENDS, SEARCHED
 from frictionloop.findings import Condition, Finding
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import Skin, System
+from frictionloop.physics.reach import ROUNDING
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.brief import Brief
 
@@ -154,7 +155,7 @@ def _of(there: System, wanted: Requirements) -> _Found:
 
 def _asked_for(loop: LinearLoop) -> bool:
     """Tell whether a loop is at a force that is asked for: elsewhere its command stays at a limit, and cannot ring."""
-    band, force_n = asked(loop.system), loop.elements.force_n
+    band, force_n = force_band(loop.system), loop.elements.force_n
     return band.low_n * (1.0 - ROUNDING) <= force_n <= band.high_n * (1.0 + ROUNDING)
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from frictionloop.analysis.limits import Headroom
 from frictionloop.analysis.linear import condition_of
-from frictionloop.analysis.operating import asked
+from frictionloop.analysis.operating import force_band
 from frictionloop.design.corners import Corner, at_mean
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 from frictionloop.loop.simulate import simulate
@@ -35,7 +35,7 @@ LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 
 def stepped(system: System) -> tuple[tuple[float, float], str]:
     """Return the levels between which the set-point of a system is stepped, N, and where they come from in words."""
-    low, mean, high = asked(system.evolve({"disturbance": Constant(offset_n=0.0)}))
+    low, mean, high = force_band(system.evolve({"disturbance": Constant(offset_n=0.0)}))
     if low < high:
         return (low, high), "the lowest and the highest force of the set-point"
     return ((1.0 - AROUND) * mean, (1.0 + AROUND) * mean), f"{AROUND:.0%} around a set-point that stays at {mean:.3g} N"

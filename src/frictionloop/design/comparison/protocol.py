@@ -21,8 +21,8 @@ from frictionloop.design.operating_grid import Over
 from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.parameters.timing import Timing
-from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, check_finger, fingers, nearest_to_median
+from frictionloop.physics.reach import capable
 from frictionloop.quantities import FrictionloopError, must_be
 
 TUNING_SEED = 3
