@@ -19,6 +19,8 @@ from frictionloop.design.controller_findings import beyond_range, noisy, of_assu
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.requirements import Requirements
+from frictionloop.design.tracking import expected_error_n, tracking
+from frictionloop.loop import run_findings
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.motion import one_stroke_a_contact
 
@@ -161,8 +163,19 @@ def test_a_dead_band_is_not_certified_by_a_slope_of_nothing(outside):
     against = of(found, "LAW-CONTRADICTS")
     run = fl.simulate(found.system, 10.0, seed=0)
     assert against.value == pytest.approx(1e3 * float(fl.rms_error(run))) and against.value > 1.05 * against.limit
+    assert against.limit == pytest.approx(2e3 * expected_error_n(found.system))
+    beyond, within = found.tracking.reach.rms_error_beyond_n, found.tracking.reach.rms_error_within_n
+    assert found.tracking.reach == run_findings.reach_split(run, run["scored"].values)
+    assert math.hypot(beyond, within) == pytest.approx(found.tracking.rms_error_n)
+    assert found.tables()["error"].loc["scored", "rms, mN"] == pytest.approx(against.value)
     assert found.rows()[1][0] == "DOES NOT HOLD" and found.would_hold == {} and found.findings[0] is against
     assert json.loads(found.to_json())["holds"] is False
+
+
+def test_the_error_that_margins_promise_is_that_of_a_run():
+    there = fl.bench().evolve(fl.RETUNED)
+    assert expected_error_n(there) == pytest.approx(tracking(there).rms_error_n, rel=0.1)
+    assert math.isnan(expected_error_n(there.evolve({"disturbance": fl.Sine()})))
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -21,14 +22,16 @@ from frictionloop.design.plants import least_gain
 from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers, unlike
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import CHECKED, ENDS, LOADS, check_places
-from frictionloop.design.tracking import tracking
+from frictionloop.design.tracking import Tracking, expected_error_n, tracking
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
+from frictionloop.loop.run_findings import error_table
 from frictionloop.parameters import System
 from frictionloop.parameters.law_values import gains_said
 from frictionloop.perception.thresholds import LOWEST_HZ
+from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -72,7 +75,21 @@ class Check(Result):
     def rows(self) -> list[Row]:
         """Return the law and its gains, the verdict, and what would hold."""
         verdict = ("HOLDS", self.grid) if self.holds else ("DOES NOT HOLD", f"{self._beyond_on()}; {self.grid}")
-        return [(self.law, gains_said(self.system)), verdict, *self._room()]
+        return [(self.law, gains_said(self.system)), verdict, *self._room(), *self._left()]
+
+    @cached_property
+    def tracking(self) -> Tracking | None:
+        """How well the set-point of the file is followed, simulated when asked for; None where that cannot be."""
+        try:
+            return tracking(self.system, self.requirements.speeds_mm_s)
+        except FrictionloopError:
+            return None
+
+    def _left(self) -> Iterator[Row]:
+        if (found := self.tracking) is not None:
+            felt = f"; {shown(found.relative_index)} x a plain stroke to touch" * math.isfinite(found.relative_index)
+            opened = shown(1e3 * found.open_loop_rms_error_n)
+            yield "leaves", f"{shown(1e3 * found.rms_error_n)} mN rms of {opened} in open loop{felt}"
 
     def _beyond_on(self) -> str:
         """Return on how many of what was looked at it does not, the first of places, a run and people that fails."""
@@ -120,8 +137,9 @@ class Check(Result):
             yield "room", f"{shown(gain)} x the gain of the loop"
 
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Return Ms over places and resonances, and the least margins."""
-        return {"Ms": self._peaks(), "least margins": self.margins()}
+        """Return Ms over places and resonances, the least margins, and the error by reach."""
+        error = {} if self.tracking is None else {"error": error_table(self.tracking.parts)}
+        return {"Ms": self._peaks(), "least margins": self.margins(), **error}
 
     def _peaks(self) -> pd.DataFrame:
         import pandas as pd
@@ -154,8 +172,9 @@ class Check(Result):
         return pd.DataFrame(rows).set_index("resonance off, %")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything by name, the least margins too."""
-        return super().to_dict() | {"law": self.law, "margins": plain(self.margins().reset_index().to_dict("records"))}
+        """Return everything by name, the least margins and the error of a run too."""
+        more = {"tracking": self.tracking, "margins": self.margins().reset_index().to_dict("records")}
+        return super().to_dict() | {"law": self.law} | plain(more)
 
 
 def check(
@@ -254,19 +273,19 @@ def _on_fingers(
         return stop.partial, (Finding("STOPPED", value=count, limit=len(people)),)
 
 
-WORSE = 1.05
-"""Error over that in open loop from which a run contradicts margins (assumed)."""
+WORSE, UNEXPECTED = 1.05, 2.0
+"""Error over that in open loop, and over what the margins promise, from which a run contradicts them (assumed)."""
 
 
 def _simulated(system: System) -> Iterator[Finding]:
     """Yield that a run contradicts the margins of a law from outside, whose slope may say nothing of larger steps."""
     if type(system.controller).__module__.startswith("frictionloop."):
         return
-    found = tracking(system)
-    if found is not None and found.rms_error_n > WORSE * found.open_loop_rms_error_n:
-        yield Finding(
-            "LAW-CONTRADICTS", value=1e3 * found.rms_error_n, unit="mN", limit=1e3 * found.open_loop_rms_error_n
-        )
+    if (found := tracking(system)) is not None:
+        promised = WORSE * found.open_loop_rms_error_n, UNEXPECTED * expected_error_n(system)
+        most = min(each for each in promised if not math.isnan(each))
+        if found.rms_error_n > most:
+            yield Finding("LAW-CONTRADICTS", value=1e3 * found.rms_error_n, unit="mN", limit=1e3 * most)
 
 
 def _least_gain(place: Place) -> float:

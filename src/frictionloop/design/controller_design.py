@@ -18,9 +18,7 @@ from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.population_margins import check_fingers
 from frictionloop.design.requirements import Designed, Requirements
 from frictionloop.design.synthesis import CHECKED, LEAST_KI, LOADS, default_law, lowered, synthesised
-from frictionloop.design.tracking import Tracking, tracking
-from frictionloop.findings import Finding, shown
-from frictionloop.findings.result import Row
+from frictionloop.findings import Finding
 from frictionloop.firmware.board_fit import gain_findings
 from frictionloop.parameters import System
 
@@ -38,21 +36,10 @@ class ControllerDesign(Check):
     """The controller, for ``System.evolve`` on the bench."""
     bench: System
     """What it was designed for, with the controller that was there."""
-    tracking: Tracking | None
-    """How well the set-point of the file is followed; None of a recording that is too short."""
     headroom: Mapping[str, Any]
     """Disturbance, residual and the least residual in N, and what limits the crossover, in Hz and degrees."""
     lowered_by: float = 1.0
     """Factor on the gains for which they hold on all of other fingers too."""
-
-    def rows(self) -> list[Row]:
-        """Return gains, verdict, and what is left of the error."""
-        found, kept = self.tracking, super().rows()
-        if found is None:
-            return kept
-        felt = f"; {shown(found.relative_index)} x a plain stroke to touch"
-        left = f"{shown(1e3 * found.rms_error_n)} mN rms of {shown(1e3 * found.open_loop_rms_error_n)} in open loop"
-        return [*kept, ("leaves", left + felt * math.isfinite(found.relative_index))]
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return the tables of the check, and what is left to gain."""
@@ -119,7 +106,6 @@ def controller(
         findings=(*checked.findings, *found.findings, *more, *gain_findings(new)),
         overrides=found.overrides,
         bench=system,
-        tracking=tracking(new, must.speeds_mm_s),
         headroom=left_to_gain(after, must),
         lowered_by=factor,
     )

@@ -124,7 +124,7 @@ class Diagnosis(Result):
         known = not (math.isnan(self.disturbance_left) or self.rings_alone)
         left = [f"{shown(100 * self.disturbance_left)} % of the disturbance left"] if known else []
         clamped = [f"{shown(100 * self.saturation_index)} % of commands clamped"] if self.saturation_index > 0.0 else []
-        yield "loop", "; ".join([*left, *clamped, *self._rings()])
+        yield "loop", "; ".join([*left, *clamped, *self._ringing_text()])
         yield "steps", self._steps()
         if self.advice is not None:
             yield "advice", f"{self.advice.law}   {gains_said(self.advice.system)}"
@@ -138,7 +138,7 @@ class Diagnosis(Result):
         if not math.isnan(self.turn_peak_n):
             yield f"{shown(1e3 * self.turn_peak_n)} mN peak after turns"
 
-    def _rings(self) -> Iterator[str]:
+    def _ringing_text(self) -> Iterator[str]:
         found = self.ringing
         if found is not None:
             near = "" if found.frequency_hz is None or found.how == "calm" else f" near {shown(found.frequency_hz)} Hz"
@@ -186,18 +186,13 @@ class Diagnosis(Result):
         return summary(self.system)
 
     def _parts(self) -> pd.DataFrame:
-        import pandas as pd
-
-        whole = {"scored": (self.scored, self.rms_error_n)}
-        if (split := self.reach) is not None and 0.0 < split.beyond < 1.0:
-            whole["  out of reach"] = (self.scored * split.beyond, split.rms_error_beyond_n)
-            whole["  in reach"] = (self.scored * (1.0 - split.beyond), split.rms_error_within_n)
+        parts = {"scored": (self.scored, self.rms_error_n)}
+        parts |= self.reach.parts(self.scored) if self.reach is not None else {}
         if not math.isclose(self.rms_error_turns_n, self.rms_error_n) and not math.isnan(self.rms_error_turns_n):
-            whole["with turns"] = (math.nan, self.rms_error_turns_n)
+            parts["with turns"] = (math.nan, self.rms_error_turns_n)
         if not math.isnan(self.open_loop_rms_error_n):
-            whole["open loop"] = (self.scored, self.open_loop_rms_error_n)
-        rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in whole.items()}
-        return pd.DataFrame.from_dict(rows, orient="index", columns=["time, %", "rms, mN"]).rename_axis("error")
+            parts["open loop"] = (self.scored, self.open_loop_rms_error_n)
+        return run_findings.error_table(parts)
 
     def _bands(self) -> pd.DataFrame:
         import pandas as pd

@@ -19,6 +19,7 @@ from frictionloop.physics.motion import scored_edge_m, stroke_plan
 from frictionloop.recordings.clean import SHOWN, stretches
 
 if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr
 
 CLAMPED = 0.05
@@ -44,6 +45,23 @@ class ReachSplit:
     """What could be had, medians over the time."""
     rms_error_beyond_n: float
     rms_error_within_n: float
+
+    def parts(self, scored: float = 1.0) -> dict[str, tuple[float, float]]:
+        """Return share of the time and error, N, of both parts; none where all is on one side."""
+        if not 0.0 < self.beyond < 1.0:
+            return {}
+        return {
+            "  out of reach": (scored * self.beyond, self.rms_error_beyond_n),
+            "  in reach": (scored * (1.0 - self.beyond), self.rms_error_within_n),
+        }
+
+
+def error_table(parts: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
+    """Return parts of a run, each a share of the time and an error in N, in per cent and mN."""
+    import pandas as pd
+
+    rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in parts.items()}
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["time, %", "rms, mN"]).rename_axis("error")
 
 
 def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:
