@@ -17,14 +17,14 @@ from frictionloop.design.bench_file import changed_since, read_designed, write_c
 from frictionloop.design.controller_check import check
 from frictionloop.design.controller_findings import beyond_range, noisy, of_assumed, unbelieved
 from frictionloop.design.corners import broken, corners
-from frictionloop.design.operating_grid import with_longest_contact
+from frictionloop.design.operating_grid import ITSELF, with_longest_contact
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.tracking import expected_error_n, tracking
 from frictionloop.loop import run_findings
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.motion import one_stroke_a_contact
 
-LIMITS = Requirements().limits
+LIMITED = ITSELF._replace(limits=Requirements().limits)
 PI = {"controller.kind": "pi", "controller.kp": 0.05, "controller.ki": 60.0}
 ONE_PLACE = {"finger": {"kind": "rigid"}}
 LIMIT_OBSERVER = {
@@ -104,9 +104,9 @@ def test_less_gain_never_turns_what_holds_into_what_does_not(checked):
     slider = fl.bench().evolve({**PI, "finger.slip_length_um": 0.0})
     for share in (1.0, 0.83, 0.31, 0.07, 0.002):
         gains = {path: share * value for path, value in checked.would_hold.items()}
-        assert broken(corners(slider.evolve(gains), LIMITS)) is None
+        assert broken(corners(slider.evolve(gains), LIMITED)) is None
     more = {path: 1.02 * value for path, value in checked.would_hold.items()}
-    assert broken(corners(slider.evolve(more), LIMITS)) is not None
+    assert broken(corners(slider.evolve(more), LIMITED)) is not None
 
 
 def test_a_place_may_hold_where_another_does_not(checked):

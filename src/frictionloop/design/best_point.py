@@ -14,7 +14,7 @@ import xarray as xr
 from frictionloop.analysis.stability import NEAR
 from frictionloop.design.corners import peak_of
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.loop.kept import runs_done
 from frictionloop.loop.open_loop import OPEN_ERROR
 from frictionloop.loop.record import system_of
@@ -106,8 +106,6 @@ class SweepSummary(Result):
         return best if self.peaks is None else {"points": self._points()} | best
 
     def _points(self) -> pd.DataFrame:
-        import pandas as pd
-
         assert self.peaks is not None
         rows = []
         for k, at in enumerate(product(*(range(self.grid.sizes[axis]) for axis in self.axes))):
@@ -117,17 +115,15 @@ class SweepSummary(Result):
                 factor, unit = SMALL.get(_unit(self.grid, name), (1.0, ""))
                 row[f"{name}, {unit}" if unit else name] = factor * float(here[name].mean())
             rows.append(row | {"Ms": float(self.peaks[k])})
-        return pd.DataFrame(rows).set_index(self.axes[0])
+        return frame(rows, self.axes[0])
 
     def _best(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = [
             {"best": each.metric, "value": _value(each), **each.point, "as good": each.others}
             | {"Ms": each.sensitivity_peak}
             for each in self.best.values()
         ]
-        return pd.DataFrame(rows).set_index("best")
+        return frame(rows, "best")
 
     def tidy(self) -> pd.DataFrame:
         """Return a row for each run: the point, the seed, the metrics."""

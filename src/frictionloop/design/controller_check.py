@@ -17,14 +17,14 @@ from frictionloop.control.limit_observer import MOST_MARGIN
 from frictionloop.design import controller_findings
 from frictionloop.design.corners import Place, at_mean, corners, elsewhere, load_of, worst_margins
 from frictionloop.design.loop_gains import LoopGains, loop_gains, scaled_gains
-from frictionloop.design.operating_grid import Over, with_longest_contact
+from frictionloop.design.operating_grid import OperatingGrid, with_longest_contact
 from frictionloop.design.plants import least_gain
 from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers, unlike
-from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import CHECKED, ENDS, LOADS, check_places
+from frictionloop.design.requirements import CHECKED, COARSE, Requirements
+from frictionloop.design.synthesis import check_places
 from frictionloop.design.tracking import Tracking, expected_error_n, tracking
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
 from frictionloop.loop.run_findings import error_table
@@ -142,20 +142,16 @@ class Check(Result):
         return {"Ms": self._peaks(), "least margins": self.margins(), **error}
 
     def _peaks(self) -> pd.DataFrame:
-        import pandas as pd
-
         offs = sorted({corner.off for place in self.places for corner in place.corners})
         limits = {round(error, 9): peak for error, peak in self.requirements.limits.items()}
         rows = {"asked": [limits[round(abs(off), 9)] for off in offs] + [math.nan]}
         for place, gain in zip(self.places, self.gain_factors, strict=True):
             rows[str(place.condition) or "this loop"] = [*(place.peak_at(off) for off in offs), gain]
         heads = [f"{100 * off:+.3g} %" if off else "told" for off in offs]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=[*heads, "x gain"]).rename_axis("resonance")
+        return frame(rows, "resonance", [*heads, "x gain"])
 
     def margins(self) -> pd.DataFrame:
         """Return the least margins where it was asked for, by resonance and moisture; they take a moment."""
-        import pandas as pd
-
         found = [corner for place in self.places[: self.asked] for corner in place.corners]
         rows = []
         for (off, occluded), group in sorted(worst_margins(found).items()):
@@ -169,7 +165,7 @@ class Check(Result):
                     "delay, ms": 1e3 * min(each.delay_margin_s for each in group),
                 }
             )
-        return pd.DataFrame(rows).set_index("resonance off, %")
+        return frame(rows, "resonance off, %")
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, the least margins and the error of a run too."""
@@ -210,9 +206,9 @@ def check(
     must = requirements or Requirements()
     there = with_longest_contact(at_levels(system), must.speeds_mm_s)
     check_places(there, must)
-    close = must.over(CHECKED, LOADS)._replace(slip_lengths_um=())
-    touched = Over(must.slip_lengths_um).systems(there)
-    own = [Place.of(corners(each, must.limits, close, must.lean)) for each in touched]
+    close = must.grid(*CHECKED)._replace(slip_lengths_um=())
+    touched = OperatingGrid(must.slip_lengths_um).systems(there)
+    own = [Place.of(corners(each, close)) for each in touched]
     return judged(system, there, own, must, people, given)
 
 
@@ -225,10 +221,11 @@ def judged(
     given: Collection[str],
 ) -> Check:
     """Return the check of a System whose margins at the places asked for are known; ``there`` it has levels."""
-    more = elsewhere(there, must.limits, must.over(ENDS, LOADS), must.lean, must.slip_lengths_um)
-    places = (*own, *more.places)
+    grid = must.grid(*COARSE)
+    more, unseen = elsewhere(there, grid, must.slip_lengths_um)
+    places = (*own, *more)
     factors = tuple(_least_gain(place) for place in places)
-    within, seen = all(place.how == "within" for place in places), loop_gains(there, must.over(ENDS, LOADS))
+    within, seen = all(place.how == "within" for place in places), loop_gains(there, grid)
     fingers, stopped = _on_fingers(there, people, must)
     found = [corner for place in own for corner in place.corners]
     contradicts = list(_simulated(system)) if within else []
@@ -242,7 +239,7 @@ def judged(
         controller_findings.of_people(seen, there.controller.kind, fingers is not None, must.finger_gain),
         controller_findings.of_signals(system),
         controller_findings.of_assumed(system, {*given, *(("motion.load_n",) if must.loads_n else ())}),
-        more.unseen,
+        unseen,
     )
     everyone = fingers is None or bool(fingers["holds"].all())
     least = min(*factors, math.inf if fingers is None else float(np.nanmin(fingers["gain_factor"].values)))

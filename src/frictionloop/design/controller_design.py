@@ -16,9 +16,10 @@ from frictionloop.design.controller_check import Check, judged
 from frictionloop.design.corners import Corner, Place, corners
 from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.population_margins import check_fingers
-from frictionloop.design.requirements import Designed, Requirements
-from frictionloop.design.synthesis import CHECKED, LEAST_KI, LOADS, default_law, lowered, synthesised
+from frictionloop.design.requirements import CHECKED, Designed, Requirements
+from frictionloop.design.synthesis import LEAST_KI, default_law, lowered, synthesised
 from frictionloop.findings import Finding
+from frictionloop.findings.result import frame
 from frictionloop.firmware.board_fit import gain_findings
 from frictionloop.parameters import System
 
@@ -43,9 +44,7 @@ class ControllerDesign(Check):
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return the tables of the check, and what is left to gain."""
-        import pandas as pd
-
-        left = pd.DataFrame({"value": self.headroom}).rename_axis("left to gain, mean force, just landed")
+        left = frame(self.headroom, "left to gain, mean force, just landed", ["value"])
         return super().tables() | {"left to gain": left}
 
     def plot(self, name: str = "sensitivity") -> Figure:
@@ -134,7 +133,7 @@ def _for_fingers(
     ki = math.nan if lower is None else float(lower.overrides["controller.ki"])
     if lower is None or ki <= LEAST_KI:
         return found, 1.0, (Finding("NOT-LOWERED", value=ki, unit="1/s", limit=LEAST_KI),)
-    at = corners(system.evolve(lower.overrides), must.limits, must.over(CHECKED, LOADS), must.lean)
+    at = corners(system.evolve(lower.overrides), must.grid(*CHECKED))
     held = int(many["holds"].sum())
     told = Finding("LOWERED", value=factor, more={"held": held, "fingers": many.sizes["finger"]})
     return lower._replace(corners=tuple(at), findings=found.findings), factor, (told,)

@@ -14,6 +14,7 @@ from frictionloop.analysis.operating import force_band, law_at, missed, moistest
 from frictionloop.analysis.stability import NEAR, ringing_hz
 from frictionloop.design.corners import Corner, How, Place, corners
 from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
+from frictionloop.design.operating_grid import Lean
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System, bench
@@ -94,7 +95,8 @@ def fully_moist(system: System, must: Requirements) -> Iterator[Finding]:
     friction, motion = system.friction, system.motion
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
         return
-    there = must.over(3, 3).systems(system)
+    grid = must.grid(3, 3)._replace(lean=Lean())
+    there = grid.systems(system)
     beyond = [each for place in there for each in missed(place, [1.0])]
     if len(beyond) == sum(len(set(force_band(place))) for place in there):
         nearest = min(beyond, key=lambda each: each.short_n)
@@ -102,7 +104,7 @@ def fully_moist(system: System, must: Requirements) -> Iterator[Finding]:
         yield Finding("FORCE-REACH", value=nearest.force_n, unit="N", limit=nearest.instead_n, where=where)
         return
     try:
-        found = corners(system, must.limits, must.over(3, 3), states=(1.0,))
+        found = corners(system, grid, (1.0,))
     except FrictionloopError as error:
         yield Finding("PLACE-UNSEEN", where=Condition(occluded=1.0), more={"reason": str(error)})
         return

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.linear import LinearLoop, condition_of, linearise, operating_band
+from frictionloop.analysis.linear import LinearLoop, condition_of, linearise
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.operating import occlusions
 from frictionloop.analysis.stability import NEAR, rings
 from frictionloop.analysis.state_space import Array, Complex, StateSpace
-from frictionloop.design.operating_grid import ITSELF, Lean, Over, at_place, leaning
-from frictionloop.design.plants import Plants, detuned, laws_on, shifted
+from frictionloop.design.operating_grid import ITSELF, OperatingGrid, at_place
+from frictionloop.design.plants import Plants, detuned, laws_on
 from frictionloop.findings import Condition, Finding
 from frictionloop.loop.progress import step
 from frictionloop.parameters import Skin, Strokes, System
@@ -25,7 +24,6 @@ MET = 1e-3
 """Share by which Ms may be beyond a limit: the accuracy of the searches."""
 CLOSE = 1.05
 """Loops whose Ms on a coarse grid is within this factor of the largest are looked at closely."""
-NOTHING = Lean()
 
 
 class Corner(NamedTuple):
@@ -61,16 +59,6 @@ class Corner(NamedTuple):
         return {**self.condition.values, "sensitivity_peak": self.sensitivity_peak, "limit": self.limit}
 
 
-def band_of(system: System, over: Over = ITSELF, states: Sequence[float] = ()) -> list[LinearLoop]:
-    """Return the loops at lowest, mean and highest force asked for, at each place, by states of the finger.
-
-    Without any these are `occlusions`.
-    """
-    return [
-        loop for there in over.systems(system) for loop in operating_band(there, occluded=states or occlusions(there))
-    ]
-
-
 def peak_of(system: System) -> float:
     """Return the largest Ms over the forces asked for, on a dry and a moist finger; NaN without a linear analysis."""
     try:
@@ -90,16 +78,10 @@ def at_mean(system: System, off: float = 0.0) -> LinearLoop:
     return detuned(loop, 1.0 + off) if off else loop
 
 
-def corners(
-    system: System,
-    limits: Mapping[float, float],
-    over: Over = ITSELF,
-    lean: Lean = NOTHING,
-    states: Sequence[float] = (),
-) -> list[Corner]:
-    """Return Ms of a System's controller at its `band_of`, the resonance off too.
+def corners(system: System, grid: OperatingGrid = ITSELF, states: Sequence[float] = ()) -> list[Corner]:
+    """Return Ms of a System's controller at the loops of a grid, the resonance off too.
 
-    Sensor, delay, gain and other values are off as well by what ``lean`` says (`leaning`). A law does not change with
+    Sensor, delay, gain and other values are off as well by what its ``lean`` says. A law does not change with
     any of this, so it is made once per place, force and finger.
 
     The largest Ms of each contact, speed, finger and resonance is exact, and so is any near it; others are those of a
@@ -110,7 +92,7 @@ def corners(
     FrictionloopError
         A law that has no linear analysis there.
     """
-    cases = cases_of(system, limits, over, lean, states=states)
+    cases = cases_of(system, grid, states=states)
     step(f"{len(cases)} loops there")
     loops = [loop for loop, _, _ in cases]
     plants = Plants.of(loops, fine=False)
@@ -133,9 +115,7 @@ def _any(_: LinearLoop) -> bool:
 
 def cases_of(
     system: System,
-    limits: Mapping[float, float],
-    over: Over = ITSELF,
-    lean: Lean = NOTHING,
+    grid: OperatingGrid,
     looked_at: Callable[[LinearLoop], bool] = _any,
     states: Sequence[float] = (),
 ) -> list[tuple[LinearLoop, float, float]]:
@@ -145,7 +125,7 @@ def cases_of(
     """
     laws: dict[tuple[Condition, float, float], StateSpace] = {}
     found = []
-    for loop, off, limit in shifted(leaning(band_of(system, over, states), lean), limits):
+    for loop, off, limit in grid.cases(system, states):
         if not looked_at(loop):
             continue
         at = (condition_of(loop.system), loop.elements.force_n, loop.elements.occluded)
@@ -222,36 +202,25 @@ class Place(NamedTuple):
         return {**self.condition.values, "how": self.how, "worst": self.worst, "peaks": peaks}
 
 
-class Elsewhere(NamedTuple):
-    """Slip lengths and speeds that a controller was looked at besides."""
-
-    places: tuple[Place, ...] = ()
-    unseen: tuple[Finding, ...] = ()
-    """Those that cannot be looked at."""
-
-
 def elsewhere(
-    system: System,
-    limits: Mapping[float, float],
-    over: Over = ITSELF,
-    lean: Lean = NOTHING,
-    lengths_um: tuple[float, ...] | None = None,
-) -> Elsewhere:
+    system: System, grid: OperatingGrid = ITSELF, lengths_um: tuple[float, ...] | None = None
+) -> tuple[tuple[Place, ...], tuple[Finding, ...]]:
     """Return how a System's controller does besides the slip lengths and the speeds at which it has to hold.
 
     That is at both ends of the lengths, from 0 if none are named, at the speed of its strokes, four times that and
-    half of it; with a range of speeds also at its ends. It is pressed with each of the loads.
+    half of it; with a range of speeds also at its ends. It is pressed with each of the loads. Second are findings of
+    the places that cannot be looked at.
     """
     places, unseen = [], []
-    for changes in strokes_of(system, over.speeds_mm_s, lengths_um):
+    for changes in strokes_of(system, grid.speeds_mm_s, lengths_um):
         try:
             there = at_place(system, changes)
-            if not _held(there, system, over):
-                places.append(Place.of(corners(there, limits, Over(loads_n=over.loads_n), lean)))
+            if not _among(there, system, grid):
+                places.append(Place.of(corners(there, grid._replace(slip_lengths_um=(), speeds_mm_s=()))))
         except FrictionloopError as error:  # no such stroke, a force out of reach, a law that is saturated there
             where = Condition(**{path.split(".")[1]: value for path, value in changes.items()})
             unseen.append(Finding("PLACE-UNSEEN", where=where, more={"reason": str(error)}))
-    return Elsewhere(tuple(places), tuple(unseen))
+    return tuple(places), tuple(unseen)
 
 
 def strokes_of(
@@ -263,7 +232,7 @@ def strokes_of(
     """
     if not isinstance(system.finger, Skin):
         return []
-    lengths, motion = Over(lengths_um).lengths_of(system), system.motion
+    lengths, motion = OperatingGrid(lengths_um).lengths_of(system), system.motion
     if not isinstance(motion, Strokes):
         return [{"finger.slip_length_um": z} for z in lengths]
     usual = motion.speed_mm_s
@@ -273,13 +242,13 @@ def strokes_of(
     return [{"finger.slip_length_um": z, "motion.speed_mm_s": v} for z in lengths for v in sorted(speeds)]
 
 
-def _held(there: System, system: System, over: Over) -> bool:
+def _among(there: System, system: System, grid: OperatingGrid) -> bool:
     """Tell whether a place has a slip length and a speed at which the controller of a system was held."""
-    if isinstance(there.finger, Skin) and there.finger.slip_length_um not in over.lengths_of(system):
+    if isinstance(there.finger, Skin) and there.finger.slip_length_um not in grid.lengths_of(system):
         return False
     if not (isinstance(there.motion, Strokes) and isinstance(system.motion, Strokes)):
         return True
-    speeds = over.speeds_mm_s or (system.motion.speed_mm_s,)
+    speeds = grid.speeds_mm_s or (system.motion.speed_mm_s,)
     return min(speeds) <= there.motion.speed_mm_s <= max(speeds)
 
 

@@ -19,7 +19,7 @@ from frictionloop.analysis.state_space import Complex
 from frictionloop.design.cascade import Cascade, factorise
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.noise_model import STATES, NoiseModel, identify_noise
-from frictionloop.design.operating_grid import Over
+from frictionloop.design.operating_grid import OperatingGrid
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, unheld
 from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
@@ -173,7 +173,7 @@ def synthesised(system: System, wanted: Requirements) -> Designed:
             first = first or error
             continue
         overrides = {**found.overrides, "controller.feedforward": forward}
-        at = corners(system.evolve(overrides), wanted.limits, wanted.places, wanted.lean)
+        at = corners(system.evolve(overrides), wanted.grid())
         worst = broken(at)
         if worst is None:
             order = Finding("ORDER-REDUCED", value=found.order, limit=found.full_order)
@@ -185,7 +185,7 @@ def synthesised(system: System, wanted: Requirements) -> Designed:
 
 def _points(system: System) -> list[LinearLoop]:
     """Return the loop at the operating point of `linearise`, at both ends of the slip length of a skin."""
-    return [linearise(each) for each in Over(None).systems(system)]
+    return [linearise(each) for each in OperatingGrid(None).systems(system)]
 
 
 def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, float]) -> Synthesised:

@@ -11,7 +11,7 @@ import numpy as np
 
 from frictionloop.analysis.operating import force_band, law_at, occlusions
 from frictionloop.design.corners import at_mean, cases_of
-from frictionloop.design.operating_grid import Over
+from frictionloop.design.operating_grid import Lean, OperatingGrid
 from frictionloop.design.plants import least_gain
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.parameters.law_values import own_values
@@ -67,13 +67,15 @@ def loop_gain(system: System) -> float:
     return max(found, default=math.nan)
 
 
-def critical_gain(system: System, over: Over) -> float:
+def critical_gain(system: System, grid: OperatingGrid) -> float:
     """Return the loop gain over the believed one up to which Ms is at most `MOST_PEAK`, the resonance as told."""
-    cases = cases_of(system, {0.0: MOST_PEAK}, over)
+    cases = cases_of(system, grid._replace(limits={0.0: MOST_PEAK}, lean=Lean()))
     return loop_gain(system) * least_gain([loop for loop, _, _ in cases], [MOST_PEAK] * len(cases))
 
 
-def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] | None = None) -> LoopGains | None:
+def loop_gains(
+    system: System, grid: OperatingGrid, people: Sequence[Mapping[str, Any]] | None = None
+) -> LoopGains | None:
     """Return on how many people the controller of a System has an Ms above `MOST_PEAK`; None without a law in reach.
 
     A person's loop differs from the file's by its gain; contact and speed are those of ``over``.
@@ -96,7 +98,7 @@ def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] |
         return None
     some = fingers(COUNT, SEED) if people is None else people
     gains = np.array([loop_gain(system.evolve(dict(each))) for each in some])
-    critical = critical_gain(system, over)
+    critical = critical_gain(system, grid)
     if math.isnan(critical) or np.all(np.isnan(gains)):
         return None
     share = float(np.mean(gains > critical))

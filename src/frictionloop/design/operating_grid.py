@@ -6,10 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from frictionloop.analysis.linear import LinearLoop, operating_band
+from frictionloop.analysis.operating import occlusions
 from frictionloop.analysis.sampled import sample
+from frictionloop.design.plants import shifted
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.parameters.motion import TURN_SHARE, one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError, Lti, must_be
@@ -17,16 +20,64 @@ from frictionloop.sensing.force_sensor import linearise_sensor
 
 USUAL_UM: float = Skin.model_fields["slip_length_um"].default
 """The other end of the range of a system whose own slip length is 0."""
+MOST = 0.5
+"""Largest share by which a part may be off."""
 
 
-class Over(NamedTuple):
-    """Slip lengths, speeds and loads; of what is empty that of the system."""
+class Lean(NamedTuple):
+    """Shares by which parts of a loop may be off, 0 to 0.5: half widths of intervals over their values."""
+
+    sensor_error: float = 0.0
+    """Of the pole behind the springs."""
+    delay_error: float = 0.0
+    gain_error: float = 0.0
+    """Of the sensor's sensitivity, which is in the gain of the loop."""
+    q_error: float = 0.0
+    """Of the quality factor of the sensor's resonance, at one end or the other with all else as described."""
+    ends: tuple[tuple[str, float], ...] = ()
+    """Values that the bench may have instead, by dotted name, one at a time: ends of intervals."""
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The shares, by name."""
+        return {name: value for name, value in self._asdict().items() if name != "ends"}
+
+    @property
+    def sides(self) -> list[tuple[float, float]]:
+        """Which way a loop leans, in lag and in gain: to either end, 0 where nothing of it is off."""
+        lags, gains = self.sensor_error or self.delay_error, self.gain_error
+        if not lags and not gains:
+            return []
+        return [(lag, gain) for lag in ((1.0, -1.0) if lags else (0.0,)) for gain in ((1.0, -1.0) if gains else (0.0,))]
+
+    def ends_of(self, loop: LinearLoop) -> list[tuple[str, float]]:
+        """Return the values that a loop may have instead, one at a time."""
+        if not self.q_error:
+            return [*self.ends]
+        sensor = loop.system.sensor
+        if not isinstance(sensor, SuspendedSensor):
+            raise FrictionloopError(f'q_error = {self.q_error:g}: needs sensor.kind = "suspended"')
+        return [*(("sensor.q", sensor.q * factor) for factor in (1.0 - self.q_error, 1.0 + self.q_error)), *self.ends]
+
+    def checked(self) -> Lean:
+        """Return itself; refuses a share outside 0 to 0.5."""
+        for name, share in self.shares.items():
+            if not 0.0 <= share <= MOST:
+                raise must_be(name, share, f"from 0 to {MOST:g}, e.g. 0.05")
+        return self
+
+
+class OperatingGrid(NamedTuple):
+    """Where a controller has to hold, in all combinations; of what is empty the system's own."""
 
     slip_lengths_um: tuple[float, ...] | None = ()
     """Ends of their range. None: 0 and that of the system."""
     speeds_mm_s: tuple[float, ...] = ()
     loads_n: tuple[float, ...] = ()
     """Mean loads, N."""
+    limits: Mapping[float, float] = MappingProxyType({0.0: math.inf})
+    """Largest Ms by the share that the resonance is off."""
+    lean: Lean = Lean()
 
     def lengths_of(self, system: System) -> tuple[float, ...]:
         """Return the slip lengths in um, the longest first; none without a skin."""
@@ -53,6 +104,25 @@ class Over(NamedTuple):
         }  # fmt: skip
         axes = [[(path, value) for value in values] for path, values in given.items() if values]
         return [at_place(system, dict(point)) for point in product(*axes)]
+
+    def loops(self, system: System, states: Sequence[float] = ()) -> list[LinearLoop]:
+        """Return the loops at lowest, mean and highest force asked for, at each place, by states of the finger.
+
+        Without any these are `occlusions`.
+        """
+        return [
+            loop
+            for there in self.systems(system)
+            for loop in operating_band(there, occluded=states or occlusions(there))
+        ]
+
+    def cases(self, system: System, states: Sequence[float] = ()) -> list[tuple[LinearLoop, float, float]]:
+        """Return `loops`, `leaning` and with the resonance off (`shifted`)."""
+        return shifted(leaning(self.loops(system, states), self.lean), self.limits)
+
+
+ITSELF = OperatingGrid()
+"""The system at its own slip length, speed and load, without limits."""
 
 
 def at_place(system: System, place: Mapping[str, Any]) -> System:
@@ -92,61 +162,6 @@ def with_longest_contact(system: System, speeds_mm_s: Sequence[float]) -> System
         return system
     longer = motion.model_copy(update={"contact_s": _contact_s(motion, slowest)})
     return system.evolve({"motion.contact_s": longer.contact_s, **longer.in_contacts()})
-
-
-ITSELF = Over()
-"""The system at its own slip length, speed and load."""
-
-
-MOST = 0.5
-
-
-class Lean(NamedTuple):
-    """Shares by which parts of a loop may be off, 0 to 0.5: half widths of intervals over their values."""
-
-    sensor_error: float = 0.0
-    """Of the pole behind the springs."""
-    delay_error: float = 0.0
-    gain_error: float = 0.0
-    """Of the sensor's sensitivity, which is in the gain of the loop."""
-    q_error: float = 0.0
-    """Of the quality factor of the sensor's resonance, at one end or the other with all else as described."""
-    ends: tuple[tuple[str, float], ...] = ()
-    """Values that the bench may have instead, by dotted name, one at a time: ends of intervals."""
-
-    @property
-    def shares(self) -> dict[str, float]:
-        """The shares, by name."""
-        return {name: value for name, value in self._asdict().items() if name != "ends"}
-
-    @property
-    def loops_each(self) -> int:
-        """How many loops come of one."""
-        return 1 + len(self.sides) + 2 * bool(self.q_error) + len(self.ends)
-
-    @property
-    def sides(self) -> list[tuple[float, float]]:
-        """Which way a loop leans, in lag and in gain: to either end, 0 where nothing of it is off."""
-        lags, gains = self.sensor_error or self.delay_error, self.gain_error
-        if not lags and not gains:
-            return []
-        return [(lag, gain) for lag in ((1.0, -1.0) if lags else (0.0,)) for gain in ((1.0, -1.0) if gains else (0.0,))]
-
-    def ends_of(self, loop: LinearLoop) -> list[tuple[str, float]]:
-        """Return the values that a loop may have instead, one at a time."""
-        if not self.q_error:
-            return [*self.ends]
-        sensor = loop.system.sensor
-        if not isinstance(sensor, SuspendedSensor):
-            raise FrictionloopError(f'q_error = {self.q_error:g}: needs sensor.kind = "suspended"')
-        return [*(("sensor.q", sensor.q * factor) for factor in (1.0 - self.q_error, 1.0 + self.q_error)), *self.ends]
-
-    def checked(self) -> Lean:
-        """Return itself; refuses a share outside 0 to 0.5."""
-        for name, share in self.shares.items():
-            if not 0.0 <= share <= MOST:
-                raise must_be(name, share, f"from 0 to {MOST:g}, e.g. 0.05")
-        return self
 
 
 def leaning(points: Sequence[LinearLoop], lean: Lean) -> list[LinearLoop]:

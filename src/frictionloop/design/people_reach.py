@@ -12,6 +12,7 @@ import numpy as np
 from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.operating import force_band
 from frictionloop.findings import Finding
+from frictionloop.findings.result import frame
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.physics.reach import Reach, population_reach
@@ -60,13 +61,11 @@ class PeopleReach:
 
     def table(self) -> pd.DataFrame:
         """Return how many are able under a steady load and as it moves."""
-        import pandas as pd
-
         rows = {f"{self.contacts} x {self.contact_s:g} s on the plate": (self.able, self.moving)}
         if self.in_the_end is not None and self.moving_in_the_end is not None:
             rows["contact upon contact"] = (self.in_the_end, self.moving_in_the_end)
         counts = {name: [int(each.sum()) for each in pair] for name, pair in rows.items()}
-        return pd.DataFrame.from_dict(counts, orient="index", columns=["steady load", "load moves"]).rename_axis("able")
+        return frame(counts, "able", ["steady load", "load moves"])
 
 
 def people_reach(system: System, people: Fingers, duration_s: float) -> tuple[Reach, PeopleReach | Finding]:

@@ -19,7 +19,7 @@ from frictionloop.design.corners import peak_of
 from frictionloop.design.people_reach import PeopleReach, moist_later, people_reach, share_of_all, with_own
 from frictionloop.design.population_margins import unlike
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.kept import runs_done
 from frictionloop.loop.open_loop import OPEN_ERROR, OPENED
@@ -148,8 +148,6 @@ class People(Result):
         }
 
     def _metrics(self) -> pd.DataFrame:
-        import pandas as pd
-
         some, rows = self._some(), {}
         for name in map(str, self.grid.data_vars):
             if np.any(np.isfinite(self.grid[name].values)):
@@ -158,12 +156,10 @@ class People(Result):
                 cells = [factor * each[key] for each in groups for key in ("median", "worst_decile")]
                 rows[f"{name}, {unit}" if unit else name] = [*cells, groups[0]["fingers"]]
         heads = ["median", "worst decile", *([] if some is None else ["served: median", "worst decile "]), "of"]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=heads)
+        return frame(rows, "", heads)
 
     def by_coefficient(self) -> pd.DataFrame:
         """Return how many are served, and the median error, of people by parts of their friction coefficients."""
-        import pandas as pd
-
         order = np.argsort(self.grid["coefficient"].values, kind="stable")
         rows = {}
         for part in (each for each in np.array_split(order, PARTS) if each.size):
@@ -174,7 +170,7 @@ class People(Result):
             errors = [name for name in ("rms_error", OPEN_ERROR) if name in here]
             row |= {f"{name}, mN": 1e3 * float(here[name].mean("seed").median()) for name in errors}
             rows[between(float(values.min()), float(values.max()))] = row
-        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("coefficient")
+        return frame(rows, "coefficient")
 
     def _each(self) -> pd.DataFrame:
         frame = self.grid.mean("seed").to_dataframe()
@@ -191,14 +187,12 @@ class People(Result):
         return {path: _own(self.system, path) for path in self.people[0] if path != NUMBER}
 
     def _replaced(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = {}
         for path, own in self.replaced.items():
             values = np.array([each[path] for each in self.people])
             rows[path] = [own, values.min(), np.median(values), values.max()]
         heads = ["file", "least", "median", "largest"]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=heads).astype(float)
+        return frame(rows, "", heads).astype(float)
 
     def plot(self) -> Figure:
         """Return a point for each finger, sorted, for each metric."""

@@ -14,8 +14,7 @@ from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.operating import force_band, missed, occlusions
 from frictionloop.design.corners import MET, cases_of, load_of
 from frictionloop.design.plants import Plants, laws_on, least_gain
-from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import ENDS, SEARCHED
+from frictionloop.design.requirements import SEARCHED, Requirements
 from frictionloop.findings import Condition, Finding
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import Skin, System
@@ -135,9 +134,9 @@ def _dataset(found: Sequence[_Found]) -> xr.Dataset:
 
 def _of(there: System, wanted: Requirements) -> _Found:
     """Return one finger's worst corner."""
-    over = wanted.over(SEARCHED, ENDS)
+    grid = wanted.grid(*SEARCHED)
     # With its command at a limit the loop is open: what a law would do there says nothing of its gains.
-    cases = cases_of(there, wanted.limits, over, wanted.lean, _asked_for)
+    cases = cases_of(there, grid, _asked_for)
     if not cases:
         raise FrictionloopError("no force asked for in reach")
     loops, limits = [loop for loop, _, _ in cases], np.array([limit for _, _, limit in cases])
@@ -149,7 +148,7 @@ def _of(there: System, wanted: Requirements) -> _Found:
     worst = _worst(peaks, limits, [off for _, off, _ in cases])
     loop, off, limit = cases[worst]
     gain = least_gain(loops, limits.tolist(), plants)
-    reach = [missed(each, occlusions(each)) for each in over.systems(there)]
+    reach = [missed(each, occlusions(each)) for each in grid.systems(there)]
     return _Found(loop.sensitivity_peak(), limit, gain, *_where(loop), off, not any(reach))
 
 

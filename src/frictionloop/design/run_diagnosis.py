@@ -14,7 +14,7 @@ from frictionloop.analysis.levels import RECORDED, UNCLEAR
 from frictionloop.analysis.linear import condition_of
 from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row
+from frictionloop.findings.result import Row, frame
 from frictionloop.loop import run_findings
 from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, TURNS, metrics
 from frictionloop.loop.band_split import (
@@ -163,14 +163,14 @@ class Diagnosis(Result):
         found = {"disturbance by frequency": self._bands()} if self.bands else {}
         found["error"] = self._parts()
         if self.steps:
-            found["steps"] = pd.DataFrame(self.steps).set_index("start_s")
-        found["metrics"] = pd.DataFrame({"value": self.metrics}).rename_axis("metric")
+            found["steps"] = frame([each._asdict() for each in self.steps], "start_s")
+        found["metrics"] = frame(self.metrics, "metric", ["value"])
         splits = {"recorded disturbance": self.disturbance_split, "recorded setpoint": self.setpoint_split}
         for name, each in splits.items():
             if each is not None:
-                found[name] = pd.DataFrame({"value": vars(each)}).rename_axis("split")
+                found[name] = frame(vars(each), "split", ["value"])
         blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
-        found["system"] = pd.DataFrame.from_dict(blocks, orient="index", columns=["kind", "values"])
+        found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
             found["recordings"] = pd.DataFrame({name: each._asdict() for name, each in self.recorded.items()})
         return found
@@ -195,8 +195,6 @@ class Diagnosis(Result):
         return run_findings.error_table(parts)
 
     def _bands(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = {
             f"{shown(each.low_hz)} to {shown(each.high_hz)} Hz": (
                 1e3 * each.disturbance_n,
@@ -206,7 +204,7 @@ class Diagnosis(Result):
             for each in self.bands
         }
         columns = ["varies, mN", "left, mN", "left, %"]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("disturbance")
+        return frame(rows, "disturbance", columns)
 
 
 def diagnose(

@@ -10,24 +10,30 @@ from itertools import count
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
-from frictionloop.design.corners import Corner, band_of, broken, corners
+from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.gain_search import UNFOUND
 from frictionloop.design.loop_gains import loop_gains
 from frictionloop.design.notch import WIDEST, retune_notch
-from frictionloop.design.operating_grid import Over, leaning
+from frictionloop.design.operating_grid import leaning
 from frictionloop.design.pi_synthesis import retune
-from frictionloop.design.plants import least_gain, shifted
-from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, springs_told, unheld
+from frictionloop.design.plants import least_gain
+from frictionloop.design.requirements import (
+    CHECKED,
+    COARSE,
+    NOT_HELD,
+    SEARCHED,
+    Designed,
+    Requirements,
+    feedforward,
+    springs_told,
+    unheld,
+)
 from frictionloop.findings import Finding
 from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, check_known
 
-SEARCHED, CHECKED = 3, 9
-"""Speeds in a range that a search begins with, and at which its result is looked at."""
-ENDS, LOADS = 2, 3
-"""The same of loads: the loop's gain goes with the load, so its ends are the worst of most laws."""
 LOWERED = 0.95
 """Least factor on the gains of a search whose grid of frequencies missed a peak (chosen); with less, the law fails."""
 GAINS = ("controller.kp", "controller.ki")
@@ -36,8 +42,7 @@ Synthesis = Callable[[System, Requirements], Designed]
 
 def check_places(system: System, asked: Requirements) -> None:
     """Refuse a speed or a load at which none of the forces can be had; one alone counts as the nearest that can."""
-    _, speeds, loads = asked.over(ENDS, LOADS)
-    for there in Over((), speeds, loads).systems(system):
+    for there in asked.grid(*COARSE)._replace(slip_lengths_um=()).systems(system):
         check_reach(there)
 
 
@@ -53,13 +58,13 @@ def held_between(
     FrictionloopError
         It does not hold where it was searched for: the line says where, and what limits.
     """
-    _, speeds, loads = asked.over(SEARCHED, ENDS)
-    searched, close = replace(asked, speeds_mm_s=speeds, loads_n=loads), asked.over(CHECKED, LOADS)
+    few, close = asked.grid(*SEARCHED), asked.grid(*CHECKED)
+    searched = replace(asked, speeds_mm_s=few.speeds_mm_s, loads_n=few.loads_n)
     searches = count(1)
     while True:
         step(f"search {next(searches)}")
         found = _short(synthesis(system, searched))
-        at = found.corners or corners(system.evolve(found.overrides), asked.limits, close, asked.lean)
+        at = found.corners or corners(system.evolve(found.overrides), close)
         worst = broken(at)
         if worst is None:
             return found, at
@@ -69,7 +74,7 @@ def held_between(
             continue
         factor = least_gain([each.loop for each in at], [each.limit for each in at])
         lower = lowered(found, factor) if factor >= LOWERED else None
-        again = corners(system.evolve(lower.overrides), asked.limits, close, asked.lean) if lower else at
+        again = corners(system.evolve(lower.overrides), close) if lower else at
         if lower is None or broken(again):
             raise unheld(law, asked, worst)
         return lower, again
@@ -115,7 +120,8 @@ def notch_pi(system: System, wanted: Requirements) -> Designed:
     _check_notch(system)
     forward, findings = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
-    points = leaning(band_of(_plain(system), wanted.places), wanted.lean)
+    grid = wanted.grid()
+    points = leaning(grid.loops(_plain(system)), grid.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     told = springs_told(system)
@@ -127,7 +133,7 @@ def notch_pi(system: System, wanted: Requirements) -> Designed:
 
 def pi(system: System, wanted: Requirements) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = shifted(leaning(band_of(_plain(system), wanted.places), wanted.lean), wanted.limits)
+    cases = wanted.grid().cases(_plain(system))
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
@@ -190,7 +196,7 @@ def _for_people(system: System, name: str, asked: Requirements) -> Designed:
     """Return a controller that bears the loop gains of other people too."""
     found, at = held_between(system, name, SYNTHESES[name], asked)
     after, gain = system.evolve(found.overrides), asked.gain_of(system)
-    people = loop_gains(after, asked.over(ENDS, LOADS))
+    people = loop_gains(after, asked.grid(*COARSE))
     if people is not None and people.critical < gain:
         found, at = for_gain(system, found, at, asked, people.critical / gain)
     return found._replace(corners=tuple(at))
@@ -206,7 +212,7 @@ def for_gain(
     lower = lowered(found, factor)
     if lower is None or float(lower.overrides["controller.ki"]) <= LEAST_KI:
         return found, at
-    again = corners(system.evolve(lower.overrides), asked.limits, asked.over(CHECKED, LOADS), asked.lean)
+    again = corners(system.evolve(lower.overrides), asked.grid(*CHECKED))
     return lower, again
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from frictionloop.analysis.levels import OFTEN_N, RECORDED, left_in, too_wide
 from frictionloop.findings import Condition, Finding
+from frictionloop.findings.result import frame
 from frictionloop.loop.metrics import run_reach
 from frictionloop.loop.record import system_of
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
@@ -58,10 +59,8 @@ class ReachSplit:
 
 def error_table(parts: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
     """Return parts of a run, each a share of the time and an error in N, in per cent and mN."""
-    import pandas as pd
-
     rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in parts.items()}
-    return pd.DataFrame.from_dict(rows, orient="index", columns=["time, %", "rms, mN"]).rename_axis("error")
+    return frame(rows, "error", ["time, %", "rms, mN"])
 
 
 def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:

@@ -13,7 +13,7 @@ from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import Entrant, Overrides, entrants
 from frictionloop.design.comparison.scores import spread
 from frictionloop.findings import Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
@@ -206,14 +206,12 @@ class EffectComparison(Result):
         return {"effects": self._table(HEADS), "deciles": self._table(SPREAD)}
 
     def _table(self, heads: Mapping[str, tuple[str, float]]) -> pd.DataFrame:
-        import pandas as pd
-
         rows = [
             {"law": row["law"], "effect": row["effect"], "mm/s": row["speed_mm_s"]}
             | {head: factor * row[name] for name, (head, factor) in heads.items()}
             for row in self.scores
         ]
-        return pd.DataFrame(rows).set_index("law")
+        return frame(rows, "law")
 
     def tidy(self) -> pd.DataFrame:
         """Return `scores` as a table."""

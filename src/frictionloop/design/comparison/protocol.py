@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.operating_grid import Over
+from frictionloop.design.operating_grid import OperatingGrid
 from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
 from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.parameters.timing import Timing
@@ -129,7 +129,7 @@ def without_lengths(people: Fingers) -> Fingers:
 
 def lengths_of(system: System) -> tuple[float, ...]:
     """Return the slip lengths that are compared, um: both ends of what a design holds, the longer first."""
-    return Over(None).lengths_of(system)
+    return OperatingGrid(None).lengths_of(system)
 
 
 def each_resonance(system: System, people: Fingers) -> Fingers:
