@@ -73,7 +73,7 @@ def test_the_step_before_does_not_flatten_the_step_after():
     figure = figure_step(before, after, "as asked")
     titles = [axes.get_title("left") for axes in figure.axes]
     assert titles == [
-        "before: the controller as the file has it: cut off, the force goes from 0.5 to 7 N",
-        "after: the controller that was found",
+        "before: as in the file: cut off, the force goes from 0.5 to 7 N",
+        "after: as designed",
     ]
     assert all(0.75 < axes.get_ylim()[1] < 1.5 for axes in figure.axes)

@@ -7,9 +7,9 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.disturbance import touch_spectrum
-from frictionloop.design.gain_search import WorstFew, best_gains
 from frictionloop.design.notch import NotchSearch
 from frictionloop.design.operating_grid import OperatingGrid
+from frictionloop.design.pi_synthesis import WorstFew, best_gains
 from frictionloop.design.plants import Plants, shifted
 
 LIMITS = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}

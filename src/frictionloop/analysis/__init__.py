@@ -12,9 +12,8 @@ from frictionloop.analysis.limits import (
     stubborn,
     unstable_sum,
 )
-from frictionloop.analysis.linear import LinearLoop, linearise, operating_band
+from frictionloop.analysis.linear import LinearLoop, Reading, linearise, operating_band
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.stability import Ringing, kp_limit, rings
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.analysis.waterbed import Waterbed, waterbed_bound

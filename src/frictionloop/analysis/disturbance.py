@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.linear import LinearLoop, Reading, linearise
 from frictionloop.analysis.operating import force_band
-from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.state_space import Array
 from frictionloop.parameters import FingerFriction, LowpassSensor, Sine, Strokes, System
 from frictionloop.physics.roughness import WAVES
@@ -46,9 +45,7 @@ def touch_spectrum(system: System, setpoint_share: float = 1.0) -> Spectrum:
     """
     friction, motion, setpoint = system.friction, system.motion, system.setpoint
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
-        raise FrictionloopError(
-            f'friction.kind = "{friction.kind}", motion.kind = "{motion.kind}": needs "finger", "strokes"'
-        )
+        raise FrictionloopError('friction.kind, motion.kind: needs "finger", "strokes"')
     force = force_band(system).mean_n
     per_load = friction.load_exponent * force / motion.load_n
     lowest = motion.speed_mm_s / friction.roughness_longest_mm

@@ -103,7 +103,7 @@ def operating_amplitude_um(system: System, occluded: float, amplitude_um: float 
     """Return the amplitude of an operating point given as amplitude, as force, or not at all (`linearise`)."""
     low, high = reach_at(system, occluded)
     if amplitude_um is not None and force_n is not None:
-        raise FrictionloopError("give amplitude_um or force_n, not both")
+        raise FrictionloopError("amplitude_um, force_n: give one")
     if amplitude_um is not None:
         largest = _largest_um(system)
         if not 0 <= amplitude_um <= largest:
@@ -140,9 +140,7 @@ def _check_place(system: System, occluded: float) -> None:
         ("load_n", motion.load_n, cells.touch_n, "N"),
     ):
         if value < least:
-            raise FrictionloopError(
-                f"motion.{name} = {value:g} {unit}: the controller holds its output below {least:g}"
-            )
+            raise FrictionloopError(f"motion.{name} = {value:g} {unit}: the controller needs {least:g}")
 
 
 def _band(source: Any, name: str) -> ForceBand:

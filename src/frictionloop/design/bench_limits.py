@@ -95,7 +95,7 @@ class BenchLimits(Result):
             left = [1e3 * each.residual_n for each in self.parts]
             axes.barh(names, left, color=[GREY, *[BLUE] * (len(names) - 1)])
             axes.invert_yaxis()
-            axes.set(xlabel="rms left of friction noise, tremor and drift (mN)", title=f"{self.law}, one part changed")
+            axes.set(xlabel="rms left of noise, tremor and drift (mN)", title=f"{self.law}, one part changed")
             return figure
 
         return draw()

@@ -71,7 +71,7 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
     gain, poles = float(D[0, 0]), np.linalg.eigvals(A).astype(complex)
     if np.any(np.abs(poles) >= 1.0 - 1e-9):  # rounding
         worst = complex(poles[np.argmax(np.abs(poles))])
-        raise FrictionloopError(f"unstable controller (pole at {worst:.4g}): ask for less")
+        raise FrictionloopError(f"unstable controller (pole at {worst:.4g})")
     back, so_far, sections = np.exp(-1j * ANGLES), np.ones(ANGLES.size, dtype=complex), []
     for b, a in paired(np.linalg.eigvals(A - B @ C / gain).astype(complex), poles):
         shape = so_far * np.polyval(b[::-1], back) / np.polyval(a[::-1], back)

@@ -159,7 +159,7 @@ def limit_observer(system: System, wanted: Requirements) -> Designed:
     if not isinstance(system.sensor, SuspendedSensor):
         raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": must be "suspended"')
     if not (isinstance(system.motion, Strokes) and hasattr(system.friction, "susceptibility_per_um2")):
-        raise FrictionloopError("limit_observer: needs a finger that strokes")
+        raise FrictionloopError("limit_observer: needs strokes")
     margin = float(f"{max(wanted.gain_of(system) / BORNE, 1.0):.3g}")
     own = {"controller.kind": "limit_observer", "controller.susceptibility_margin": margin}
     there = system.evolve(own)  # a delay that does not fit is refused here

@@ -16,7 +16,7 @@ from frictionloop.analysis.linear import LinearLoop, operating_band
 from frictionloop.analysis.operating import check_reach
 from frictionloop.analysis.state_space import Array
 from frictionloop.control.notch import notch_section, section_response
-from frictionloop.design.gain_search import UNFOUND, Gains, WorstFew, best_gains, gains_reached
+from frictionloop.design.pi_synthesis import UNFOUND, Gains, WorstFew, best_gains, gains_reached
 from frictionloop.design.plants import Plants, shifted, stiffened
 from frictionloop.loop.progress import step
 from frictionloop.loop.progress import step as progress
@@ -166,7 +166,7 @@ def _result(search: NotchSearch, x: Array, kp: float, ki: float, overdrive: bool
 def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
     if not isinstance(system, System):
         if not len(system):
-            raise FrictionloopError("system = []: must be a System or at least one LinearLoop")
+            raise FrictionloopError("system = []: needs a System or LinearLoop")
         return list(system)
     check_reach(system)
     plain = system if hasattr(system.controller, "kp") else system.evolve({"controller.kind": "pi"})
@@ -176,7 +176,7 @@ def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
 def _resonance_hz(system: System) -> float:
     sensor = system.sensor
     if not isinstance(sensor, SuspendedSensor):
-        raise FrictionloopError(f"sensor.kind = {sensor.kind!r}: must be 'suspended' for a notch")
+        raise FrictionloopError(f"sensor.kind = {sensor.kind!r}: must be 'suspended'")
     return sensor.resonance_hz
 
 
@@ -190,9 +190,9 @@ def _limits(sensitivity_peak: float | Mapping[float, float], resonance_error: fl
         if not (math.isfinite(peak) and peak > 1):
             raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.5")
         if not 0 <= error <= 0.5:
-            raise must_be("resonance_error", error, "from 0 to 0.5, e.g. 0.05")
+            raise must_be("resonance_error", error, "from 0 to 0.5")
     if not limits:
-        raise FrictionloopError("sensitivity_peak = {}: needs one limit at least, e.g. {0.05: 1.5}")
+        raise FrictionloopError("sensitivity_peak = {}: needs one limit")
     return limits
 
 

@@ -63,7 +63,7 @@ class Lean(NamedTuple):
         """Return itself; refuses a share outside 0 to 0.5."""
         for name, share in self.shares.items():
             if not 0.0 <= share <= MOST:
-                raise must_be(name, share, f"from 0 to {MOST:g}, e.g. 0.05")
+                raise must_be(name, share, f"from 0 to {MOST:g}")
         return self
 
 

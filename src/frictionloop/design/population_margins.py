@@ -55,10 +55,10 @@ ABOUT = {
     "speed_mm_s": ("mm/s", "speed there"),
     "load_n": ("N", "mean load there"),
     "force_n": ("N", "friction force there"),
-    "occluded": ("1", "how far occlusion has come there"),
-    "resonance_off": ("1", "share by which the resonance is off there"),
-    "in_reach": ("", "whether all forces are in reach"),
-    "unseen": ("", "why a finger was not looked at"),
+    "occluded": ("1", "occlusion there"),
+    "resonance_off": ("1", "resonance off there"),
+    "in_reach": ("", "all forces in reach"),
+    "unseen": ("", "why not looked at"),
 }
 """Variables of `check_fingers`, with units and meaning."""
 
@@ -104,7 +104,7 @@ def check_fingers(
     """
     must = wanted or Requirements()
     if not len(people):
-        raise FrictionloopError("people: needs one at least, as fl.fingers(100, 0)")
+        raise FrictionloopError("people: needs one at least")
     found: list[_Found] = []
     with progress_bar("margins of fingers", len(people), progress) as bar:
         try:

@@ -52,10 +52,10 @@ class Requirements:
         if not 1.0 < self.sensitivity_peak <= 10.0:
             raise must_be("sensitivity_peak", self.sensitivity_peak, "above 1, up to 10")
         if not 0.0 <= self.resonance_error <= 0.25:
-            raise must_be("resonance_error", self.resonance_error, "from 0 to 0.25, e.g. 0.05")
+            raise must_be("resonance_error", self.resonance_error, "from 0 to 0.25")
         self.lean.checked()
         if self.finger_gain is not None and not 1.0 <= self.finger_gain <= 10.0:
-            raise must_be("finger_gain", self.finger_gain, "from 1 to 10, e.g. 1.5")
+            raise must_be("finger_gain", self.finger_gain, "from 1 to 10")
         if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
             raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0")
         if not all(0.0 < each < float("inf") for each in self.loads_n):

@@ -11,11 +11,10 @@ from itertools import count
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
 from frictionloop.design.corners import Corner, broken, corners
-from frictionloop.design.gain_search import UNFOUND
 from frictionloop.design.loop_gains import loop_gains
 from frictionloop.design.notch import WIDEST, retune_notch
 from frictionloop.design.operating_grid import leaning
-from frictionloop.design.pi_synthesis import retune
+from frictionloop.design.pi_synthesis import UNFOUND, retune
 from frictionloop.design.plants import least_gain
 from frictionloop.design.requirements import (
     CHECKED,

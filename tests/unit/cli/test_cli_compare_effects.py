@@ -61,7 +61,7 @@ def test_what_is_kept_is_not_run_again():
         (("--effects", "gratin"), "effect: 'gratin' is unknown; did you mean grating"),
         (("--effects", "bump", "--out", "r.h5"), "out = r.h5: not with effects"),
         (("--effects", "bump", "--duration-s", "5"), "duration_s = 5.0: not with effects"),
-        (("--effects", "bump", "--seed", "3"), "must be any but that of the fingers laws are tuned on"),
+        (("--effects", "bump", "--seed", "3"), "must be another than for tuning"),
         (("--effects", "bump", "--speeds", "900"), "speeds = 900 mm/s: must be from 2 to 500"),
     ],
 )

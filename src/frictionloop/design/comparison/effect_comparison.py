@@ -71,7 +71,7 @@ def arrived(
     some = protocol.able(system, people, speed_mm_s)
     if not some.any():
         forces = f"{protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
-        raise FrictionloopError(f"fingers = {count}: none can be given {forces}; take more")
+        raise FrictionloopError(f"fingers = {count}: none reaches {forces}")
     able = Fingers(each for each, counts in zip(people, some, strict=True) if counts)
     shown = [prepared(effect, system.evolve(each).evolve(law), speed_mm_s) for each in able]
     playable_forces(shown[0])
@@ -260,7 +260,7 @@ def compare_effects(
     protocol.check_free(each for each in given if not each.startswith("setpoint.") or effects is not None)
     if effects is None:
         if not isinstance(system.setpoint, EffectSource):
-            raise must_be("setpoint.kind", system.setpoint.kind, '"effect" where no effects are named')
+            raise must_be("setpoint.kind", system.setpoint.kind, '"effect" without named effects')
         effects = {ALREADY: system.setpoint.effect}
     named = dict(effects) if isinstance(effects, Mapping) else {name: find(name) for name in effects}
     cells = effect_cells(system, named, laws, count, seed, speeds_mm_s, progress=progress)

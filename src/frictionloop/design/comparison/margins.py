@@ -14,8 +14,7 @@ from frictionloop.analysis.margins import Margins
 from frictionloop.control.cost import worst_tick
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import on_device
-from frictionloop.design.comparison.plain import occluded_at
-from frictionloop.design.comparison.run import LawRuns
+from frictionloop.design.comparison.run import LawRuns, occluded_at
 from frictionloop.design.comparison.scores import SCORES, spread
 from frictionloop.design.loop_gains import loop_gain
 from frictionloop.loop.simulate import simulate

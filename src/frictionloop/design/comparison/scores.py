@@ -67,22 +67,22 @@ class Score(NamedTuple):
 
 
 SCORES: dict[str, Score] = {
-    "r2_identity": Score("R2 of f_a = f_r, three levels pooled", larger_is_better=True),
-    "r2_regression": Score("R2 of the regression, three levels pooled", larger_is_better=True),
+    "r2_identity": Score("R2 of f_a = f_r, pooled", larger_is_better=True),
+    "r2_regression": Score("R2 of the regression, pooled", larger_is_better=True),
     **{f"r2_identity_{n:g}_n": Score(f"R2 of f_a = f_r around {n:g} N", "1", True) for n in protocol.LEVELS_N},
     **{f"r2_regression_{n:g}_n": Score(f"R2 of the regression around {n:g} N", "1", True) for n in protocol.LEVELS_N},
-    "worst_level_r2_identity": Score("R2 of f_a = f_r at the worst level", "1", True),
-    "residual_rms_n": Score("rms of f_a - f_r, sines", "N"),
-    "hold_rms_n": Score("rms of f_a - f_r, holds", "N"),
-    "landing_rms_n": Score("rms of f_a - f_r, landings", "N"),
-    "turn_peak_n": Score("largest force after a turn, mean, hold at 0.6 N", "N"),
-    "rise_63_s": Score("time to 63 % of a step up", "s"),
-    "rise_10_90_s": Score("time from 10 to 90 % of a step up", "s"),
-    "fall_63_s": Score("time to 63 % of a step down", "s"),
-    "fall_10_90_s": Score("time from 10 to 90 % of a step down", "s"),
+    "worst_level_r2_identity": Score("R2, worst level", "1", True),
+    "residual_rms_n": Score("rms error, sines", "N"),
+    "hold_rms_n": Score("rms error, holds", "N"),
+    "landing_rms_n": Score("rms error, landings", "N"),
+    "turn_peak_n": Score("mean peak after turns, 0.6 N", "N"),
+    "rise_63_s": Score("step up, to 63 %", "s"),
+    "rise_10_90_s": Score("step up, 10 to 90 %", "s"),
+    "fall_63_s": Score("step down, to 63 %", "s"),
+    "fall_10_90_s": Score("step down, 10 to 90 %", "s"),
     "perceptual_index": Score("perceptual index D, sines"),
-    "relative_index": Score("D over that of a plain stroke at the level"),
-    "saturation_index": Score("share of commands that are clamped, sines"),
+    "relative_index": Score("D over a plain stroke"),
+    "saturation_index": Score("share clamped, sines"),
 }
 """Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
 _DIMS = ("law", "speed_mm_s", "slip_length_um", "finger")
