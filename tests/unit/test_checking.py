@@ -313,9 +313,9 @@ def test_what_was_checked_is_saved_with_what_was_asked_found_and_given(tmp_path)
 
 @pytest.mark.slow
 def test_a_look_at_people_that_is_stopped_keeps_those_who_were_looked_at(monkeypatch):
-    from frictionloop.design import on_fingers
+    from frictionloop.design import population_margins
 
-    seen, of_one = [], on_fingers._of
+    seen, of_one = [], population_margins._of
 
     def look(*given):
         seen.append(given)
@@ -323,7 +323,7 @@ def test_a_look_at_people_that_is_stopped_keeps_those_who_were_looked_at(monkeyp
             raise KeyboardInterrupt
         return of_one(*given)
 
-    monkeypatch.setattr(on_fingers, "_of", look)
+    monkeypatch.setattr(population_margins, "_of", look)
     found = check(WEAK, ON_DAHL, fl.fingers(8, 0))
     stopped = of(found, "STOPPED")
     assert (stopped.value, stopped.limit) == (3, 8) and found.fingers.sizes["finger"] == 3

@@ -17,7 +17,7 @@ from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
 from frictionloop.design.operating_grid import Lean
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Condition, Finding
-from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System, bench
+from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System, bench
 from frictionloop.quantities import FrictionloopError
 
 CODES: dict[How, str] = {"unstable": "LOOP-UNSTABLE", "near": "LOOP-NEAR", "beyond": "MS-BEYOND"}
@@ -193,12 +193,6 @@ def of_assumed(system: System, given: Collection[str]) -> Iterator[Finding]:
     named = {path: own[path] for path in same if lifts or path != "motion.lifted_s"}
     if named:
         yield Finding("ASSUMED", value=len(named), more={"values": named})
-
-
-def has_people(system: System) -> bool:
-    """Tell whether a system is of a finger that others could bring their own in place of."""
-    has = isinstance(system.friction, FingerFriction) and isinstance(system.finger, Skin)
-    return has and isinstance(system.motion, Strokes)
 
 
 def _values(system: System) -> dict[str, Any]:

@@ -38,11 +38,6 @@ class Corner(NamedTuple):
     """Ms, infinite if the loop is unstable."""
 
     @property
-    def margins(self) -> Margins:
-        """All margins of the loop, which take longer to find."""
-        return self.loop.margins()
-
-    @property
     def condition(self) -> Condition:
         """Where that is."""
         found = self.loop.elements
@@ -94,19 +89,34 @@ def corners(system: System, grid: OperatingGrid = ITSELF, states: Sequence[float
     """
     cases = cases_of(system, grid, states=states)
     step(f"{len(cases)} loops there")
-    loops = [loop for loop, _, _ in cases]
-    plants = Plants.of(loops, fine=False)
-    stable = np.array([loop.is_stable() for loop in loops])
-    peaks = np.where(stable, 1.0 / plants.distances(laws_on(plants.frequency_hz, loops)), np.inf)
+    _, found = rough_corners(cases)
     groups: dict[tuple[Condition, bool, float], list[int]] = {}
     for k, (loop, off, _) in enumerate(cases):
         at = replace(condition_of(loop.system), load_n=None)
         groups.setdefault((at, loop.elements.occluded > 0.0, off), []).append(k)
+    peaks = np.array([each.sensitivity_peak for each in found])
     close = [k for group in groups.values() for k in group if peaks[group].max() <= CLOSE * peaks[k] < np.inf]
     for count, k in enumerate(close, 1):
-        step(f"loop {count} of the worst {len(close)}, {condition_of(loops[k].system)}")
-        peaks[k] = loops[k].sensitivity_peak()
-    return [Corner(off, limit, loop, float(peak)) for (loop, off, limit), peak in zip(cases, peaks, strict=True)]
+        step(f"loop {count} of the worst {len(close)}, {condition_of(found[k].loop.system)}")
+        found[k] = found[k]._replace(sensitivity_peak=found[k].loop.sensitivity_peak())
+    return found
+
+
+def rough_corners(cases: Sequence[tuple[LinearLoop, float, float]]) -> tuple[Plants, list[Corner]]:
+    """Return the loops of `cases_of` on one grid of frequencies, and Ms of each there."""
+    loops = [loop for loop, _, _ in cases]
+    plants = Plants.of(loops, fine=False)
+    stable = np.array([loop.is_stable() for loop in loops])
+    peaks = np.where(stable, 1.0 / plants.distances(laws_on(plants.frequency_hz, loops)), np.inf)
+    return plants, [
+        Corner(off, limit, loop, float(peak)) for (loop, off, limit), peak in zip(cases, peaks, strict=True)
+    ]
+
+
+def worst_corner(found: Sequence[Corner]) -> Corner:
+    """Return the corner farthest beyond its limit; of unstable ones that with the smallest error of the resonance."""
+    rings = [each for each in found if math.isinf(each.sensitivity_peak)]
+    return min(rings, key=lambda each: abs(each.off)) if rings else max(found, key=lambda each: each.excess)
 
 
 def _any(_: LinearLoop) -> bool:
@@ -169,10 +179,7 @@ class Place(NamedTuple):
     @property
     def worst(self) -> Corner:
         """The corner farthest beyond its limit; of unstable ones that with the smallest error of the resonance."""
-        rings = [each for each in self.corners if math.isinf(each.sensitivity_peak)]
-        if rings:
-            return min(rings, key=lambda each: abs(each.off))
-        return max(self.corners, key=lambda each: each.excess)
+        return worst_corner(self.corners)
 
     @property
     def how(self) -> How:

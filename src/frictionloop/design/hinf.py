@@ -63,7 +63,19 @@ class Weights:
 
 
 def weighted_plant(plant: SampledPlant, shaping: Quadruple, weights: Weights) -> Quadruple:
-    """Return the generalised plant, sampled, of a loop (u, d, n to f_a, f_m) under weights; the filter is in s."""
+    """Return the generalised plant, sampled, of a loop (u, d, n to f_a, f_m) under weights; the filter is in s.
+
+    Inputs  w_res, w_in, w_d, w_n, u     Outputs  z_res, z_e, z_u, y
+        w_res    force on the suspension that a resonance off its value brings about: loop closed by -delta z_res
+        w_in     force command of another's making, before the integrator
+        w_d      friction force of another's making, from all frequencies alike
+        w_n      sensor noise
+        z_res    2 r (f_m - f_a): what the springs do with a resonance off by r
+        z_e      residual f_a, weighted as the disturbance's spectrum: a multiple of the shaping filter, plus a floor
+        z_u      force command
+    y = -f_m, and the synthesised K acts before 1 + wi Ts/(z - 1): kp = 1 and ki = wi of the PI behind it are then
+    known beforehand, and no integrator has to come out of an optimisation.
+    """
     space, half_s = plant.state_space(), plant.period_s / 2
     in_w = shaping._replace(A=shaping.A * half_s, B=shaping.B * half_s)  # Tustin's rule, s = (2/Ts) w
     weight = bilinear(balanced(in_w)[0], back=True)

@@ -14,11 +14,11 @@ import xarray as xr
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.analysis.stability import NEAR
 from frictionloop.design import controller_findings
-from frictionloop.design.best_point import SMALL, grid_by_name, loss_of, tidy, without_value
+from frictionloop.design.best_point import SMALL, GridResult, loss_of, without_value
 from frictionloop.design.corners import peak_of
 from frictionloop.design.people_reach import PeopleReach, moist_later, people_reach, share_of_all, with_own
 from frictionloop.design.population_margins import unlike
-from frictionloop.findings import Finding, Result, shown
+from frictionloop.findings import Finding, shown
 from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.kept import runs_done
@@ -33,7 +33,6 @@ from frictionloop.quantities.brief import Brief
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
 
 METRICS = ("r2_identity", "rms_error", "saturation_index", "perceptual_index")
 """Kept of people if none are named, and ``disturbance_left`` of a recorded disturbance."""
@@ -54,23 +53,19 @@ NUMBER = "motion.person"
 
 
 @dataclass(frozen=True, kw_only=True)
-class People(Result):
+class People(GridResult):
     """For how many people a set-point can be rendered, and how well."""
 
     SCHEMA: ClassVar[str] = "people/1"
-    system: System
     people: Fingers
     """Overrides, one finger each."""
     drawn: Mapping[str, Any]
     """What `fingers_for` was given for them."""
     duration_s: float
-    grid: xr.Dataset
-    """Metrics over ``finger`` and ``seed``; with each finger's ``coefficient``, ``lowest_n``, ``highest_n``, whether it
-    is ``capable`` of the set-point, ``capable_load_moves`` and ``served`` in ordinary use."""
+    """Of each run. ``grid`` has over ``finger`` each one's ``coefficient``, ``lowest_n``, ``highest_n``, whether it is
+    ``capable`` of the set-point, ``capable_load_moves`` and ``served`` in ordinary use."""
     reach: PeopleReach | None
     """Who can be given the set-point; None if that is not known."""
-    runs: int
-    runs_done: int
 
     @property
     def served(self) -> int | None:
@@ -81,11 +76,6 @@ class People(Result):
     def share(self) -> tuple[float, float] | None:
         """Its share of all such people, 95 % interval."""
         return None if self.served is None else share_of_all(self.served, len(self.people))
-
-    @property
-    def complete(self) -> bool:
-        """Whether all runs are done."""
-        return self.runs_done == self.runs
 
     def spread(self, metric: str, some: np.ndarray | None = None) -> dict[str, float]:
         """Return median and worst decile over fingers (of ``some``), each by its mean over seeds, and their number."""
@@ -122,9 +112,7 @@ class People(Result):
             f"coefficient {between(float(ends.min()), float(ends.max()))}, load {between(min(loads), max(loads), 'N')}"
         )
         found.append(("people", f"{who}, {shown(motion.speed_mm_s)} mm/s"))
-        seeds = f" x {self.grid.sizes['seed']} seeds" * (self.grid.sizes["seed"] > 1)
-        size = f"{len(self.people)} people{seeds} of {shown(self.duration_s)} s"
-        found.append(("runs", f"{self.runs_done} of {self.runs}: {size}"))
+        found.append(self._runs(f"{len(self.people)} people"))
         return found
 
     def _left(self) -> str:
@@ -177,10 +165,6 @@ class People(Result):
         own = [name for name in OF_EACH if name in frame]
         return frame[[*own, *(name for name in self.grid.data_vars)]].rename(columns=OF_EACH)
 
-    def tidy(self) -> pd.DataFrame:
-        """Return a row for each run: the finger, the seed, the metrics."""
-        return tidy(self.grid)
-
     @property
     def replaced(self) -> dict[str, Any]:
         """The system's own values that each finger replaces, by dotted name."""
@@ -194,16 +178,10 @@ class People(Result):
         heads = ["file", "least", "median", "largest"]
         return frame(rows, "", heads).astype(float)
 
-    def plot(self) -> Figure:
-        """Return a point for each finger, sorted, for each metric."""
-        from frictionloop.loop.sweep_figure import figure_of
-
-        return figure_of(self.grid)
-
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, each finger's metrics too."""
         own = super().to_dict()
-        del own["grid"], own["people"], own["reach"]
+        del own["people"], own["reach"]
         names, who = list(map(str, self.grid.data_vars)), self._some()
         each = {str(name): values.values for name, values in self.grid.coords.items() if values.dims == ("finger",)}
         del each["finger"]
@@ -217,9 +195,7 @@ class People(Result):
                 "population": {name: self.spread(name) for name in names},
                 "population_served": None if who is None else {name: self.spread(name, who) for name in names},
                 "replaced": self.replaced,
-                "complete": self.complete,
                 "each": each,
-                **grid_by_name(self.grid),
             }
         )
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.operating import force_band, missed, occlusions
-from frictionloop.design.corners import MET, cases_of, load_of
-from frictionloop.design.plants import Plants, laws_on, least_gain
+from frictionloop.design.corners import MET, cases_of, rough_corners, worst_corner
+from frictionloop.design.plants import least_gain
 from frictionloop.design.requirements import SEARCHED, Requirements
 from frictionloop.findings import Condition, Finding
 from frictionloop.loop.progress import progress_bar
-from frictionloop.parameters import Skin, System
+from frictionloop.parameters import System
 from frictionloop.physics.reach import ROUNDING
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.brief import Brief
@@ -29,22 +29,6 @@ class FingersInterrupted(KeyboardInterrupt, metaclass=Brief):
     def __init__(self, partial: xr.Dataset) -> None:
         super().__init__(f"{partial.sizes['finger']} fingers looked at")
         self.partial = partial
-
-
-class _Found(NamedTuple):
-    """One finger: its worst corner, and what limits the gain."""
-
-    sensitivity_peak: float = math.nan
-    limit: float = math.nan
-    gain_factor: float = math.nan
-    slip_length_um: float = math.nan
-    speed_mm_s: float = math.nan
-    load_n: float = math.nan
-    force_n: float = math.nan
-    occluded: float = math.nan
-    resonance_off: float = math.nan
-    in_reach: bool = True
-    unseen: str = ""
 
 
 ABOUT = {
@@ -105,26 +89,27 @@ def check_fingers(
     must = wanted or Requirements()
     if not len(people):
         raise FrictionloopError("people: needs one at least")
-    found: list[_Found] = []
+    found: list[dict[str, Any]] = []
     with progress_bar("margins of fingers", len(people), progress) as bar:
         try:
             for person in people:
                 try:
                     found.append(_of(system.evolve(dict(person)), must))
                 except FrictionloopError as error:
-                    found.append(_Found(unseen=str(error)))
+                    found.append({"unseen": str(error)})
                 bar()
         except KeyboardInterrupt:
-            if all(each.unseen for each in found):
+            if all("unseen" in each for each in found):
                 raise
             raise FingersInterrupted(_dataset(found)) from None
-    if all(each.unseen for each in found):
-        raise FrictionloopError(f"people: none can be looked at: {found[0].unseen}")
+    if all("unseen" in each for each in found):
+        raise FrictionloopError(f"people: none can be looked at: {found[0]['unseen']}")
     return _dataset(found)
 
 
-def _dataset(found: Sequence[_Found]) -> xr.Dataset:
-    values = {name: ("finger", np.array([getattr(each, name) for each in found]),
+def _dataset(found: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    missing = {"in_reach": True, "unseen": ""}
+    values = {name: ("finger", np.array([each.get(name, missing.get(name, math.nan)) for each in found]),
                      {"units": units, "long_name": said}) for name, (units, said) in ABOUT.items()}  # fmt: skip
     result = xr.Dataset(values, {"finger": np.arange(len(found))})
     result["stable"] = np.isfinite(result["sensitivity_peak"])
@@ -132,45 +117,30 @@ def _dataset(found: Sequence[_Found]) -> xr.Dataset:
     return result
 
 
-def _of(there: System, wanted: Requirements) -> _Found:
-    """Return one finger's worst corner."""
+def _of(there: System, wanted: Requirements) -> dict[str, Any]:
+    """Return one finger's worst corner, and what limits the gain."""
     grid = wanted.grid(*SEARCHED)
     # With its command at a limit the loop is open: what a law would do there says nothing of its gains.
     cases = cases_of(there, grid, _asked_for)
     if not cases:
         raise FrictionloopError("no force asked for in reach")
-    loops, limits = [loop for loop, _, _ in cases], np.array([limit for _, _, limit in cases])
-    plants = Plants.of(loops, fine=False)
-    laws = laws_on(plants.frequency_hz, loops)
-    stable = np.array([loop.is_stable() for loop in loops])
-    peaks = np.where(stable, 1.0 / plants.distances(laws), np.inf)
     # The shared grid finds where to look, within a percent; there all of it is looked at closely.
-    worst = _worst(peaks, limits, [off for _, off, _ in cases])
-    loop, off, limit = cases[worst]
-    gain = least_gain(loops, limits.tolist(), plants)
-    reach = [missed(each, occlusions(each)) for each in grid.systems(there)]
-    return _Found(loop.sensitivity_peak(), limit, gain, *_where(loop), off, not any(reach))
+    plants, found = rough_corners(cases)
+    worst = worst_corner(found)
+    return {
+        **worst.condition.values,
+        "resonance_off": worst.off,
+        "sensitivity_peak": worst.loop.sensitivity_peak(),
+        "limit": worst.limit,
+        "gain_factor": least_gain([each.loop for each in found], [each.limit for each in found], plants),
+        "in_reach": not any(missed(each, occlusions(each)) for each in grid.systems(there)),
+    }
 
 
 def _asked_for(loop: LinearLoop) -> bool:
     """Tell whether a loop is at a force that is asked for: elsewhere its command stays at a limit, and cannot ring."""
     band, force_n = force_band(loop.system), loop.elements.force_n
     return band.low_n * (1.0 - ROUNDING) <= force_n <= band.high_n * (1.0 + ROUNDING)
-
-
-def _worst(peaks: np.ndarray, limits: np.ndarray, offs: Sequence[float]) -> int:
-    """Return the corner farthest beyond its limit; of unstable ones that with the smallest error of the resonance."""
-    rings = np.flatnonzero(np.isinf(peaks))
-    return int(rings[np.argmin(np.abs(np.array(offs)[rings]))]) if rings.size else int(np.argmax(peaks / limits))
-
-
-def _where(loop: LinearLoop) -> tuple[float, float, float, float, float]:
-    """Return slip length, speed, load, force and occlusion of a loop."""
-    system, at = loop.system, loop.elements
-    length = system.finger.slip_length_um if isinstance(system.finger, Skin) else math.nan
-    load_n = load_of(system)
-    speed = getattr(system.motion, "speed_mm_s", math.nan)
-    return length, speed, math.nan if load_n is None else load_n, at.force_n, at.occluded
 
 
 MOST = 0.9

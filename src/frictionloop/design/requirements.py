@@ -56,12 +56,11 @@ class Requirements:
         self.lean.checked()
         if self.finger_gain is not None and not 1.0 <= self.finger_gain <= 10.0:
             raise must_be("finger_gain", self.finger_gain, "from 1 to 10")
-        if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
-            raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0")
-        if not all(0.0 < each < float("inf") for each in self.loads_n):
-            raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0")
+        for name in ("speeds_mm_s", "loads_n"):
+            if not all(0.0 < each < math.inf for each in getattr(self, name)):
+                raise must_be(name, getattr(self, name), "above 0")
         if not all(0.0 <= each <= 1000.0 for each in self.slip_lengths_um or ()):
-            raise FrictionloopError(f"slip_lengths_um = {self.slip_lengths_um}: from 0 to 1000")
+            raise must_be("slip_lengths_um", self.slip_lengths_um, "from 0 to 1000")
 
     @property
     def lean(self) -> Lean:

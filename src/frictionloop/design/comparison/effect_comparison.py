@@ -85,54 +85,6 @@ def arrived(
     return found | {"contrast_low": float(low), "contrast_high": float(high)}
 
 
-def effect_cells(
-    system: System,
-    effects: Mapping[str, Effect] | Sequence[str],
-    laws: Iterable[str] | Mapping[str, Entrant] | None = None,
-    count: int = protocol.SMALL,
-    seed: int = protocol.EVALUATION_SEED,
-    speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
-    *,
-    kept: MutableMapping[Key, Cell] | None = None,
-    save: Callable[[], Any] = lambda: None,
-    progress: bool | None = None,
-) -> dict[Key, Cell]:
-    """Return what `arrived` finds for each law, effect and speed.
-
-    Parameters
-    ----------
-    system, laws, count, seed, speeds_mm_s, progress
-        As of `compare`; without ``laws``, all that can run on this bench and need not know a set-point ahead.
-    effects : mapping or list
-        Effects by name, or names of the library and of TOML files.
-    kept : dict, optional
-        Cells that are there already; new ones are added, and ``save()`` is called after each.
-
-    Raises
-    ------
-    FrictionloopError
-        As `compare` and `arrived`.
-    """
-    named = dict(effects) if isinstance(effects, Mapping) else {name: find(name) for name in effects}
-    fields, found = entrants(laws), {} if kept is None else kept
-    protocol.population(system, count, seed)
-    speeds = protocol.speeds_of(system, speeds_mm_s)
-    for effect, speed in itertools.product(named.values(), speeds):
-        playable_forces(prepared(effect, system, speed))
-    with progress_bar("effects", len(fields) * len(named) * len(speeds), progress) as bar:
-        for law, entrant in fields.items():
-            left = [(name, speed) for name in named for speed in speeds if (law, name, speed) not in found]
-            bar.doing(f"designing {law}")
-            changes = next(_designed(entrant, system, spare=laws is None), None) if left else None
-            for name, speed in itertools.product(named, speeds):
-                if changes is not None and (name, speed) in left:
-                    bar.doing(f"{law}, {name} at {speed:g} mm/s")
-                    found[law, name, speed] = arrived(system, named[name], changes, speed, count, seed)
-                    save()
-                bar()
-    return dict(found)
-
-
 def _designed(entrant: Entrant, system: System, spare: bool) -> Iterator[Overrides]:
     """Yield what a law changes; nothing if it cannot run on this bench and is spared."""
     try:
@@ -235,6 +187,8 @@ def compare_effects(
     speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
     *,
     given: Collection[str] = (),
+    kept: MutableMapping[Key, Cell] | None = None,
+    save: Callable[[], Any] = lambda: None,
     progress: bool | None = None,
 ) -> EffectComparison:
     """Return how much of effects arrives under control laws, on fingers that none was tuned on.
@@ -245,10 +199,10 @@ def compare_effects(
         The bench.
     effects
         Effects by name, or names of the library and of TOML files; None: that which is the set-point.
-    laws, count, seed, speeds_mm_s
-        As of `compare`.
-    given
-        As of `compare`.
+    laws, count, seed, speeds_mm_s, given
+        As of `compare`; without ``laws``, all that can run on this bench and need not know a set-point ahead.
+    kept
+        Cells that are there already; new ones are added, and ``save()`` is called after each.
     progress
         As of `sweep`.
 
@@ -263,5 +217,20 @@ def compare_effects(
             raise must_be("setpoint.kind", system.setpoint.kind, '"effect" without named effects')
         effects = {ALREADY: system.setpoint.effect}
     named = dict(effects) if isinstance(effects, Mapping) else {name: find(name) for name in effects}
-    cells = effect_cells(system, named, laws, count, seed, speeds_mm_s, progress=progress)
-    return EffectComparison(system=system, effects=named, fingers=count, seed=seed, cells=cells)
+    fields, found = entrants(laws), {} if kept is None else kept
+    protocol.population(system, count, seed)
+    speeds = protocol.speeds_of(system, speeds_mm_s)
+    for effect, speed in itertools.product(named.values(), speeds):
+        playable_forces(prepared(effect, system, speed))
+    with progress_bar("effects", len(fields) * len(named) * len(speeds), progress) as bar:
+        for law, entrant in fields.items():
+            left = [(name, speed) for name in named for speed in speeds if (law, name, speed) not in found]
+            bar.doing(f"designing {law}")
+            changes = next(_designed(entrant, system, spare=laws is None), None) if left else None
+            for name, speed in itertools.product(named, speeds):
+                if changes is not None and (name, speed) in left:
+                    bar.doing(f"{law}, {name} at {speed:g} mm/s")
+                    found[law, name, speed] = arrived(system, named[name], changes, speed, count, seed)
+                    save()
+                bar()
+    return EffectComparison(system=system, effects=named, fingers=count, seed=seed, cells=dict(found))

@@ -159,19 +159,9 @@ def sensitivities(
 
 
 Row = dict[str, Any]
-MARGINS = {
-    "sensitivity_peak": "1",
-    "sensitivity_peak_5": "1",
-    "sensitivity_peak_10": "1",
-    "sensitivity_peak_gain": "1",
-    "sensitivity_peak_gain_low": "1",
-    "gain_margin": "1",
-    "phase_margin_deg": "deg",
-    "delay_margin_s": "s",
-    "stable": "1",
-    "tick_cycles_m4": "1",
-}
+MARGINS = dict.fromkeys((*Robustness._fields, "tick_cycles_m4"), "1")
 """What the margins of a law are, with units."""
+MARGINS |= {"phase_margin_deg": "deg", "delay_margin_s": "s"}
 
 
 def score_rows(scored: xr.Dataset) -> list[Row]:

@@ -38,7 +38,10 @@ Sweep = Callable[[System, Fingers, Sequence[str]], xr.Dataset]
 def plain_strokes(system: System, people: Fingers, level_n: float, occluded: float, run: Sweep) -> xr.Dataset:
     """Return ``perceptual_index``, ``mean_force`` and ``scored_periods`` of plain strokes over ``finger``.
 
-    A finger that no amplitude brings to the level slides at the nearest.
+    Each slides at the constant amplitude that gives the level on average, commanded through the open loop, u = f_r =
+    f0 e^(-tau a^2) of the controller's model. From the mean of one sweep the next amplitude follows; the third sweep is
+    the result. Its residual is f_a less its own mean: a constant disturbance takes the set-point's place. A finger that
+    no amplitude brings to the level slides at the nearest.
 
     Parameters
     ----------
