@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.operating import law_at, reach_n
+from frictionloop.analysis.operating import reach_at
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import protocol, reproduction
@@ -112,7 +112,7 @@ def test_a_changed_bench_has_both_pairs_of_gains_beside_those_unchanged(heavy):
 @pytest.mark.slow
 def test_what_is_out_of_reach_of_the_finger_is_a_finding(heavy):
     there = fl.read_toml(heavy.figures[0].bench)
-    low_n, _ = reach_n(there, law_at(there, protocol.occlusion_at_end(there)))
+    low_n, _ = reach_at(there, protocol.occlusion_at_end(there))
     (found,) = (each for each in heavy.findings if each.code == "FORCE-REACH")
     assert (found.value, found.where.occluded > 0.5) == (pytest.approx(0.3), True)
     assert found.limit == pytest.approx(low_n, rel=0.02) and low_n > 0.3
@@ -184,7 +184,7 @@ def test_a_moist_finger_is_looked_at_where_it_can_be_given_the_force():
     w = protocol.occlusion_at_end(system)
     dry = protocol.occlusion_at_starts(system)[-1]
     assert 1.0 - w == pytest.approx((1.0 - dry) * np.exp(-protocol.STROKE_S / system.friction.occlusion_s))
-    low_n, _ = reach_n(system, law_at(system, w))
+    low_n, _ = reach_at(system, w)
     assert low_n > 0.3 < 0.4
     forces_n = [low_n, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]  # 0.3 N is out of reach then, the sine passes what is not
     peaks = [loop.margins().sensitivity_peak for loop in fl.operating_band(system, forces_n, (w,))]
@@ -198,7 +198,7 @@ def test_a_weaker_plate_leaves_forces_out_and_makes_no_loop_calmer():
     printed = finger.evolve(CONTROLLERS[PRINTED] | weak)
     assert stability(printed).sensitivity_peak == np.inf and stability(printed).stable_from_n is None
     tuned = finger.evolve(fl.RETUNED)
-    low_n, _ = reach_n(tuned.evolve(weak), law_at(tuned, 0.0))
+    low_n, _ = reach_at(tuned.evolve(weak), 0.0)
     assert 0.4 < low_n < 0.5
     there = [low_n, 0.5, 0.6, 0.7, 0.8, 0.9]
     peaks = [loop.margins().sensitivity_peak for loop in fl.operating_band(tuned, there, (0.0,))]

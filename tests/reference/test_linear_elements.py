@@ -8,7 +8,8 @@ import pytest
 from frictionloop.analysis import elements, linearise, lumped_gain
 from frictionloop.control.lookup import lookup_table
 from frictionloop.parameters import System, paper
-from frictionloop.physics.friction import amplitude_for, friction_force, reachable
+from frictionloop.physics.friction import amplitude_for, friction_force
+from frictionloop.physics.reach import reachable
 from frictionloop.quantities import FrictionloopError
 
 

@@ -219,6 +219,9 @@ def test_what_the_compiler_does_not_know_is_told_by_its_line():
     with pytest.raises(fl.FrictionloopError, match="law-mine.*" + HERE + ".*table.*dict") as refused:
         fl.simulate(BENCH.evolve({"controller.kind": "mine"}), 0.002)
     assert "\n" not in str(refused.value)
+    with pytest.raises(fl.FrictionloopError, match="mine: .*" + HERE + ".*table.*dict") as refused:
+        fl.design.check(BENCH.evolve({"controller.kind": "mine"}))
+    assert "\n" not in str(refused.value)
 
 
 def test_the_firmware_has_no_law_from_outside():

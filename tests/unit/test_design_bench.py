@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop.analysis import elements, kp_limit, linearise, lumped_gain, operating_band, output_noise_rms_n
-from frictionloop.analysis.operating import asked, law_at
+from frictionloop.analysis.operating import force_band, law_at
 from frictionloop.design import retune
-from frictionloop.design.gain_search import forbidden, open_stretches
+from frictionloop.design.pi_synthesis import forbidden, open_stretches
 from frictionloop.design.plants import Plants
 from frictionloop.parameters import RETUNED, ColouredNoise, LogSweep, Recording, Sine, Steps, System, bench, paper
 from frictionloop.physics.friction import amplitude_for, friction_force
@@ -82,15 +82,15 @@ def test_elements_are_those_of_the_rooms_below(length_um: float) -> None:
 def test_the_operating_point_is_the_mean_of_the_signals() -> None:
     system = BENCH.evolve({"setpoint": Sine(offset_n=0.7, amplitude_n=0.2), "disturbance.offset_n": 0.15})
     assert linearise(system).elements.force_n == pytest.approx(0.55, rel=1e-12)
-    assert asked(system) == pytest.approx((0.35, 0.55, 0.75))
+    assert force_band(system) == pytest.approx((0.35, 0.55, 0.75))
     steps = Steps(times_s=(0.0, 1.0, 2.0), levels_n=(0.4, 0.9, 0.5))
-    assert asked(BENCH.evolve({"setpoint": steps})) == pytest.approx((0.4, 0.6, 0.9))
+    assert force_band(BENCH.evolve({"setpoint": steps})) == pytest.approx((0.4, 0.6, 0.9))
     noise = ColouredNoise(offset_n=0.5, rms_n=0.05)
-    assert asked(BENCH.evolve({"setpoint": noise})) == pytest.approx((0.4, 0.5, 0.6))
+    assert force_band(BENCH.evolve({"setpoint": noise})) == pytest.approx((0.4, 0.5, 0.6))
     sweep = LogSweep(offset_n=0.5, amplitude_n=-0.2)
-    assert asked(BENCH.evolve({"setpoint": sweep})) == pytest.approx((0.3, 0.5, 0.7))
+    assert force_band(BENCH.evolve({"setpoint": sweep})) == pytest.approx((0.3, 0.5, 0.7))
     recording = Recording(path="x.csv", rate_hz=1e3, offset_n=0.6, remove_mean=True)
-    assert asked(BENCH.evolve({"setpoint": recording})).mean_n == 0.6
+    assert force_band(BENCH.evolve({"setpoint": recording})).mean_n == 0.6
 
 
 @pytest.mark.parametrize(

@@ -82,7 +82,7 @@ class MustHold:
         )
         given: dict[str, Any] = {name: value for name in shares if (value := getattr(self, name)) is not None}
         ranges = {"speeds_mm_s": speeds, "loads_n": loads, "slip_lengths_um": lengths}
-        given |= {name: value for name, value in ranges.items() if value}
+        given |= {name: tuple(dict.fromkeys(ends)) for name, ends in ranges.items() if ends}
         if self.corners is not None:
             shared = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
             shared |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}

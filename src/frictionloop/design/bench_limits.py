@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from joblib import Parallel, delayed
 
-from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.levels import at_levels
-from frictionloop.design.over import with_longest_contact
+from frictionloop.analysis.limits import headroom
+from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.requirements import NOT_HELD, Requirements
 from frictionloop.design.synthesis import default_law, synthesised
 from frictionloop.design.tracking import tracking
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row
+from frictionloop.findings.result import Row, frame
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import LowpassPlate, Strokes, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
@@ -76,14 +76,12 @@ class BenchLimits(Result):
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return crossover, residual, error and roughness by what was changed."""
-        import pandas as pd
-
         rows = {
             each.name: [each.crossover_hz, 1e3 * each.residual_n, 1e3 * each.rms_error_n, each.relative_index]
             for each in self.parts
         }
         heads = ["|S| = 1, Hz", "leaves, mN", "error, mN", "felt"]
-        return {"parts": pd.DataFrame.from_dict(rows, orient="index", columns=heads).rename_axis("bench")}
+        return {"parts": frame(rows, "bench", heads)}
 
     def plot(self) -> Figure:
         """Return bars of what is left, by what was changed."""
@@ -97,7 +95,7 @@ class BenchLimits(Result):
             left = [1e3 * each.residual_n for each in self.parts]
             axes.barh(names, left, color=[GREY, *[BLUE] * (len(names) - 1)])
             axes.invert_yaxis()
-            axes.set(xlabel="rms left of friction noise, tremor and drift (mN)", title=f"{self.law}, one part changed")
+            axes.set(xlabel="rms left of noise, tremor and drift (mN)", title=f"{self.law}, one part changed")
             return figure
 
         return draw()

@@ -11,6 +11,7 @@ from frictionloop.device.live_engine import CHANNELS, opened
 from frictionloop.device.live_path import FASTEST_MM_S
 from frictionloop.loop.guided import Guided
 from frictionloop.parameters import System
+from frictionloop.physics.reach import Reach
 
 CROWD = ("asked_n", "open_n", "closed_n", "beyond")
 """What is told of every person: force asked for, forces of both loops, and whether the wish is out of reach."""
@@ -71,7 +72,7 @@ class Crowd:
         closed = dict(zip(self._closed.names, self._closed.advance(path), strict=True))
         beside = dict(zip(self._open.names, self._open.advance(path), strict=True))
         wish = closed["f_r"] - closed["d"]
-        beyond = (wish < closed["floor"]) | (wish > closed["limit"])
+        beyond = Reach(closed["floor"], closed["limit"]).beyond(wish)
         told = closed["f_r"], beside["f_a"], closed["f_a"], beyond
         return np.stack(told).astype(np.float32).reshape(len(told), len(path), len(self.people))
 

@@ -13,7 +13,7 @@ import xarray as xr
 from frictionloop.device.device import Device, connect
 from frictionloop.experiments.clock import ClockMap
 from frictionloop.experiments.engine import Stroke
-from frictionloop.experiments.reach import MOST_N, PLAIN_S, STROKE_S, Reach, reach_of
+from frictionloop.experiments.measured_finger import MOST_N, PLAIN_S, STROKE_S, MeasuredFinger, measured_finger
 from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
 from frictionloop.experiments.timeline import Timeline
 from frictionloop.parameters import System
@@ -93,12 +93,12 @@ class DeviceEngine:
         rt_s, unsure = at_s - presented[-1].offset_s, (sd**2 + response.uncertainty_s**2) ** 0.5
         return response._replace(rt_s=rt_s, uncertainty_s=unsure + abs(jumped)), jumped
 
-    def reach(self, system: System, seed: int) -> Reach:
+    def reach(self, system: System, seed: int) -> MeasuredFinger:
         """Return what the finger can be given, by two plain strokes open loop."""
         self._upload(self._base)
         without = self._run(MOST_N, PLAIN_S, "open")
         largest = self._run(0.0, STROKE_S, "open")
-        return reach_of(without, largest, float(largest["a"].values.max()))
+        return measured_finger(without, largest, float(largest["a"].values.max()))
 
     def close(self) -> None:
         """Let go of the line, the plate switched off."""

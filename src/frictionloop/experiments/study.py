@@ -12,10 +12,10 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.engine import BenchEngine
+from frictionloop.experiments.measured_finger import simulated_finger
 from frictionloop.experiments.needed import recruited
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.reach import simulated_reach
 from frictionloop.experiments.respondent import Simulated
 from frictionloop.experiments.session import Session, side_by_side
 from frictionloop.experiments.table import COLUMNS
@@ -132,7 +132,7 @@ def simulated_session(
     """Return the session of a simulated participant, at its start."""
     own = system.evolve(finger)
     if protocol.fit_to_finger:
-        own = own.evolve(simulated_reach(own, hash_of(participant, seed)).changes)
+        own = own.evolve(simulated_finger(own, hash_of(participant, seed)).changes)
     return Session(protocol, participant, own, simulated_respondent(protocol, participant, finger, seed, observer))
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from frictionloop.loop import formulas
 from frictionloop.loop.record import described, system_of
-from frictionloop.physics.friction import friction_force
+from frictionloop.physics.reach import Reach, reach
 from frictionloop.quantities import FrictionloopError
 
 METRICS = formulas.METRICS
@@ -67,25 +67,24 @@ def _value(name: str, run: xr.Dataset, mask: Any) -> float:
     shift = r[0]
     sums = {"shift": shift, "error2": np.sum((f - r) ** 2), "saturated": np.sum(run["saturated"].values[keep])}
     if metric.tally is formulas.SHORTFALL:
-        d, (floor, top) = run["d"].values[keep], reach_of(run, keep)
-        sums["shortfall2"] = np.sum((np.clip(r, floor + d, top + d) - r) ** 2)
+        sums["shortfall2"] = np.sum((run_reach(run, keep).nearest(r) - r) ** 2)
     r, f = r - shift, f - shift
     sums |= {"r": r.sum(), "r2": np.sum(r * r), "f": f.sum(), "f2": np.sum(f * f), "fr": np.sum(f * r)}  # BLAS spins
     return float(metric.of(metric.tally.state(*(sums[each] for each in metric.tally.state._fields)), r.size))
 
 
-def reach_of(run: xr.Dataset, keep: Any) -> tuple[Any, Any]:
-    """Return the lowest and the highest force that vibration can leave: constants, or traces of a finger."""
+def run_reach(run: xr.Dataset, keep: Any, disturbance_n: Any = None) -> Reach:
+    """Return the lowest and the highest force that vibration can leave, the disturbance (of the run) added."""
+    d = run["d"].values[keep] if disturbance_n is None else disturbance_n
     if "limit" in run:
-        return run["floor"].values[keep], run["limit"].values[keep]
+        return Reach(run["floor"].values[keep], run["limit"].values[keep]).plus(d)
     system = system_of(run)
-    return friction_force(system.plate.max_amplitude_um, system.friction), system.friction.nominal_n
+    return reach(system.friction, system.motion, system.plate.max_amplitude_um).plus(d)
 
 
 def out_of_reach(run: xr.Dataset, keep: Any) -> np.ndarray:
-    """Return where the set-point is a force that no vibration could leave, the disturbance added; bool, (samples,)."""
-    (floor, top), r, d = reach_of(run, keep), run["f_r"].values[keep], run["d"].values[keep]
-    return np.asarray((r < floor + d) | (r > top + d))
+    """Return where the set-point is a force that no vibration could leave; bool, (samples,)."""
+    return run_reach(run, keep).beyond(run["f_r"].values[keep])
 
 
 Score = TypeVar("Score", bound=Callable[..., Any])

@@ -11,7 +11,8 @@ import numpy as np
 
 from frictionloop.analysis.levels import OFTEN_N, RECORDED, left_in, too_wide
 from frictionloop.findings import Condition, Finding
-from frictionloop.loop.metrics import out_of_reach, reach_of
+from frictionloop.findings.result import frame
+from frictionloop.loop.metrics import run_reach
 from frictionloop.loop.record import system_of
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.parameters.motion import one_stroke_a_contact
@@ -19,6 +20,7 @@ from frictionloop.physics.motion import scored_edge_m, stroke_plan
 from frictionloop.recordings.clean import SHOWN, stretches
 
 if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr
 
 CLAMPED = 0.05
@@ -45,16 +47,31 @@ class ReachSplit:
     rms_error_beyond_n: float
     rms_error_within_n: float
 
+    def parts(self, scored: float = 1.0) -> dict[str, tuple[float, float]]:
+        """Return share of the time and error, N, of both parts; none where all is on one side."""
+        if not 0.0 < self.beyond < 1.0:
+            return {}
+        return {
+            "  out of reach": (scored * self.beyond, self.rms_error_beyond_n),
+            "  in reach": (scored * (1.0 - self.beyond), self.rms_error_within_n),
+        }
+
+
+def error_table(parts: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
+    """Return parts of a run, each a share of the time and an error in N, in per cent and mN."""
+    rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in parts.items()}
+    return frame(rows, "error", ["time, %", "rms, mN"])
+
 
 def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:
     """Return the error of a run by reach: rms^2 = beyond^2 + within^2, each over all that is scored."""
-    (floor, top), d, missed = reach_of(run, mask), run["d"].values[mask], out_of_reach(run, mask)
-    square = (run["f_a"].values - run["f_r"].values)[mask] ** 2
-    beyond, within = (float(np.sqrt(np.mean(square * there))) for there in (missed, ~missed))
+    there, force = run_reach(run, mask), run["f_r"].values[mask]
+    square, missed = (run["f_a"].values[mask] - force) ** 2, there.beyond(force)
+    beyond, within = (float(np.sqrt(np.mean(square * where))) for where in (missed, ~missed))
     return ReachSplit(
         beyond=float(missed.mean()),
-        low_n=float(np.median(floor + d)),
-        high_n=float(np.median(top + d)),
+        low_n=float(np.median(there.low_n)),
+        high_n=float(np.median(there.high_n)),
         rms_error_beyond_n=beyond,
         rms_error_within_n=within,
     )
@@ -62,16 +79,16 @@ def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:
 
 def of_reach(run: xr.Dataset, mask: np.ndarray, split: ReachSplit) -> Iterator[Finding]:
     """Yield that a set-point is out of reach, and what may be the cause."""
-    system, (floor, top) = system_of(run), reach_of(run, mask)
-    r, d = run["f_r"].values[mask], run["d"].values[mask]
-    level, span_n = float(d.mean()), float(np.median(top - floor))
+    system, r, d = system_of(run), run["f_r"].values[mask], run["d"].values[mask]
+    level = float(d.mean())
+    centred = run_reach(run, mask, d - level)
+    span_n = float(np.median(centred.high_n - centred.low_n))
     if split.beyond <= CLAMPED:
         return
     wide = too_wide(float(np.std(d)), span_n)
     if wide:
         yield Finding("DISTURBANCE-WIDE", value=float(np.std(d)), unit="N", limit=span_n)
-    around_0 = d - level
-    without = float(np.mean((r < floor + around_0) | (r > top + around_0)))
+    without = float(np.mean(centred.beyond(r)))
     remedy: Mapping[str, Any] | str = {}
     often = split.beyond >= (CLAMPED if left_in(system, abs(level)) else UNREACHED)
     if often and abs(level) > OFTEN_N and without < UNREACHED and not wide:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.occlusions import moistest
+from frictionloop.analysis.operating import moistest
 from frictionloop.analysis.stability import NEAR, OPEN, Ringing, rings
 from frictionloop.findings import Condition, Finding
 from frictionloop.findings.catalogue import Severity

@@ -42,6 +42,9 @@ GUESSES = (
     Guess("k stiffness spring spring_constant spring_stiffness", "stiffness_n_m"),
     Guess("contact", "slip_length_um", "0 of a slider"),
     Guess("bristle_stiffness", "slip_length_um", "0.6 N over the stiffness", lambda v, _: 0.6 / v),
+    Guess("compliance compliance_um_per_n", "slip_length_um", "0.6 N times the compliance", lambda v, _: 0.6 * v),
+    Guess("skin_stiffness_n_m", "slip_length_um", "of the contact", lambda v, _: math.nan),
+    Guess("learning_s susceptibility_spread", "susceptibility_margin", "not learnt", lambda v, _: math.nan),
     Guess("bristle_damping", "slip_length_um", "the contact has no damper", lambda v, _: math.nan),
     Guess(
         "k stiffness spring spring_constant spring_stiffness stiffness_n_m",

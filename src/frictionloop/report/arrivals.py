@@ -64,7 +64,7 @@ class Arrivals:
         return f"{', '.join(first)} and {last}"
 
     def values(self, law: str, told: str) -> Array:
-        """Return what `design.comparison.effects.arrived` tells under a name, shape (effects, speeds)."""
+        """Return what `design.comparison.effect_comparison.arrived` tells under a name, shape (effects, speeds)."""
         return np.array([effect[told] for effect in self.laws[law].values()])
 
     def middle(self, law: str, told: str) -> float:

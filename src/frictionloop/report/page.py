@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from frictionloop.figures.style import inline
 from frictionloop.parameters import RETUNED
-from frictionloop.physics.capable import capable
+from frictionloop.physics.reach import capable
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import device, protocol
 from frictionloop.report.arrivals import rows as arrival_rows

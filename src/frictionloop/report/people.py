@@ -13,7 +13,7 @@ import xarray as xr
 from frictionloop.loop.felt import perceptual_index, relative_index
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, System
-from frictionloop.physics.capable import capable
+from frictionloop.physics.reach import capable
 from frictionloop.report import device, protocol
 
 LOOKUPS = ("lookup of the bench", "lookup of Sec. 2.1", "lookup fitted to the finger")

@@ -16,8 +16,8 @@ import numpy as np
 
 from frictionloop.parameters import Sine, Steps, System, bench
 from frictionloop.parameters.presets import PAPER_SLIP_LENGTH_UM
-from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
+from frictionloop.physics.reach import capable
 
 FINGERS, POPULATION_SEED = 1000, 1
 LOW_N, HIGH_N = 0.3, 0.9

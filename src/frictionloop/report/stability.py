@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from frictionloop.analysis import linearise
-from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.operating import law_at, reach_n
+from frictionloop.analysis.linear import operating_band
+from frictionloop.analysis.operating import reach_at
 from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
@@ -44,7 +44,7 @@ def _peaks(system: System, forces_n: Sequence[float], occluded: float) -> dict[f
 
     The sines pass all forces between the ends: that at which the reach begins or stops is looked at too.
     """
-    low_n, high_n = reach_n(system, law_at(system, occluded))
+    low_n, high_n = reach_at(system, occluded)
     low_n, high_n = max(low_n, forces_n[0]), min(high_n, forces_n[-1])
     there = sorted({low_n, high_n, *(force_n for force_n in forces_n if low_n <= force_n <= high_n)})
     if low_n > high_n:

@@ -11,7 +11,7 @@ from scipy.signal import welch
 from frictionloop.analysis.linear import check_pi
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import READINGS, Constant, System, feasible, paper
-from frictionloop.physics.friction import friction_force
+from frictionloop.physics.reach import reach
 from frictionloop.physics.sources import evaluate
 
 WORKING = "peak-to-peak"
@@ -58,8 +58,8 @@ def reachable_share(system: System) -> float:
     """Return the share of control periods of 10 s at which f_r lies in [g(a_max) + d, f0 + d], 0 to 1."""
     time = np.arange(round(10.0 * system.controller.rate_hz)) / system.controller.rate_hz
     f_r, d = evaluate(system.setpoint, time), evaluate(system.disturbance, time)  # type: ignore[arg-type]
-    floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
-    return float(np.mean((f_r >= floor + d) & (f_r <= system.friction.nominal_n + d)))
+    there = reach(system.friction, system.motion, system.plate.max_amplitude_um).plus(d)
+    return float(np.mean(~there.beyond(f_r)))
 
 
 KPS = (40.0, 10.0, 1.0)

@@ -83,8 +83,8 @@ def _crowd(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 
 def _reach(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     guest.ahead = flag(asked, "on")
-    if guest.ahead and room.reach.told is not None:
-        guest.put(room.reach.told)
+    if guest.ahead and room.effect_watch.told is not None:
+        guest.put(room.effect_watch.told)
 
 
 Command = Callable[[Room, Guest, dict[str, Any]], None]

@@ -10,6 +10,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from frictionloop.loop.felt import weighted
 from frictionloop.parameters import Strokes, System
+from frictionloop.physics.reach import Reach
 from frictionloop.preview.effect_preview import Preview, preview
 from frictionloop.preview.measures import FELT_S
 from frictionloop.quantities import FrictionloopError
@@ -68,7 +69,7 @@ def reasons_of(seen: Preview) -> dict[str, Any]:
     rows_mm, step_mm = _rows(source), float(place[1] - place[0])
     force = asked(source, place, rows_mm)
     known = np.isfinite(seen.low_n) & np.isfinite(seen.high_n)
-    beyond = known & ((force < seen.low_n - SLACK_N) | (force > seen.high_n + SLACK_N))
+    beyond = known & Reach(seen.low_n, seen.high_n).beyond(force, SLACK_N)
     fine = np.linspace(place[0] - 0.5 * step_mm, place[-1] + 0.5 * step_mm, FINE * place.size + 1)
     along = asked(source, fine, rows_mm)
     slope = np.abs(np.diff(along, axis=1)) / (fine[1] - fine[0])

@@ -16,10 +16,10 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.counting import Counting
 from frictionloop.studio.crowd import Twelve
 from frictionloop.studio.drawing import Drawing
+from frictionloop.studio.effect_watch import EffectWatch
 from frictionloop.studio.frames import events_in, frame_of, pack
 from frictionloop.studio.guest import Guest
 from frictionloop.studio.plate import read_along
-from frictionloop.studio.reach import Reach
 from frictionloop.studio.share import system_message
 
 TOLD_EVERY_S = 0.2
@@ -42,7 +42,7 @@ class Room:
     """
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
-        self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)
+        self.session, self.clock, self.twelve, self.effect_watch = session, clock, Twelve(session), EffectWatch(session)
         self.drawing, self.counting = Drawing(session, self.tell), Counting(session, self.tell)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
@@ -171,7 +171,7 @@ class Room:
             self.counting.renew(now_s)
         if self._looking:
             self.tell_onlookers(self.twelve.told())
-        if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
+        if any(guest.ahead for guest in self.guests) and (told := self.effect_watch.follow(now_s)) is not None:
             for guest in self.guests:
                 if guest.ahead:
                     guest.put(told)

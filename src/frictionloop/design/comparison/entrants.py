@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.levels import at_levels
-from frictionloop.design.over import with_longest_contact
+from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
 from frictionloop.parameters.controller import CONTROLLERS

@@ -7,8 +7,7 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
-from frictionloop.design.comparison.law_figures import figure_residuals
-from frictionloop.design.comparison.law_panels import figure_step_traces
+from frictionloop.design.comparison.law_figures import figure_residuals, figure_step_traces
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.beyond import SHOWN_MS, SPEED_MM_S

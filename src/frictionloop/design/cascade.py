@@ -71,7 +71,7 @@ def factorise(filter_: Quadruple, kp: float, ki: float, period_s: float) -> Casc
     gain, poles = float(D[0, 0]), np.linalg.eigvals(A).astype(complex)
     if np.any(np.abs(poles) >= 1.0 - 1e-9):  # rounding
         worst = complex(poles[np.argmax(np.abs(poles))])
-        raise FrictionloopError(f"unstable controller (pole at {worst:.4g}): ask for less")
+        raise FrictionloopError(f"unstable controller (pole at {worst:.4g})")
     back, so_far, sections = np.exp(-1j * ANGLES), np.ones(ANGLES.size, dtype=complex), []
     for b, a in paired(np.linalg.eigvals(A - B @ C / gain).astype(complex), poles):
         shape = so_far * np.polyval(b[::-1], back) / np.polyval(a[::-1], back)
@@ -91,14 +91,14 @@ def paired(zeros: Complex, poles: Complex) -> list[tuple[Array, Array]]:
     """Return b and a of each section, highest power of 1/z last, those farthest from z = 1 first.
 
     Each pair of poles takes the pair of zeros with which its gain varies least over frequency, but zeros whose inverse
-    would ring (`_rings`) go to the first two sections, which the law leaves free (control/filtered_pi).
+    would ring (`_poorly_damped`) go to the first two sections, which the law leaves free (control/filtered_pi).
     """
     from scipy.optimize import linear_sum_assignment
 
     back, overs = np.exp(-1j * ANGLES[::8]), _pairs(zeros)
     unders = sorted(_pairs(poles), key=lambda a: -float(np.abs(1 - np.roots(a)).min()))
     swing = np.array(
-        [[_swing(b, a, back) + 1e3 * (i >= FREE and _rings(b)) for b in overs] for i, a in enumerate(unders)]
+        [[_swing(b, a, back) + 1e3 * (i >= FREE and _poorly_damped(b)) for b in overs] for i, a in enumerate(unders)]
     )
     mates = linear_sum_assignment(swing)[1] if unders else []
     return [(overs[mate], a) for a, mate in zip(unders, mates, strict=True)]
@@ -118,7 +118,7 @@ def _swing(b: Array, a: Array, back: Complex) -> float:
     return float(np.ptp(np.log(np.maximum(size, 1e-12))))
 
 
-def _rings(b: Array) -> bool:
+def _poorly_damped(b: Array) -> bool:
     """Return whether 1/b is unstable or rings: a root of b not inside the unit circle, or with little damping."""
     roots = np.roots(b).astype(complex)
     roots = np.log(roots[np.abs(roots) > 1e-6])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ import xarray as xr
 from frictionloop.experiments.delivered import force_of
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import System
+from frictionloop.physics.reach import Reach
 from frictionloop.quantities import FrictionloopError
 
 STROKE_S = 1.5
@@ -23,30 +25,38 @@ MOST_N = 2.5
 """Set-point that asks for no vibration: above the friction of any finger here, and what the sensor reaches."""
 
 
-class Reach(NamedTuple):
-    """Friction of one finger without vibration and with the largest one."""
+class MeasuredFinger(NamedTuple):
+    """Friction of one finger, as two plain strokes show it."""
 
-    highest_n: float
-    """f0: the highest force, without vibration."""
-    lowest_n: float
-    """The lowest force, with the largest vibration."""
+    reach: Reach
+    """Without vibration and with the largest one."""
     susceptibility_per_um2: float
     """tau of g(a) = f0 exp(-tau a^2) through the two."""
     growth_per_s: float = math.nan
     """Relative growth of friction in contact, 1/s: sweat under the finger, so how moist it is."""
 
     @property
+    def row(self) -> dict[str, float]:
+        """Return its numbers by name."""
+        return {**self.reach._asdict(), "susceptibility_per_um2": self[1], "growth_per_s": self[2]}
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> MeasuredFinger:
+        """Return the finger of a `row`."""
+        return cls(Reach(row["low_n"], row["high_n"]), row["susceptibility_per_um2"], row["growth_per_s"])
+
+    @property
     def changes(self) -> dict[str, Any]:
         """What the controller believes of this finger, by dotted name."""
         return {
-            "controller.model.nominal_n": self.highest_n,
+            "controller.model.nominal_n": self.reach.high_n,
             "controller.model.susceptibility_per_um2": self.susceptibility_per_um2,
             "controller.model.gain_spread": MEASURED_SPREAD,
         }
 
 
-def simulated_reach(system: System, seed: int = 0) -> Reach:
-    """Return the reach of a simulated finger: mean forces of two strokes, without vibration and with the largest.
+def simulated_finger(system: System, seed: int = 0) -> MeasuredFinger:
+    """Return what two strokes of a simulated finger show, without vibration and with the largest.
 
     Parameters
     ----------
@@ -63,21 +73,22 @@ def simulated_reach(system: System, seed: int = 0) -> Reach:
     most = system.plate.max_amplitude_um
     (without,) = traced([system], [seed], PLAIN_S, 0.0)
     (largest,) = traced([system], [seed], STROKE_S, most)
-    return reach_of(without, largest, most)
+    return measured_finger(without, largest, most)
 
 
-def reach_of(without: xr.Dataset, largest: xr.Dataset, max_amplitude_um: float) -> Reach:
-    """Return the reach from a stroke without vibration and one with the largest amplitude, um.
+def measured_finger(without: xr.Dataset, largest: xr.Dataset, max_amplitude_um: float) -> MeasuredFinger:
+    """Return what is measured by a stroke without vibration and one with the largest amplitude, um.
 
     Raises
     ------
     FrictionloopError
         For strokes of which nothing is scored, or whose force does not fall with vibration.
     """
-    highest, lowest = _mean_n(without), _mean_n(largest)
-    if not 0.0 < lowest < highest:
-        raise FrictionloopError(f"reach: {lowest:.3g} N with vibration: must be below {highest:.3g}")
-    return Reach(highest, lowest, math.log(highest / lowest) / max_amplitude_um**2, _growth_per_s(without))
+    low_n, high_n = _mean_n(largest), _mean_n(without)
+    if not 0.0 < low_n < high_n:
+        raise FrictionloopError(f"reach: {low_n:.3g} N with vibration: must be below {high_n:.3g}")
+    tau = math.log(high_n / low_n) / max_amplitude_um**2
+    return MeasuredFinger(Reach(low_n, high_n), tau, _growth_per_s(without))
 
 
 def _scored(run: xr.Dataset) -> Any:

@@ -13,7 +13,7 @@ WAITS_S = 0.3
 """How long nothing has to change before it is computed: a slider in the hand would only be in its own way."""
 
 
-class Reach:
+class EffectWatch:
     """Keeps a preview of what lies on the plate, computed beside the session.
 
     Parameters
