@@ -286,7 +286,7 @@ HELD = {"controller.kp": 0.03, "controller.ki": 60.0}
 
 def test_a_low_ceiling_is_named_where_the_force_stays_high():
     low = fl.device.run("sim:", fl.bench().evolve(HELD | {"board.ceiling_um": 0.5}), 0.5)
-    (held,) = (each for each in low.findings if each.code == "CEILING-HELD")
+    (held,) = (each for each in low.findings if each.code == "AT-CEILING")
     assert (held.value, held.limit, low.at_ceiling) == (0.5, 2.5, pytest.approx(1.0))
     assert held.more["share"] == pytest.approx(100.0) and held.more["above"] > 20.0
     assert fl.device.run("sim:", fl.bench().evolve(HELD), 0.5).findings == ()
