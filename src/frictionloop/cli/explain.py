@@ -10,11 +10,10 @@ from frictionloop.cli import flags, screen
 from frictionloop.findings import CATALOGUE, entry
 
 ARGUMENTS = "[CODE] [--json]"
-EXAMPLES = """Examples
-
-  frictionloop explain RING-MOIST
-  frictionloop explain
-"""
+EXAMPLES = (
+    "RING-MOIST",
+    "",
+)
 
 
 def command(code: Annotated[str | None, Parameter(name="CODE")] = None, /, *, json: flags.Json = False) -> None:

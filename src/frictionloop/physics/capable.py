@@ -51,9 +51,7 @@ def reach(
         For a value out of its range.
     """
     if contact_s == math.inf:
-        raise FrictionloopError(
-            "contact_s = inf s: must be finite; contact upon contact, in the end, is contacts = inf"
-        )
+        raise FrictionloopError("contact_s = inf s: accepted finite, or contacts = inf")
     for name, value, unit in (("max_amplitude_um", max_amplitude_um, "um"), ("contact_s", contact_s, "s")):
         number(name, value, unit, 0.0)
     if not contacts >= 1.0:
