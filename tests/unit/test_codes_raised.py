@@ -21,6 +21,7 @@ from PIL import Image
 import frictionloop as fl
 from frictionloop.cli.flags import given
 from frictionloop.cli.studio import _given as on_page
+from frictionloop.design import bench_limits
 from frictionloop.design.comparison import law_comparison
 from frictionloop.device.fault_codes import FAULTS, fault_code
 from frictionloop.findings import CATALOGUE, Result
@@ -142,13 +143,23 @@ def designs():
 
 
 @raises("LOWERED", "NOT-LOWERED", "PART-FAILED")
-def designs_for_people():
+def designs_for_people(monkeypatch):
     must = D.Requirements(slip_lengths_um=(11.5,), finger_gain=1.0)
     strong = PEOPLE[0] | {"friction.susceptibility_per_um2": 60.0}
     yield D.controller(BENCH.evolve(LEVEL), "pi", must, [PEOPLE[5]])
     yield D.controller(BENCH.evolve(LEVEL), "pi", must, [strong])
+    found = bench_limits.synthesised
+
+    def synthesised(system, *of):
+        if system.plate.cutoff_hz > 400.0:
+            raise fl.FrictionloopError("no controller", "NO-CONTROLLER")
+        return found(system, *of)
+
+    monkeypatch.setattr(bench_limits, "synthesised", synthesised)
     with joblib.parallel_config(backend="sequential"):
-        yield D.limits(fl.feasible(), "pi")
+        limits = D.limits(fl.feasible(), "pi")
+    assert [each.name for each in limits.limiting] == ["rate of 10 kHz"]
+    yield limits
 
 
 @raises("SPEC-CHANGED", "BELIEF-DIFFERS", "KIND-DEFAULTS", "UNIT-DOUBT", "STUDIO-EFFECT")

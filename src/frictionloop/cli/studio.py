@@ -68,7 +68,7 @@ def command(
         with fl.progress.waiting("" if runs else "stroking"):
             given = None if runs else _given(None, preset, overrides, effect)
             found = fl.studio.export(export, runs, given and given.system, seed)
-        shown.show(found)
+        shown.show(found.with_findings(given.findings if given else ()))
         return
     if runs:
         raise fl.FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export; --replay RUN plays one")
