@@ -172,7 +172,7 @@ def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, colu
     told = refusal(text(tmp_path, content), column)
     hint = "; a decimal comma? --disturbance.decimal ,"
     if "of 2 columns" in said:  # commas between columns too
-        hint = "; decimal commas? then columns need semicolons, tabs or spaces"
+        hint = "; decimal commas? separate columns by semicolons"
     where, _, more = said.partition(" (and")
     assert told == f"{where}{hint}{' (and' if more else ''}{more}; accepted: a finite number"
 

@@ -110,7 +110,7 @@ def limit_rows(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: 
         return tuple(_row(model, rate_hz, lag, bandwidth_hz, spring_noise) for lag in (0.0, LONGEST))  # type: ignore[return-value]
     except (np.linalg.LinAlgError, ValueError) as error:
         raise FrictionloopError(
-            f"controller.bandwidth_hz, controller.spring_noise: no observer settles for this controller.model ({error})"
+            f"controller.bandwidth_hz, controller.spring_noise: no observer settles ({error})"
         ) from None
 
 

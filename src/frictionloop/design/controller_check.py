@@ -128,7 +128,7 @@ class Check(Result):
         if self.contradicted:
             return
         if self.would_hold:
-            left = abs(at_mean(self.system.evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
+            left = abs(at_mean(at_levels(self.system).evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
             yield (
                 "everywhere" if self.holds else "would hold",
                 f"{shown(self.would_hold)}, leaving {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz",

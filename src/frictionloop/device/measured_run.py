@@ -297,7 +297,7 @@ def _at_ceiling(recording: xr.Dataset, counts: np.ndarray, system: System) -> tu
     if share < AT_CEILING or above_n < FAR_N:
         return share, []
     more = {"share": 100.0 * share, "above": 1e3 * above_n}
-    return share, [Finding("CEILING-HELD", value=ceiling_um, unit="um", limit=largest_um, more=more)]
+    return share, [Finding("AT-CEILING", value=ceiling_um, unit="um", limit=largest_um, more=more)]
 
 
 def _steps(duration_s: float, sample_s: float) -> Callable[[int], None]:

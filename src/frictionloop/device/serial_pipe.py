@@ -33,7 +33,7 @@ class SerialPipe(Pipe):
         try:
             self._port = serial.Serial(port, BAUD, timeout=0, write_timeout=_GONE_AFTER_S, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as error:
-            raise DeviceError(f"{port}: {_why(port, getattr(error, 'errno', None), error)}") from None
+            raise DeviceError(f"{port}: {_why(port, getattr(error, 'errno', None), error)}", "NO-DEVICE") from None
 
     def read(self, timeout_s: float) -> bytes:
         """Return what has come in, waiting up to so long for the first byte."""

@@ -21,7 +21,7 @@ class TcpPipe(Pipe):
         try:
             self._socket = socket.create_connection((host, port), _PATIENCE_S)
         except OSError as error:
-            raise DeviceError(f"{self._name}: cannot be reached ({error.strerror or error})") from None
+            raise DeviceError(f"{self._name}: cannot be reached ({error.strerror or error})", "NO-DEVICE") from None
         # A request is a frame of some ten bytes that waits for its answer: held back it takes 40 ms.
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 

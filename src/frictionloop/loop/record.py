@@ -58,9 +58,10 @@ def provenance(system: System, **more: Any) -> dict[str, Any]:
 
 def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
     """Return the Dataset of one run from its traces, shape (variables, periods), row k holding the values at t_k."""
+    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr  # only here and below: a live page, which runs the loop too, is open half a second sooner
 
-    # By the fast path: by the other xarray loads dask, where that is installed.
+    # An index, and the fast path: by the other ones xarray loads dask, where that is installed.
     time = np.arange(traces.shape[1]) / system.controller.rate_hz
     if system.motion.kind == "sliding":  # without place, speed and load, whichever loop ran it
         traces = traces[: list(VARIABLES).index("position")]
@@ -68,7 +69,7 @@ def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
         name: xr.Variable("time", row != 0 if name in _FLAGS else row, described(name), fastpath=True)
         for row, name in zip(traces, VARIABLES, strict=False)
     }
-    coordinate = {"time": xr.Variable("time", time, {"units": "s", "long_name": "time"}, fastpath=True)}
+    coordinate = {"time": xr.Variable("time", pd.Index(time), {"units": "s", "long_name": "time"})}
     return xr.Dataset(data, coordinate, provenance(system, seed=seed))
 
 

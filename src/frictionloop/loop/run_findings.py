@@ -27,8 +27,6 @@ CLAMPED = 0.05
 """Share of the commands that are clamped, and of the time out of reach, from which on that is told (chosen)."""
 UNREACHED = 0.9
 """Share of the time out of reach that is a warning (chosen); less where a recording brings its own mean."""
-AT_CEILING, FAR_N = 0.2, 0.02
-"""Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
 SEVERAL = 2.0
 """Strokes of a contact from which on it is meant to be back and forth (chosen)."""
 STEP_MM = 10.0
@@ -116,21 +114,6 @@ def of_sensor(run: xr.Dataset, mask: np.ndarray) -> Iterator[Finding]:
     if share:
         more = {"share": 100.0 * share}
         yield Finding("RANGE-EXCEEDED", value=float(f_a.max()), unit="N", limit=sensor.range_n, more=more)
-
-
-def of_ceiling(run: xr.Dataset, mask: np.ndarray) -> Iterator[Finding]:
-    """Yield that a force stays high as the amplitude may not get larger."""
-    system = system_of(run)
-    largest_um = system.plate.max_amplitude_um
-    ceiling_um = system.board.ceiling_um if run.attrs.get("source") != "simulated" else None
-    most_um = largest_um if ceiling_um is None else ceiling_um
-    force = run["f_a" if "f_a" in run else "f_m"].values
-    there = mask & (run["a"].values >= 0.99 * most_um)
-    above_n = float(np.nanmean((force - run["f_r"].values)[there])) if there.any() else 0.0
-    share = float(there.sum() / max(mask.sum(), 1))
-    if share >= AT_CEILING and above_n >= FAR_N:
-        more = {"share": 100.0 * share, "above": 1e3 * above_n}
-        yield Finding("AT-CEILING", value=most_um, unit="um", limit=largest_um, more=more)
 
 
 def of_unscored(run: xr.Dataset) -> Iterator[Finding]:

@@ -57,7 +57,7 @@ CASES = [
     (("simulate", "--controller.kp="), "controller.kp = '' N/N: must be a valid number"),
     (("simulate", "--controller.kp", "1,2"), "controller.kp = [1, 2] N/N: "),
     (("simulate", "--controller.rate_hz", "1e12"), "must be less than or equal to 1000000000"),
-    (("simulate", "--use", "empty.toml"), "--use empty.toml: there is no such module; a file must end in .py"),
+    (("simulate", "--use", "empty.toml"), "--use empty.toml: no such module; files end in .py"),
     ((*RECORDED, "empty.csv"), "empty.csv: rows of numbers = 0"),
     ((*RECORDED, "folder"), "folder: is a folder; accepted is a file: .csv"),
     ((*RECORDED, "random.h5"), "random.h5: cannot be read, empty or damaged"),

@@ -119,18 +119,18 @@ def test_an_address_where_nothing_is(frictionloop, address, says):
     assert says in refused(frictionloop("device", "info", address))
 
 
-@pytest.mark.parametrize("address", ["COM9", "serial:///dev/no-such-port", "tcp://localhost:1"])
-def test_an_address_is_refused_before_what_drives_a_device_is_loaded(address):
-    script = f"""
+def test_an_address_is_refused_before_what_drives_a_device_is_loaded():
+    script = """
 import sys
 from frictionloop.cli.app import main
-try:
-    main(["device", "info", {address!r}])
-except SystemExit as end:
-    print(end.code, *sorted({{"scipy", "xarray", "numba"}} & set(sys.modules)))
+for address in ("COM9", "serial:///dev/no-such-port", "tcp://localhost:1"):
+    try:
+        main(["device", "info", address])
+    except SystemExit as end:
+        print(end.code, *sorted({"scipy", "xarray", "numba"} & set(sys.modules)))
 """
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert told.stdout == "2\n" and told.stderr.startswith("error: ")
+    assert told.stdout == "2\n" * 3 and told.stderr.count("error: ") == 3
 
 
 # ----------------------------------------------------------------------------------------------------------------- set
@@ -286,10 +286,9 @@ HELD = {"controller.kp": 0.03, "controller.ki": 60.0}
 
 def test_a_low_ceiling_is_named_where_the_force_stays_high():
     low = fl.device.run("sim:", fl.bench().evolve(HELD | {"board.ceiling_um": 0.5}), 0.5)
-    (held,) = (each for each in low.findings if each.code == "CEILING-HELD")
+    (held,) = (each for each in low.findings if each.code == "AT-CEILING")
     assert (held.value, held.limit, low.at_ceiling) == (0.5, 2.5, pytest.approx(1.0))
     assert held.more["share"] == pytest.approx(100.0) and held.more["above"] > 20.0
-    assert fl.device.run("sim:", fl.bench().evolve(HELD), 0.5).findings == ()
 
 
 def test_ctrl_c_waits_until_the_emulator_has_returned():
@@ -608,13 +607,10 @@ def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, load
 def test_gains_that_ring_only_with_the_resonance_off_are_refused(frictionloop):
     # Stable as described, and not with the resonance lower: what a sensor does that is not quite as written down.
     pi = {"controller.kind": "pi", "controller.kp": 0.0}
-    found = next(
-        ki
-        for ki in np.geomspace(2000.0, 50.0, 200)
-        if rings_if_linear(fl.bench().evolve(pi | {"controller.ki": ki})).stable
-    )
-    lower = fl.bench().evolve(pi | {"controller.ki": found, "sensor.resonance_hz": 0.9 * 145.0})
-    assert not rings_if_linear(lower).stable
+    found = 160.0
+    near = fl.bench().evolve(pi | {"controller.ki": found})
+    assert rings_if_linear(near).stable
+    assert not rings_if_linear(near.evolve({"sensor.resonance_hz": 0.9 * 145.0})).stable
     fl.write_toml(fl.bench(), "mine.toml")
     arguments = ("controller.kind=pi", "controller.kp=0", f"controller.ki={found}", "--system", "mine.toml")
     said = refused(frictionloop("device", "set", "sim:", *arguments))

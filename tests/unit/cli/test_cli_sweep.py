@@ -114,7 +114,7 @@ def test_interrupted_without_out_says_that_nothing_is_kept(frictionloop, monkeyp
     interrupted_after(monkeypatch, 1)
     answer = frictionloop(*GRID)
     assert answer.code == 130
-    assert answer.err == "interrupted: 4 of 12 runs done, not kept: without --out there is nothing to continue from\n"
+    assert answer.err == "interrupted: 4 of 12 runs done, not kept (--out FILE keeps it)\n"
     assert "4 of 12" in answer.out
 
 
