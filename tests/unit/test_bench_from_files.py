@@ -120,7 +120,7 @@ def test_only_what_changed_is_analysed_again(tmp_path):
 
 def test_three_lines_of_uncertainty():
     from frictionloop.identification import Estimate
-    from frictionloop.identification.measured import measured
+    from frictionloop.identification.estimate import measured
 
     one = measured("a", [Estimate(10.0, 0.3, "N", 8)], [0.4], "how", ["f"], "")
     assert one.error == pytest.approx(0.5) and one.between == 0

@@ -10,10 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionloop.hardware.sensor import baseband, front_end
-from frictionloop.hardware.sensor.answers import clips_from_n, sensor, suspended_values
-from frictionloop.hardware.sensor.search import propose_sensor
-from frictionloop.hardware.sensor.wanted import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement
+from frictionloop.hardware.sensor import front_end
+from frictionloop.hardware.sensor.sensor_answers import clips_from_n, sensor, suspended_values
+from frictionloop.hardware.sensor.sensor_search import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement, propose_sensor
 from frictionloop.parameters.files import read_design
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.parameters.written import to_toml, write_toml
@@ -214,7 +213,7 @@ def test_the_loop_accepts_the_block():
 def test_the_loops_block_is_the_baseband_model_after_a_delay():
     """Within 0.1 % and 0.1 degree to 500 Hz, as asked of the baseband model."""
     f = np.linspace(1, 500, 500)
-    ratio = baseband.loop_response(SensorDesign(), f) / baseband.sensor_response(SensorDesign(), f)
+    ratio = front_end.loop_response(SensorDesign(), f) / front_end.sensor_response(SensorDesign(), f)
     assert np.max(np.abs(np.abs(ratio) - 1)) < 1e-3
     assert np.max(np.abs(np.angle(ratio, deg=True))) < 0.1
 

@@ -16,7 +16,7 @@ import frictionloop as fl
 import frictionloop.identification as find
 from frictionloop.identification import rigs
 from frictionloop.identification.resonance import model, sandwich
-from frictionloop.identification.straightness import arriving
+from frictionloop.identification.weights_calibration import arriving
 from frictionloop.parameters.rigs import CalibrationBench
 
 G = 9.80665

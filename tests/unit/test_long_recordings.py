@@ -11,10 +11,10 @@ from three_modes import TRUE, plate
 
 import frictionloop as fl
 from frictionloop.identification import long
-from frictionloop.identification.analyses import analyse
-from frictionloop.identification.file_traces import first_look
-from frictionloop.identification.part import Sensor
-from frictionloop.identification.project import Take
+from frictionloop.identification.entry_result import Sensor
+from frictionloop.identification.file_channels import first_look
+from frictionloop.identification.project_analysis import analyse
+from frictionloop.identification.project_file import Take
 from frictionloop.recordings import stored
 from frictionloop.recordings.whole import read_contents
 
@@ -120,7 +120,7 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
 
 
 def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch):
-    monkeypatch.setattr("frictionloop.identification.file_traces.LARGE_BYTES", 1000)
+    monkeypatch.setattr("frictionloop.identification.file_channels.LARGE_BYTES", 1000)
     rising = {"force": np.linspace(0, 1, 300_000), "other": np.sin(np.arange(300_000) / 50)}
     files.csv(tmp_path / "a.csv", rising, RATE)
     look = first_look(tmp_path / "a.csv")

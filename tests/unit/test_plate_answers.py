@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 import frictionloop as fl
-from frictionloop.hardware.plate.answers import plate, plate_for
+from frictionloop.hardware.plate.plate_answers import plate, plate_for
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import FrictionloopError
 

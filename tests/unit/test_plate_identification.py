@@ -13,7 +13,7 @@ from scipy.stats import linregress
 
 import frictionloop as fl
 from frictionloop.identification import carrier_drift, loop_delay, plate_decay, plate_envelope, plate_sweep, rigs
-from frictionloop.identification.straight_scale import straight_scale
+from frictionloop.identification.line_fits import straight_scale
 from frictionloop.parameters import ResonantPlate
 
 

@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.hardware.plate.modes import mode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
-from frictionloop.hardware.plate.readings import FREQUENCY_HZ, LINES, THICKNESS_MM, plate_readings
+from frictionloop.hardware.plate.modes import (
+    FREQUENCY_HZ,
+    LINES,
+    THICKNESS_MM,
+    mode,
+    mode_of,
+    nearest_mode,
+    plate_readings,
+    resonance_hz,
+    thickness_for_mm,
+)
 from frictionloop.parameters.plate_design import Glass, PlateDesign
 from frictionloop.quantities import FrictionloopError
 

@@ -8,7 +8,7 @@ import vibrated_finger as known
 
 import frictionloop as fl
 from frictionloop.identification import amplitude_protocol, monotone_table, sliding_pieces, vibrated
-from frictionloop.identification.vibrated_fit import PRIORS
+from frictionloop.identification.susceptibility_fit import PRIORS
 
 
 def inside(estimate, truth, method=0.0):
@@ -30,7 +30,7 @@ def test_a_finger_known_by_its_equation(one):
 
 def test_linear_regression_agrees_where_moisture_is_known(one):
     """Another implementation: log f over 1, log N, log of the known moisture and a^2, by numpy alone."""
-    from frictionloop.identification.sliding_pieces import sliding_pieces
+    from frictionloop.identification.susceptibility_fit import sliding_pieces
 
     pieces = sliding_pieces(known.finger(), 0.1)
     wet = np.log1p(0.8 * -np.expm1(-pieces.contact_s / 20))

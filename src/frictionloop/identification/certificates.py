@@ -15,9 +15,17 @@ from scipy.stats import t as student
 
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
-from frictionloop.identification.agreement import Corner
-from frictionloop.identification.measured import Estimate
+from frictionloop.identification.estimate import Estimate, Measured
+from frictionloop.identification.people import TAU, People
 from frictionloop.quantities import FrictionloopError, must_be
+
+FINGERS = 1.96
+"""So many spreads on either side hold 95 of 100 fingers."""
+LOOP = (
+    *("sensor.resonance_hz", "sensor.q", "sensor.cutoff_hz", "plate.frequency_hz", "plate.q"),
+    *("plate.max_amplitude_um", "controller.delay_s", "friction.nominal_n", TAU, "friction.load_exponent"),
+)
+"""Measured values on which the loop's margins depend."""
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -174,3 +182,32 @@ def _values(path: str | os.PathLike[str]) -> dict[str, Mapping[str, Any]]:
         return values
     except (ValueError, KeyError, TypeError):
         raise must_be(str(path), "no measured values", ACCEPTED) from None
+
+
+class Corner(NamedTuple):
+    """One value at an end of its interval, at which gains have to hold."""
+
+    path: str
+    value: float
+    side: str
+    """"low" or "high"."""
+
+
+def corners_of(values: Mapping[str, Measured], crowd: People | None) -> tuple[Corner, ...]:
+    """Return both ends of the 95 % interval of each measured value that the loop depends on.
+
+    The controller is not told: ``system.evolve({corner.path: corner.value})`` is the bench it has to hold on. The ends
+    are value e^(+-half width/value), never below 0. Of what a population tells they hold 95 of 100 fingers, and not the
+    median alone.
+    """
+    spreads = {} if crowd is None else {each.path: FINGERS * each.spread for each in crowd.population.value}
+    found = []
+    for path in LOOP:
+        if path in values:
+            each = values[path]
+            half = max((each.interval().high - each.value) / each.value, spreads.get(path, 0.0))
+            found += [
+                Corner(path, each.value * math.exp(-half), "low"),
+                Corner(path, each.value * math.exp(half), "high"),
+            ]
+    return tuple(found)

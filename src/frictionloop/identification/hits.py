@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
 from frictionloop.identification.channel_summary import clipped
-from frictionloop.identification.long import Run, Stretches
 from frictionloop.identification.onsets import (
     ABOVE_NOISE,
     BEFORE,
@@ -23,6 +22,7 @@ from frictionloop.identification.onsets import (
     without_bow,
 )
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, samples_in
+from frictionloop.identification.recording_file import Run, Stretches
 from frictionloop.quantities import FrictionloopError, must_be
 
 Array = NDArray[np.float64]

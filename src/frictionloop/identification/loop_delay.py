@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor
+from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
@@ -152,3 +155,20 @@ def _begin(piece: Array, before: int, rate_hz: float) -> tuple[float, float, flo
     curve = fitted(best.x)
     misfit = float(np.linalg.norm(curve - rise) / max(float(np.linalg.norm(rise)), 1e-300))
     return float(best.x[0]) / rate_hz, line, misfit, curve + level
+
+
+def delay_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+    """Return the delay of the loop from known jumps."""
+    if take.control_hz is None:
+        raise must_be("control_hz", None, "given: the control rate", "Hz")
+    found = [loop_delay(run, take.control_hz, waits=take.waits) for run in runs]
+    how = f"{sum(f.jumps for f in found)} jumps" + ", less half a period" * take.waits
+    value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how, take.files, date)
+    rows: Rows = [("recording", "delay", "jump to answer", "scatter of jumps")]
+    rows += [
+        (n, f"{f.delay}", f"{f.whole}", f"{1e6 * f.spread_s:.0f} us") for n, f in zip(take.files, found, strict=False)
+    ]
+    first = found[0]
+    numbers = {"jumps": [f.jumps for f in found], "scatter_us": [1e6 * f.spread_s for f in found]}
+    curves = {"x": first.time_s.tolist(), "y": first.answer.tolist(), "fitted": first.fitted.tolist()}
+    return EntryResult([value], [each for f in found for each in f.findings], numbers, rows, {"answer": curves})

@@ -13,9 +13,12 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate, Interval
+from frictionloop.identification.entry_result import EntryResult
+from frictionloop.identification.estimate import Estimate, Interval, Measured, measured
 from frictionloop.parameters.population import Population, Spread
 from frictionloop.quantities import must_be, unit_of
+
+TAU = "friction.susceptibility_per_um2"
 
 Array = NDArray[np.float64]
 LEAST_FINGERS, LEAST_CORRELATED, SURE_FINGERS = 3, 5, 8
@@ -210,3 +213,36 @@ def _estimates(
 
 def _correlation(r: float, fingers: int) -> Estimate:
     return Estimate(r, (1 - r * r) / math.sqrt(max(fingers - 2, 1)), "", fingers - 2.0)
+
+
+def together(parts: Sequence[EntryResult]) -> tuple[People | None, list[Measured], list[Finding]]:
+    """Return the population that the fingers of slides make, its medians as measured values, and what is said of it."""
+    persons = [(part, part.curves["person"]) for part in parts if part.curves.get("person")]
+    # Recordings with amplitude commands tell tau too; then those count alone.
+    with_tau = [pair for pair in persons if TAU in pair[1]["found"][0]]
+    used = with_tau if len({person["finger"] for _, person in with_tau}) >= LEAST_FINGERS else persons
+    paths = set.intersection(*({*person["found"][0]} for _, person in used)) if used else set()
+    entries: dict[str, list[Mapping[str, Any]]] = {}
+    for _, person in used:
+        for each in person["found"]:
+            entries.setdefault(person["finger"], []).append({path: each[path] for path in sorted(paths)})
+    if len(entries) < LEAST_FINGERS:
+        return None, [], list(few_fingers(len(entries))) if entries else []
+    found = people(entries)
+    files = tuple(dict.fromkeys(each["path"] for part, _ in used for each in part.files))
+    date = used[0][0].files[0]["date"]
+    values = [
+        _median(path, median, found, k, files, date)
+        for k, (path, median) in enumerate(zip(sorted(paths), found.medians, strict=True))
+    ]
+    return found, values, list(found.findings)
+
+
+def _median(path: str, median: Estimate, found: People, k: int, files: tuple[str, ...], date: str) -> Measured:
+    """Return a median over fingers: what scatters within one is chance, the rest of its error is between them."""
+    count = len(found.names)
+    own = median.value * float(found.within[k]) / math.sqrt(count)
+    value = measured(path, [median], [0.0], f"median of {count} fingers, partial pooling", files, date)
+    within = min(own, median.standard_error)
+    between = math.sqrt(max(median.standard_error**2 - within**2, 0.0))
+    return Measured(**{**value.__dict__, "within": within, "between": between})

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,12 +12,17 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing
 from scipy.optimize import least_squares
 
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor
+from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.line_fits import POINTS
+from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance, plate_sweep, stepped
+from frictionloop.identification.poles import damped
+from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
-from frictionloop.identification.ring_down import damped
 from frictionloop.quantities import must_be
+
+CORNER = "controller.model.plate_hz"
 
 Array = NDArray[np.float64]
 Ring = tuple[float, float, float, float, float, Array]
@@ -222,3 +228,52 @@ def _exponential(piece: Array, rate_hz: float) -> tuple[float, float, float, Arr
     constant = math.exp(fit.x[0])
     error = constant * float(sandwich(fit.jac, fit.fun).standard[0])
     return constant, float(np.linalg.norm(fit.fun) / np.linalg.norm(piece - ends[1])), error, fitted(fit.x)
+
+
+def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+    """Return resonance, Q and corner of the envelope from stepped sines, decays or rises, or envelopes."""
+    if all("envelope" in run for run in runs):
+        return _envelope(take, runs, date)
+    runs = [stepped(run) if "frequency" in run and "time" in run.dims else run for run in runs]
+    found = [plate_sweep(run) if "frequency" in run else plate_decay(run) for run in runs]
+    how = found[0].how + (f", {len(found)} recordings" if len(found) > 1 else "")
+    hertz, q, corner = zip(*((f.method_hz, f.method_q, f.method_corner_hz) for f in found), strict=True)
+    values = [
+        measured("plate.frequency_hz", [f.resonance for f in found], hertz, how, take.files, date),
+        measured("plate.q", [f.q for f in found], q, how, take.files, date),
+        measured(CORNER, [f.corner for f in found], corner, how, take.files, date),
+    ]
+    rows: Rows = [("recording", "resonance", "Q", "corner of the envelope", "left")]
+    rows += [
+        (name, f"{f.resonance}", f"{f.q}", f"{f.corner}", f"{f.misfit:.1%}")
+        for name, f in zip(take.files, found, strict=False)
+    ]
+    drawn = "sweep" if "frequency" in runs[0] else "decay"
+    numbers: dict[str, Any] = {"misfit_percent": [100 * f.misfit for f in found]}
+    downs = [f.down_hz for f in found if f.down_hz is not None]
+    numbers |= {"down_less_up_hz": downs} if downs else {}
+    return EntryResult(
+        values, [each for f in found for each in f.findings], numbers, rows, {drawn: _drawn(found[0], runs[0])}
+    )
+
+
+def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
+    step = max(found.x.size // (4 * POINTS), 1)
+    curves = {name: np.asarray(getattr(found, name))[::step].tolist() for name in ("x", "y", "fitted")}
+    return curves | {"unit": run["vibration"].attrs["units"]}
+
+
+def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
+    found = [plate_envelope(run) for run in runs]
+    how = f"{sum(f.jumps for f in found)} falls or rises of the envelope"
+    value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how, take.files, date)
+    rows: Rows = [
+        ("recording", "corner", "left"),
+        *((n, f"{f.corner}", f"{f.misfit:.1%}") for n, f in zip(take.files, found, strict=False)),
+    ]
+    first = found[0]
+    step = max(first.time_s.size // POINTS, 1)
+    drawn = {"x": first.time_s, "y": first.y, "fitted": first.fitted}
+    curves: dict[str, Any] = {name: each[::step].tolist() for name, each in drawn.items()}
+    curves["unit"] = runs[0]["envelope"].attrs["units"]
+    return EntryResult([value], [], {"misfit_percent": [100 * f.misfit for f in found]}, rows, {"envelope": curves})

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.part import off_line
+from frictionloop.identification.entry_result import off_line
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
 from frictionloop.quantities import must_be

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-
-from frictionloop.identification.ring_down import damped
 
 Array = NDArray[np.float64]
 NEAR_HZ, NEAR_Q = 0.01, 0.3
@@ -139,3 +138,14 @@ def fit_decay(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: floa
     misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
     rows = [(hertz, q, share) for (hertz, q), share in zip(pairs(fit.x), shares, strict=True)]
     return np.array([*rows, (misfit, 0.0, 0.0)])
+
+
+def damped(time_s: Array, modes: Sequence[tuple[float, float]]) -> Array:
+    """Return a constant and the two phases of each damped oscillation (Hz, Q), shape (time, 1 + 2 modes)."""
+    columns = [np.ones_like(time_s)]
+    for resonance_hz, q in modes:
+        angle = 2.0 * math.pi * resonance_hz * time_s
+        turns = angle * math.sqrt(max(1.0 - 0.25 / q**2, 1e-6))
+        falls = np.exp(-0.5 * angle / q)
+        columns += [falls * np.cos(turns), falls * np.sin(turns)]
+    return np.stack(columns, axis=1)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from frictionloop.identification.entry_result import Refused
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.refused import Refused
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]

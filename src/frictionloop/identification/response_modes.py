@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
+from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_of
+from frictionloop.identification.entry_result import Refused
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.modes import Mode, Modes, Which, chosen_of
 from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole
-from frictionloop.identification.refused import Refused
 from frictionloop.identification.resonance import Errors, sandwich
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from frictionloop.identification.rigs.sensor import (
+from frictionloop.identification.rigs.sensor_rig import (
     OWN_STREAM,
     held_response,
     reading,

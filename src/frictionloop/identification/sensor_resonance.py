@@ -1,4 +1,4 @@
-"""Hits of a project: the resonance of the sensor, its Q, and the pole behind it where a hammer tells it."""
+"""Hits and listed responses of a project: the resonance of the sensor, its Q, and the pole behind it."""
 
 from __future__ import annotations
 
@@ -9,17 +9,25 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.identification.frequency_response import FrequencyResponse, response
+from frictionloop.identification.decay_modes import Modes, modes
+from frictionloop.identification.entry_result import (
+    POINTS,
+    EntryResult,
+    Rows,
+    Sensor,
+    not_told,
+    thin,
+    with_method,
+)
+from frictionloop.identification.estimate import Estimate, Measured, measured
+from frictionloop.identification.frequency_response import FrequencyResponse, has_phase, response, response_table
 from frictionloop.identification.hits import NoHits, hits_of, pick_hits
-from frictionloop.identification.long import Run, Stretches
-from frictionloop.identification.measured import Estimate, Measured, measured
-from frictionloop.identification.modes import Modes, modes
-from frictionloop.identification.part import POINTS, Rows, Sensor, Told, extra_modes, not_told, thin, with_method
-from frictionloop.identification.project import Take
+from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import rate_of
+from frictionloop.identification.recording_file import Opened, Run, Stretches
 from frictionloop.identification.resonance import fit_resonance
 from frictionloop.identification.response_modes import response_modes
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 SAME = 0.05
 """Two modes closer than this share are one (assumed)."""
@@ -27,7 +35,7 @@ WORST_MISFIT = 0.2
 """Most of a frequency response that one resonance may leave unexplained (assumed)."""
 
 
-def hits_told(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Told:
+def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> EntryResult:
     """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
     names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
     struck, alone, found = _struck(runs, names)
@@ -72,7 +80,7 @@ def hits_told(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> Tol
         *extra,
         *extra_modes(take, free[0], how.partition(",")[0], date),
     ]
-    return Told(values, found, numbers, _rows(groups, [*struck], take), curves)
+    return EntryResult(values, found, numbers, _rows(groups, [*struck], take), curves)
 
 
 def _turned(struck: dict[str, Run], take: Take) -> list[Finding]:
@@ -220,3 +228,61 @@ def _drawn(found: FrequencyResponse, band_hz: tuple[float, float]) -> dict[str, 
     hertz, size = thin(found.frequency_hz[inside], np.abs(found.response[inside]))
     _, coherence = thin(found.frequency_hz[inside], found.coherence[inside])
     return {"frequency_hz": hertz, "magnitude": size, "coherence": coherence}
+
+
+def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: str) -> EntryResult:
+    """Return resonance and Q of the chosen mode of each file, and how the response was fitted."""
+    tables = [response_table(file) for file in files]
+    phased = [has_phase(each) for each in tables]
+    found = [
+        response_modes(table, take.mode, take.band_hz, magnitude=not phase)
+        for table, phase in zip(tables, phased, strict=True)
+    ]
+    chosen = [each.chosen[0] for each in found]
+    whole = f"listed response of {sum(t.frequency_hz.size for t in tables)} frequencies"
+    how = f"{take.mode} mode of a {whole}"
+    rows: Rows = [("file", "mode (Hz)", "Q", "share of the peaks", "misfit")]
+    for name, each in zip(take.files, found, strict=True):
+        rows += [
+            (name, str(mode.frequency), str(mode.q), f"{mode.share:.0%}", f"{each.misfit:.1%}") for mode in each.modes
+        ]
+    hertz = [each.asked[0].frequency for each in found]
+    shift_hz = [each.method_hz[k] for each, k in zip(found, chosen, strict=True)]
+    shift_q = [each.method_q[k] for each, k in zip(found, chosen, strict=True)]
+    values = [
+        measured("sensor.resonance_hz", hertz, shift_hz, how, take.files, date),
+        measured("sensor.q", [each.asked[0].q for each in found], shift_q, how, take.files, date),
+        *extra_modes(take, found[0], whole, date),
+    ]
+    modes = found[0].modes
+    doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
+    numbers = {"modes_hz": [m.frequency.value for m in modes], "modes_q": [m.q.value for m in modes]}
+    return EntryResult(values, doubts, numbers, rows, _of_response(tables[0], found[0]))
+
+
+def _of_response(table: FrequencyResponse, found: Modes) -> dict[str, Any]:
+    return {
+        "response": {
+            "frequency_hz": table.frequency_hz.tolist(),
+            "magnitude": np.abs(table.response).tolist(),
+            "coherence": table.coherence.tolist(),
+            "fitted_hz": [hertz for hertz, _ in found.fitted],
+            "fitted": [size for _, size in found.fitted],
+        },
+        "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in found.diagram],
+        "modes_hz": [mode.frequency.value for mode in found.modes],
+    }
+
+
+def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:
+    """Return frequency and Q of as many modes as an entry wants listed, under names of their own."""
+    if take.count is None:
+        return []
+    listed = found.modes[: take.count]
+    if len(listed) < take.count:
+        raise must_be("count", take.count, f"at most {len(listed)}, the modes found")
+    values: list[Measured] = []
+    for k, mode in enumerate(listed):
+        values.append(measured(f"mode {k + 1}", [mode.frequency], [found.method_hz[k]], how, take.files, date))
+        values.append(measured(f"mode {k + 1} Q", [mode.q], [found.method_q[k]], how, take.files, date))
+    return values

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import get_window, welch
 
-from frictionloop.identification.measured import Estimate
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import READING, channel, rate_of, samples_in
 from frictionloop.quantities import must_be
 
