@@ -10,7 +10,7 @@ import recorded_files as files
 from three_modes import TRUE, plate
 
 import frictionloop as fl
-from frictionloop.identification import long
+from frictionloop.identification import recording_file
 from frictionloop.identification.entry_result import Sensor
 from frictionloop.identification.file_channels import first_look
 from frictionloop.identification.project_analysis import analyse
@@ -26,7 +26,7 @@ BY_THE_BLOCK = ("time.csv", "european.csv", "file.h5", "seven.mat", "file.wav", 
 def small_blocks(monkeypatch):
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 300)
-    monkeypatch.setattr(long, "ROWS", 2**14)
+    monkeypatch.setattr(recording_file, "ROWS", 2**14)
 
 
 def columns(samples=4321):
@@ -87,8 +87,8 @@ def test_hits_of_a_long_recording_are_those_of_a_short_one(tmp_path, monkeypatch
     whole = analyse(take, tmp_path, Sensor())
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 2**12)
-    monkeypatch.setattr(long, "ROWS", 2**15)
-    monkeypatch.setattr(long, "CALM_S", 0.01)
+    monkeypatch.setattr(recording_file, "ROWS", 2**15)
+    monkeypatch.setattr(recording_file, "CALM_S", 0.01)
     parts = analyse(take, tmp_path, Sensor())
     assert len(parts.rows) == len(whole.rows) == 13
     assert [row[1:3] for row in parts.rows] == [row[1:3] for row in whole.rows]
@@ -107,7 +107,7 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
     files.hdf5(tmp_path / "q.h5", {"f": quiet}, RATE)
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 2**11)
-    monkeypatch.setattr(long, "ROWS", 2**13)
+    monkeypatch.setattr(recording_file, "ROWS", 2**13)
     channels = {"f_m": {"column": "f", "unit": "V"}, "mass": {"column": "mass", "unit": "kg"}}
     take = Take(kind="weights", files=("w.h5",), settle_s=0.1, channels=channels, gravity_m_s2=9.80665)
     slope = analyse(take, tmp_path, Sensor()).measured[0]

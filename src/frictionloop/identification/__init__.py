@@ -1,7 +1,7 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same.
 
 channels  bench  run  compare   the verbs: what is in a file, a bench from its recordings, a recording, two certificates
-load  weights  response  modes  noise  friction  vibrated   the analyses by themselves, on recordings of your own
+load  weights  response  modes  noise  friction  susceptibility   the analyses by themselves, on recordings of your own
 """
 
 from frictionloop.identification.amplitude_protocol import amplitude_protocol
@@ -42,7 +42,7 @@ from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.recording_file import findings_of, load
 from frictionloop.identification.resonance import Resonance, fit_resonance
 from frictionloop.identification.slides import Friction, Slide, friction
-from frictionloop.identification.susceptibility import MonotoneTable, Vibrated, monotone_table, vibrated
+from frictionloop.identification.susceptibility import MonotoneTable, SusceptibilityFit, monotone_table, susceptibility
 from frictionloop.identification.susceptibility_fit import LawFit
 from frictionloop.identification.weights_calibration import (
     Calibration,

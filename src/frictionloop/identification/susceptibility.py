@@ -23,9 +23,9 @@ from frictionloop.identification.susceptibility_fit import (
     FIXED,
     LAWS,
     PRIORS,
+    AmplitudeLaw,
     LawFit,
     Pieces,
-    VibratedLaw,
     fit_law,
     relative_load,
     sliding_pieces,
@@ -54,7 +54,7 @@ LEAST_FALL = 1e-4
 
 
 @dataclass(frozen=True)
-class Vibrated:
+class SusceptibilityFit:
     """What recordings with amplitude commands tell of one finger."""
 
     nominal: Estimate
@@ -88,20 +88,20 @@ def _told(laws: Sequence[LawFit]) -> str:
     return laws[0].name if laws[1].aic - laws[0].aic >= CANNOT_BE_TOLD else UNTOLD
 
 
-def _susceptibility(law: VibratedLaw, x: float, largest_um: float) -> tuple[float, float]:
+def _susceptibility(law: AmplitudeLaw, x: float, largest_um: float) -> tuple[float, float]:
     """Return tau in um^-2 from the exponent at the largest amplitude, and how it changes with that."""
     if law.name == "exponential":
         return (x / largest_um) ** 2, 2 * abs(x) / largest_um**2
     return x / largest_um**2, 1 / largest_um**2
 
 
-def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | None = None) -> Vibrated:
+def susceptibility(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | None = None) -> SusceptibilityFit:
     """Return f0 and tau of a finger from one recording, or from several as one measurement.
 
         log f = log f0 + n log(N/0.5 N) + log(1 + g w) + log mean(share(a)^(1 - k w)),   w = 1 - exp(-t/T)
 
-    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`vibrated_fit`). The mean
-    is over the samples of a piece, so amplitudes may step, sweep or be noise. Residuals follow each other as an
+    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`LAWS`). The mean is over
+    the samples of a piece, so amplitudes may step, sweep or be noise. Residuals follow each other as an
     autoregression of first order, since the roughness under a finger does; what n, g, k and T are where a recording
     does not tell is `PRIORS`.
 
@@ -144,7 +144,7 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
     def told_as(k: int, unit: str, scale: float = 1.0, shift: float = 0.0) -> Estimate:
         return Estimate(shift + scale * best.x[k], scale * errors[k], unit, freedom)
 
-    return Vibrated(
+    return SusceptibilityFit(
         nominal=Estimate(f0, f0 * errors[0], "N", freedom),
         susceptibility=Estimate(tau, share * curve_errors[FIXED], "um^-2", freedom),
         load_exponent=told_as(1, ""),
@@ -211,7 +211,7 @@ class MonotoneTable(NamedTuple):
         }
 
 
-def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
+def monotone_table(found: SusceptibilityFit, entries: int = 33) -> MonotoneTable:
     """Return the table a^2(u) that the recordings themselves give.
 
     The mean of log share over twelve stretches of amplitude is made falling by isotonic regression (pool adjacent
@@ -219,8 +219,8 @@ def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
 
     Parameters
     ----------
-    found : Vibrated
-        From `vibrated`.
+    found : SusceptibilityFit
+        From `susceptibility`.
     entries : int
         Entries of the table, 2 to 1025.
 
@@ -258,8 +258,8 @@ def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date
     """Return f0 and tau, and what else the recordings tell better than what is known of fingers beforehand."""
     converted = [in_newtons(run, sensor) for run in runs]
     scaled = [run for run, _ in converted]
-    found = [vibrated(run, take.plate_hz) for run in scaled]
-    whole = found[0] if len(found) == 1 else vibrated(scaled, take.plate_hz)
+    found = [susceptibility(run, take.plate_hz) for run in scaled]
+    whole = found[0] if len(found) == 1 else susceptibility(scaled, take.plate_hz)
     how = f"{sum(f.log_share.size for f in found)} pieces of slides under amplitude commands, {whole.law} law"
     none = [0.0] * len(found)
 
@@ -290,7 +290,7 @@ def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date
     return EntryResult(values, [*doubts, *whole.findings], numbers, rows, curves)
 
 
-def _overrides(found: Vibrated) -> dict[str, Any]:
+def _overrides(found: SusceptibilityFit) -> dict[str, Any]:
     """Return the law and the table where the law is told and is not the Gaussian, which needs no table."""
     if found.law in ("gaussian", UNTOLD):
         return {}
@@ -298,7 +298,7 @@ def _overrides(found: Vibrated) -> dict[str, Any]:
     return kind | monotone_table(found, TABLE).overrides()
 
 
-def _logs(found: Vibrated) -> dict[str, Any]:
+def _logs(found: SusceptibilityFit) -> dict[str, Any]:
     """Return logarithms of f0 and tau with their errors, those of the method among them."""
     f0, tau = found.nominal, found.susceptibility
     errors = [math.hypot(f0.standard_error, found.method_n), math.hypot(tau.standard_error, found.method_per_um2)]
@@ -308,7 +308,7 @@ def _logs(found: Vibrated) -> dict[str, Any]:
     }
 
 
-def _drawn(found: Vibrated) -> dict[str, Any]:
+def _drawn(found: SusceptibilityFit) -> dict[str, Any]:
     step = max(found.amplitude_um.size // POINTS, 1)
     fine = np.linspace(0.0, found.largest_um, 60)
     laws, level = {law.name: law for law in LAWS}, math.log(found.nominal.value)

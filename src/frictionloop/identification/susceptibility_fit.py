@@ -135,7 +135,7 @@ LEAST_SHARE = 0.02
 """Least share of the friction that the threshold law leaves: its straight line would go on below 0 (assumed)."""
 
 
-class VibratedLaw(NamedTuple):
+class AmplitudeLaw(NamedTuple):
     """One law; ``exponent(a, x, largest)`` is -log of the share of friction that is left."""
 
     name: str
@@ -160,9 +160,9 @@ def _threshold(amplitude_um: Array, x: Array, largest_um: float) -> Array:
 
 
 LAWS = (
-    VibratedLaw("gaussian", "exp(-tau a^2)", _gaussian, (1.0,), (-5.0,), (50.0,)),
-    VibratedLaw("exponential", "exp(-a/a1): rough contact", _exponential, (1.0,), (-5.0,), (50.0,)),
-    VibratedLaw("threshold", "1 up to a0, then linear", _threshold, (1.0, 0.2), (0.0, 0.0), (20.0, 0.95)),
+    AmplitudeLaw("gaussian", "exp(-tau a^2)", _gaussian, (1.0,), (-5.0,), (50.0,)),
+    AmplitudeLaw("exponential", "exp(-a/a1): rough contact", _exponential, (1.0,), (-5.0,), (50.0,)),
+    AmplitudeLaw("threshold", "1 up to a0, then linear", _threshold, (1.0, 0.2), (0.0, 0.0), (20.0, 0.95)),
 )
 """x[0] is the exponent at the largest amplitude (of the threshold law the slope there), so of the order of 1 for all.
 
@@ -211,7 +211,7 @@ def relative_load(pieces: Pieces) -> Array:
     return np.asarray(pieces.log_load - np.log(REFERENCE_LOAD_N))
 
 
-def fit_law(law: VibratedLaw, pieces: Pieces, largest_um: float) -> tuple[LawFit, Array, float]:
+def fit_law(law: AmplitudeLaw, pieces: Pieces, largest_um: float) -> tuple[LawFit, Array, float]:
     """Return a law's fit, the standard errors of its parameters, and their degrees of freedom."""
     relative, count = relative_load(pieces), pieces.contact_s.size
     middles, widths = np.array(list(PRIORS.values())).T
