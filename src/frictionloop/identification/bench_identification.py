@@ -56,8 +56,7 @@ def bench(
     Raises
     ------
     FrictionloopError
-        For what the project file, a recording or an analysis refuses, in one line. `Unfinished` keeps the results of
-        the other entries.
+        For what the project file, a recording or an analysis refuses, in one line.
     """
     project, folder = read_project(path), Path(path).parent
     preset(project.preset).evolve(dict(project.known))  # refuses an unknown name before anything is computed
@@ -100,7 +99,7 @@ def _bench(project: Project, path: Path, work: Work) -> Bench:
     if TAU in of_system:
         tau = of_system[TAU]
         overrides[SPREAD] = float(f"{max(tau.interval().high / tau.value, LEAST_SPREAD):.3g}")
-        stated[SPREAD] = f"upper end over value, {LEAST_SPREAD:g} or more"
+        stated[SPREAD] = f"upper end over value, least {LEAST_SPREAD:g}"
     if "controller.model.plate_hz" in found and "plate.q" not in found:
         frequency = overrides.get("plate.frequency_hz", ResonantPlate().frequency_hz)
         overrides["plate.q"] = frequency / (2 * found["controller.model.plate_hz"].value)

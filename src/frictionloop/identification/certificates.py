@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
 
 _HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
-ACCEPTED = "a certificate (.html) or a bench (.json)"
+ACCEPTED = "certificate (.html), bench (.json)"
 
 
 def certified(path: str | os.PathLike[str]) -> Any:
@@ -64,6 +64,10 @@ def certified_corners(path: str | os.PathLike[str]) -> tuple[Corner, ...]:
 
 CHANGED = 0.01
 """Chance of so large a difference below which a value is said to have changed (assumed)."""
+
+
+Dated = tuple[Estimate, str]
+"""A value and when it was measured."""
 
 
 class Change(NamedTuple):
@@ -151,35 +155,24 @@ def compare(before: str | os.PathLike[str], after: str | os.PathLike[str]) -> Co
     return Comparison(before=str(before), after=str(after), values=found, findings=changed)
 
 
-def _change(path: str, old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> Change:
-    one, other = (None if each is None else _estimate(each) for each in (old, new))
-    dates = ("" if old is None else str(old["date"]), "" if new is None else str(new["date"]))
+def _change(path: str, old: Dated | None, new: Dated | None) -> Change:
+    (one, before), (other, after) = old or (None, ""), new or (None, "")
     if one is None or other is None:
-        return Change(path, one, other, dates, math.nan)
+        return Change(path, one, other, (before, after), math.nan)
     a, b = one.standard_error**2, other.standard_error**2
     if a + b == 0:
-        return Change(path, one, other, dates, 1.0 if one.value == other.value else 0.0)
+        return Change(path, one, other, (before, after), 1.0 if one.value == other.value else 0.0)
     below = (a / (a + b)) ** 2 / one.freedom + (b / (a + b)) ** 2 / other.freedom
     freedom = 1 / below if below else math.inf
     apart = abs(other.value - one.value) / math.sqrt(a + b)
-    return Change(path, one, other, dates, float(2 * student.sf(apart, freedom)))
+    return Change(path, one, other, (before, after), float(2 * student.sf(apart, freedom)))
 
 
-def _estimate(each: Mapping[str, Any]) -> Estimate:
-    error = math.sqrt(sum(float(each[line]) ** 2 for line in ("within", "between", "method")))
-    freedom = math.inf if each["freedom"] is None else float(each["freedom"])
-    return Estimate(float(each["value"]), error, str(each["unit"]), freedom)
-
-
-def _values(path: str | os.PathLike[str]) -> dict[str, Mapping[str, Any]]:
+def _values(path: str | os.PathLike[str]) -> dict[str, Dated]:
     tree = certified(path)
     try:
-        measured = tree["measured"] if isinstance(tree, dict) else tree
-        values = {str(each["path"]): each for each in measured}
-        for each in values.values():
-            _estimate(each)
-            str(each["date"])
-        return values
+        listed = map(Measured.from_dict, tree["measured"] if isinstance(tree, dict) else tree)
+        return {str(each.path): (each.estimate, str(each.date)) for each in listed}
     except (ValueError, KeyError, TypeError):
         raise must_be(str(path), "no measured values", ACCEPTED) from None
 

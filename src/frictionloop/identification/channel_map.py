@@ -43,7 +43,7 @@ class Channel(Block):
     its own; of weights each is what the sensor read under one of the masses."""
     unit: str | None = None
     """Unit of the column, where the file says none or a wrong one: N, mN, V, mV, kg, g, m, mm, m/s, mm/s, counts."""
-    scale: Annotated[Number, Field(description="What one of the column's unit is, in ``gives``.")] | None = None
+    scale: Annotated[Number, Field(description="One column unit, in ``gives``.")] | None = None
     gives: str | None = None
     """Unit after ``scale``: N, V, kg, m, um, Hz or counts; left out, what a channel of that name usually has: kg for
     mass, m for position, um for vibration, N for forces."""
@@ -202,5 +202,5 @@ def _times(where: str, contents: found.Contents, resample_hz: float) -> Array:
     seconds = may_be_seconds(float(np.median(np.diff(values)))) or tells_seconds(values, resample_hz)
     unit, factor = UNITS.get(str(clock.unit), ("s" if seconds else "", 1.0))
     if unit != "s":
-        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "told by a name such as 'time_s'")
+        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "in the name, as 'time_s'")
     return factor * values

@@ -32,22 +32,10 @@ LONGEST = 2000
 """Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
 
 
-class Decays(NamedTuple):
-    """What follows the hits of recordings."""
-
-    pieces: list[Array]
-    rate_hz: float
-    picked: list[Hits]
-    cut: int
-    """How many of them are of hits that are cut off."""
-
-    def findings(self) -> list[Finding]:
-        """Return which hits were left out."""
-        return hits_left_out(self.picked, ("good", "cut off") if self.cut else ("good",))
-
-
-def decays_of(runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]) -> Decays:
-    """Return what follows each good hit, from after its peak until it is lost in the noise.
+def decays_of(
+    runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
+) -> tuple[list[Array], float, list[Hits], list[Finding]]:
+    """Return what follows each good hit until it is lost in the noise, the rate, all hits, and which are left out.
 
     With fewer than two good hits those that are cut off are used as well: a free decay need not come to its end.
     """
@@ -70,7 +58,8 @@ def decays_of(runs: Run | Sequence[Run], segment_s: float | None, exclude: Colle
     used = cut if len(decays) < 2 <= len(decays) + len(cut) else []
     if len(decays) + len(used) < 2:
         raise too_few(picked, len(decays))
-    return Decays(decays + used, rates.pop(), picked, len(used))
+    left_out = hits_left_out(picked, ("good", "cut off") if used else ("good",))
+    return decays + used, rates.pop(), picked, left_out
 
 
 def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: float) -> Array:
@@ -115,7 +104,7 @@ def slower(decays: list[Array], rate_hz: float) -> tuple[list[Array], float]:
 
 
 Which = Literal["first", "strongest"]
-NO_MODE = "recording: modes = 0: must be 1 or more, with nothing on the glass"
+NO_MODE = str(must_be("recording: modes", 0, "1 or more"))
 WORST_MISFIT = 0.25
 """Most of the rms of a decay that its modes may leave unexplained (assumed)."""
 WORST_START = 0.8
@@ -177,7 +166,7 @@ def chosen_of(found: Sequence[Mode], which: Which | int, band_hz: tuple[float, f
         return (max(inside, key=lambda k: found[k].share),)
     if isinstance(which, int) and not isinstance(which, bool) and 1 <= which <= len(inside):
         return tuple(inside[:which])
-    raise must_be("which", which, f"'first', 'strongest' or 1 to {len(inside)}: {listed}")
+    raise must_be("which", which, f"'first', 'strongest', 1 to {len(inside)}: {listed}")
 
 
 def modes(
@@ -186,8 +175,6 @@ def modes(
     band_hz: tuple[float, float] | None = None,
     segment_s: float | None = None,
     exclude: Collection[int] = (),
-    *,
-    count: int | None = None,
 ) -> Modes:
     """Return modes from how the reading decays after hits: no force need be measured.
 
@@ -207,8 +194,6 @@ def modes(
         Frequencies in Hz between which to choose.
     segment_s, exclude
         As in `pick_hits`.
-    count : int, optional
-        How many from the lowest up, in place of ``which``.
 
     Raises
     ------
@@ -216,8 +201,8 @@ def modes(
         For too few good hits, no stable mode or fewer than asked for, or modes that leave more than a quarter of a
         decay unexplained.
     """
-    heard = decays_of(recording, segment_s, exclude)
-    decays, rate_hz = slower(heard.pieces, heard.rate_hz)
+    pieces, rate_hz, picked, left_out = decays_of(recording, segment_s, exclude)
+    decays, rate_hz = slower(pieces, rate_hz)
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
@@ -234,14 +219,14 @@ def modes(
     moved = np.abs(late.mean(axis=0) - fits[:, :-1, :2].mean(axis=0)) / math.sqrt(3)
     return Modes(
         modes=tuple(found),
-        chosen=chosen_of(found, which if count is None else count, band_hz or (0.0, rate_hz)),
+        chosen=chosen_of(found, which, band_hz or (0.0, rate_hz)),
         misfit=misfit,
         method_hz=tuple(moved[:, 0].tolist()),
         method_q=tuple(moved[:, 1].tolist()),
         hits=len(decays),
         diagram=tuple(diagram),
-        findings=tuple(heard.findings()),
-        bow=max(each.bow for each in heard.picked),
+        findings=tuple(left_out),
+        bow=max(each.bow for each in picked),
     )
 
 
@@ -280,8 +265,8 @@ def _refuse_misfit(
 ) -> None:
     if misfit > most:
         listed = ", ".join(f"{hertz:.5g}" for hertz, _ in starts)
-        said = f"recording: misfit of modes at {listed} Hz = {misfit:.2g}: must be at most {WORST_MISFIT:g}"
-        raise Refused(said, "hits", curves)
+        said = must_be(f"recording: misfit of {listed} Hz", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
+        raise Refused(str(said), "hits", curves)
 
 
 def _modes(fits: Array) -> list[Mode]:

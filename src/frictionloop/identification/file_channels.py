@@ -75,14 +75,12 @@ class FileChannels(Result):
 
     def channel_map(self) -> str:
         """Return a channel map in TOML with every channel of the file, to be renamed, filled in and cut down."""
-        lines = [
-            f"# Channels of {Path(self.path).name}: name those to use f_m, hammer, mass, load ..., drop the others"
-        ]
+        lines = [f"# {Path(self.path).name}: name f_m, mass, ..."]
         lines += ["# rate_hz = 1000.0"] if self.rate_hz is None else []
         for k, each in enumerate(self.channels):
             lines += ["", f"[channels.channel_{k}]", f"column = {_quoted(each.name)}"]
             lines.append(f"unit = {_quoted(each.unit)}" if each.unit else '# unit = "V"')
-            lines += ["# scale = 1.0  # newtons in one unit", "# sign = -1", "# zero_s = [0.0, 1.0]"]
+            lines += ["# scale = 1.0", "# sign = -1", "# zero_s = [0.0, 1.0]"]
         return "\n".join(lines) + "\n"
 
     def write_map(self, path: str | os.PathLike[str]) -> None:
@@ -141,7 +139,7 @@ def _summaries(lines: Sequence[Channel], rate_hz: float | None, progress: bool |
 def _findings(contents: Contents, sampling: Sampling) -> Iterator[Finding]:
     yield from contents.findings
     if sampling.rate_hz is None and sampling.even:
-        yield Finding("RATE-UNKNOWN", remedy="--rate-hz, or rate_hz in the map")
+        yield Finding("RATE-UNKNOWN", remedy="rate_hz in the map")
     if sampling.gaps:
         lost = sum(count for _, count in sampling.gaps)
         more = {"row": sampling.gaps[0][0], "gaps": len(sampling.gaps)}

@@ -21,7 +21,7 @@ UNKNOWN_SHARE = 0.01
 """Share of its size that a value of a table is taken to be off by where no coherence stands beside it (assumed)."""
 LEAST = 8
 """Frequencies that a table must have."""
-_NAMES = "frequency with response, real and imaginary, or magnitude and phase_deg"
+_NAMES = "frequency, and response or magnitude"
 
 Array = NDArray[np.float64]
 
@@ -198,7 +198,7 @@ def _complex(file: Opened, columns: dict[str, NDArray[np.generic]]) -> NDArray[n
     if _in_db(file):
         size = 10 ** (size / 20)
     if np.nanmin(size) < 0:
-        raise must_be(f"{file.where}: magnitude", float(np.nanmin(size)), '0 or more, or unit = "dB"')
+        raise must_be(f"{file.where}: magnitude", float(np.nanmin(size)), "0 or more, or dB")
     turn = np.zeros_like(size)
     if "phase_deg" in columns:
         turn = np.deg2rad(np.asarray(columns["phase_deg"], dtype=float))

@@ -55,12 +55,12 @@ def to_toml(found: Bench) -> str:
     said |= {BELIEVED[name]: f"as {name}" for name in said if name in BELIEVED}
     said |= dict(found.stated)
     _comment(document, "", said)
-    head = [f"# Bench of {found.project.name}, by frictionloop {package_version()}."]
+    head = [f"# {found.project.name}, frictionloop {package_version()}"]
     head += [f"# {each['path']}: sha256 {each['sha256']}" for part in found.parts for each in part.files]
     if (line := found.measured.get("sensitivity")) is not None:
-        head.append(f"# sensitivity of the reading: {line.estimate} ({source_of(line)})")
+        head.append(f"# sensitivity: {line.estimate} ({source_of(line)})")
     if found.resonance_error is not None:
-        head.append(f"# gains for it: frictionloop design controller FILE {found.design_flags}")
+        head.append(f"# frictionloop design controller FILE {found.design_flags}")
     body = document.as_string().split("\n", 1)[1] if document.as_string().startswith("#") else document.as_string()
     return "\n".join(head) + "\n" + body
 

@@ -73,7 +73,7 @@ def straight_scale(x: Array, y: Array, unit: str = "") -> Scale:
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if x.size < 4 or x.size != y.size or np.ptp(x) == 0:
-        raise must_be("recording: pairs", int(x.size), "4 or more, not all alike")
+        raise must_be("recording: pairs", int(x.size), "4 or more, different")
     line = linregress(x, y)
     residuals = y - line.intercept - line.slope * x
     away = (x - x.mean()) ** 2
@@ -183,7 +183,7 @@ def _pairs(run: xr.Dataset, frequency_hz: float | None) -> tuple[NDArray[np.floa
     drive = channel(run, "drive", ("V", "", "counts"), dim=dim)
     if "vibration" in run and run["vibration"].attrs.get("units") == "m/s":
         if frequency_hz is None:
-            raise must_be("frequency_hz", None, "given where the vibration is in m/s", "Hz")
+            raise must_be("frequency_hz", None, "given for m/s", "Hz")
         amplitude = 1e6 * channel(run, "vibration", ("m/s",), dim=dim) / (2 * math.pi * frequency_hz)
     else:
         amplitude = channel(run, "vibration", ("um",), dim=dim)

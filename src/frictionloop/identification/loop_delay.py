@@ -83,7 +83,7 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
     control_hz = number("control_hz", control_hz, "Hz", 1.0)
     jump, answer, rate_hz = channel(recording, "jump", ANY), channel(recording, "answer", ANY), rate_of(recording)
     if rate_hz < 4 * control_hz:
-        raise must_be("recording: rate", rate_hz, f"at least {4 * control_hz:g}, four times control_hz", "Hz")
+        raise must_be("recording: rate", rate_hz, f"at least {4 * control_hz:g} (4 control_hz)", "Hz")
     length, before = round(window_s * rate_hz), round(BEFORE * window_s * rate_hz)
     change = np.abs(np.diff(jump))
     rows = np.flatnonzero(change > 0.5 * change.max()) + 1
@@ -99,7 +99,7 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
     lines = np.array([fit[1] for fit in fits]) + 0.5 / rate_hz
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT:
-        raise must_be("recording: misfit of a delayed exponential", misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be("recording: misfit of delayed exponential", misfit, f"at most {WORST_MISFIT:g}")
     wait = 0.5 / control_hz if waits else 0.0
     spread = float(begins.std(ddof=1))
     error = spread / math.sqrt(begins.size)

@@ -135,7 +135,7 @@ def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -
     inside = (spectrum.frequency_hz >= low_hz) & (spectrum.frequency_hz <= high_hz)
     if np.count_nonzero(inside) < 4:
         seen = int(np.count_nonzero(inside))
-        raise must_be(f"low_hz, high_hz = {low_hz:g}, {high_hz:g} Hz: frequencies", seen, "at least 4")
+        raise must_be(f"frequencies from {low_hz:g} to {high_hz:g} Hz", seen, "at least 4")
     return inside
 
 
@@ -151,7 +151,7 @@ def density_of(
     inside = clean & (hertz >= band_hz[0]) & (hertz <= band_hz[1])
     if np.count_nonzero(inside) < 4:
         said = f"recording: frequencies from {band_hz[0]:g} to {band_hz[1]:g} Hz"
-        raise must_be(said, int(np.count_nonzero(inside)), "at least 4: a longer one")
+        raise must_be(said, int(np.count_nonzero(inside)), "at least 4")
     power = np.maximum(spectrum.power_density - step_n**2 / 6 / spectrum.rate_hz, 0.0)
     shape = _shape(spectrum, clean & (hertz >= band_hz[0]), power, cutoff_hz)
     white = power[inside] / shape[inside]

@@ -58,7 +58,7 @@ def jumps_of(envelope: Array, size: int) -> list[tuple[int, int, bool]]:
         starts.append(inner.start + int(np.argmax(step[inner])) + size)
     starts = [k for k in starts if k > 3 * size]
     if not starts:
-        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%} of its largest")
+        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%}")
     stops = [*(k - 3 * size for k in starts[1:]), envelope.size - size]
     found = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a > 20 * size]
     falls = [(a, b, True) for a, b in found if envelope[b - 2 * size : b].mean() < 0.3 * envelope[a - 3 * size]]
@@ -88,7 +88,7 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
     spectrum = np.abs(np.fft.rfft(y * np.hanning(y.size)))
     carrier_hz = float(np.fft.rfftfreq(y.size, 1 / rate_hz)[1 + int(np.argmax(spectrum[1:]))])
     if carrier_hz > 0.45 * rate_hz:
-        raise must_be("recording: rate", rate_hz, f"above {carrier_hz / 0.45:.5g}, or record the 'envelope'", "Hz")
+        raise must_be("recording: rate", rate_hz, f"above {carrier_hz / 0.45:.5g}, or 'envelope'", "Hz")
     size = max(round(4 * rate_hz / carrier_hz), 4)
     envelope = np.sqrt(2 * np.convolve(y**2, np.ones(size) / size, mode="same"))
     fits, late, drawn, falls = [], [], None, True
@@ -103,7 +103,7 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
     values, errors, freedom, moved = _over(fits, late)
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT or drawn is None:
-        raise must_be(f"recording: misfit of one resonance, {values[0]:.5g} Hz", misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be(f"recording: misfit of {values[0]:.5g} Hz", misfit, f"at most {WORST_MISFIT:g}")
     return PlateResonance(
         Estimate(values[0], errors[0], "Hz", freedom),
         Estimate(values[1], errors[1], "", freedom),
@@ -200,8 +200,7 @@ def plate_envelope(recording: xr.Dataset) -> PlateEnvelope:
     times = np.array([fit[0] for fit in fits])
     misfit = float(np.median([fit[1] for fit in fits]))
     if misfit > WORST_MISFIT or drawn is None:
-        said = f"recording: misfit of one time constant, {1e3 * times.mean():.3g} ms"
-        raise must_be(said, misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be(f"recording: misfit of {1e3 * times.mean():.3g} ms", misfit, f"at most {WORST_MISFIT:g}")
     mean = float(times.mean())
     error = float(times.std(ddof=1)) / math.sqrt(times.size) if times.size > 1 else fits[0][2]
     freedom = times.size - 1.0 if times.size > 1 else max(drawn[0].size - 3.0, 1.0)
@@ -265,7 +264,7 @@ def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
 
 def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
     found = [plate_envelope(run) for run in runs]
-    how = f"{sum(f.jumps for f in found)} falls or rises of the envelope"
+    how = f"{sum(f.jumps for f in found)} jumps of the envelope"
     value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how, take.files, date)
     rows: Rows = [
         ("recording", "corner", "left"),

@@ -30,11 +30,9 @@ from frictionloop.identification.recording_file import (
     Stretches,
     calm,
     findings_of,
-    is_long,
     means,
     opened,
     sha256,
-    whole,
 )
 from frictionloop.identification.sensor_resonance import hits_entry, response_entry
 from frictionloop.identification.slides import slides_entry
@@ -119,7 +117,7 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Any]:
     if take.kind == "weights" and "*" not in columns.get("mass", "*"):
         one = ChannelMap(channels={"mass": chart.channels["mass"]})
         file = opened(path, one, rate_hz=take.rate_hz, table=True)
-        masses = file.part(0, file.rows)["mass"].values
+        masses = file.whole()["mass"].values
         others = {name: each for name, each in chart.channels.items() if name != "mass"}
         chart = chart.model_copy(update={"channels": others})
     there = {line.name for line in read_contents(path).channels}
@@ -148,8 +146,8 @@ def _numbered(column: str | int, k: int) -> str | int:
 
 def _run(file: Opened, take: Take) -> Run:
     """Return a recording whole, or of a long one that can be read in parts what its analysis needs."""
-    if not is_long(file) or take.kind not in IN_PARTS:
-        return whole(file)
+    if not file.is_long or take.kind not in IN_PARTS:
+        return file.whole()
     if take.kind == "hits":
         return Stretches(file, "hammer" if "hammer" in file.picked else READING)
     return calm(file, take.interval_s) if take.kind == "quiet" else means(file)
@@ -161,14 +159,6 @@ class RefusedEntry(NamedTuple):
     kind: str
     said: str
     """The line, which names the file."""
-
-
-class Unfinished(Refused):
-    """A bench of which some entries were refused; ``results`` are those of the others, to be handed on as ``kept``."""
-
-    def __init__(self, said: str, kind: str, curves: Mapping[str, Any], results: Mapping[str, Any]) -> None:
-        super().__init__(said, kind, curves)
-        self.results = results
 
 
 @dataclass
@@ -195,13 +185,11 @@ class Work:
         ]
 
     def refusal(self) -> FrictionloopError:
-        """Return the refusals in one line; with the results of what was done, if anything was."""
+        """Return the refusals in one line, and which results are kept."""
         said = "; ".join(dict.fromkeys(str(error) for _, error in self.errors))
         first = next((error for _, error in self.errors if isinstance(error, Refused)), Refused("", "recording", {}))
-        if not self.parts:
-            return Refused(said, first.kind, first.curves)
         done = ", ".join(dict.fromkeys(part.kind for _, part in self.parts))
-        return Unfinished(f"{said}; results kept: {done}", first.kind, first.curves, results_of(self.parts))
+        return Refused(f"{said}; results kept: {done}" if done else said, first.kind, first.curves)
 
 
 def analysed_entries(project: Project, folder: Path, kept: Mapping[str, Any]) -> Work:
@@ -249,7 +237,7 @@ def key_of(take: Take, folder: Path, sensor: Sensor) -> str:
     try:
         prints = [sha256(folder / name) for name in files]
     except OSError as error:
-        raise FrictionloopError(f"{take.kind}: {error.filename}: cannot be read ({error.strerror})") from None
+        raise must_be(f"{take.kind}: {error.filename}", error.strerror, "readable") from None
     told = [prints, take.model_dump(), asdict(sensor) if take.kind in USE_SENSOR else {}, package_version(), FORM]
     return hashlib.sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
 

@@ -12,7 +12,7 @@ from frictionloop.identification.channel_map import Channel, ChannelMap, read_ma
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Window = tuple[Number, Number]
 
@@ -123,7 +123,5 @@ def read_project(path: str | os.PathLike[str]) -> Project:
     for take in project.recording:
         for name in take.files:
             if not (Path(path).parent / name).is_file():
-                raise FrictionloopError(
-                    f"{path}: {take.kind}: {name}: there is no such file; accepted: paths from its folder"
-                )
+                raise must_be(f"{path}: {take.kind}", name, "a file beside it")
     return project

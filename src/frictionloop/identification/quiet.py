@@ -137,7 +137,7 @@ def quiet_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     ]
     first = found[0]
     (low, high), (start, stop) = first.band_hz, first.interval_s
-    how = f"mean density from {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
+    how = f"density {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
     value = measured("sensor.noise_density_n_rthz", [each.density for each in found], shifts, how, take.files, date)
     rows: Rows = [("band", "rms (N)"), *((band, f"{rms:.3g}") for band, rms in first.rms_n.items())]
     doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
@@ -171,7 +171,7 @@ def given_stretch(interval_s: tuple[float, float], size: int, rate_hz: float) ->
     """Return the rows of a stretch that is given in s."""
     first, stop = (round(end * rate_hz) for end in interval_s)
     if not (0 <= first < stop <= size and (stop - first) >= SHORTEST_S * rate_hz):
-        raise must_be("interval_s", tuple(interval_s), f"1 s or more within 0 to {size / rate_hz:g}", "s")
+        raise must_be("interval_s", tuple(interval_s), f"1 long within 0 to {size / rate_hz:g}", "s")
     return first, stop
 
 

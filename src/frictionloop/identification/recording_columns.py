@@ -78,7 +78,7 @@ def rate_of(recording: xr.Dataset) -> float:
     uneven = np.flatnonzero(~(np.abs(np.diff(time) - step) <= _UNEVEN * abs(step)))
     if not step > 0 or uneven.size:
         row = int(uneven[0]) if uneven.size else 0
-        raise must_be(f"recording: step of 'time' at row {row}", float(time[row + 1] - time[row]), f"{step:g}", "s")
+        raise must_be(f"recording: step of 'time', row {row}", float(time[row + 1] - time[row]), f"{step:g}", "s")
     # A rate that was a round number comes back as one.
     return float(f"{1 / step:.9g}")
 

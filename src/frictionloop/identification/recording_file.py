@@ -58,9 +58,10 @@ class Opened:
         return max(line.samples.size for line in self.picked.values())
 
     @property
-    def stored(self) -> bool:
-        """Whether the samples are still in the file."""
-        return any(isinstance(line.samples, Stored) for line in self.picked.values())
+    def is_long(self) -> bool:
+        """Whether it is to be analysed in parts: its samples are still in the file, and too many for once."""
+        stored = any(isinstance(line.samples, Stored) for line in self.picked.values())
+        return stored and self.rate_hz is not None and self.rows > ROWS
 
     @property
     def attrs(self) -> dict[str, str]:
@@ -83,6 +84,10 @@ class Opened:
         samples = max(each.size for each in data.values())
         time = xr.Variable("time", (first + np.arange(samples)) / self.rate_hz, {"units": "s"})
         return xr.Dataset(data, {"time": time}, attributes)
+
+    def whole(self) -> xr.Dataset:
+        """Return all of it."""
+        return self.part(0, self.rows)
 
     def _freed(self, name: str, data: Mapping[str, xr.Variable]) -> xr.Variable:
         """Return a channel less what it reads of the others."""
@@ -144,8 +149,8 @@ def sha256(path: str | os.PathLike[str]) -> str:
 
 def _refuse_uneven(where: str, sampling: Sampling) -> None:
     if sampling.rate_hz is None:
-        raise must_be(f"{where}: rate_hz", None, "given in the map, or told by a column of times", "Hz", "RATE-UNKNOWN")
-    accepted = f"even, or brought to it by resample_hz = {math.ceil(sampling.rate_hz)}"
+        raise must_be(f"{where}: rate_hz", None, "given by map or times", "Hz", "RATE-UNKNOWN")
+    accepted = f"even, or resample_hz = {math.ceil(sampling.rate_hz)}"
     if sampling.gaps:
         lost, row = sum(count for _, count in sampling.gaps), sampling.gaps[0][0]
         raise must_be(f"{where}: times", f"{lost} samples missing, first after row {row}", accepted, "", "DATA-GAPS")
@@ -205,7 +210,7 @@ def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found
         raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
     near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
     check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
-    raise must_be(f"{where}: column", wanted.column, "told by its number: the name stands twice")
+    raise must_be(f"{where}: column", wanted.column, "a number: it stands twice")
 
 
 def written(doubts: Iterable[Finding]) -> str:
@@ -256,8 +261,7 @@ def load(
         In one line: the file or the map cannot be read; a channel of the map is not in the file (near names are
         listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
     """
-    file = opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table)
-    return file.part(0, file.rows)
+    return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table).whole()
 
 
 ROWS = 2**20
@@ -268,16 +272,6 @@ QUIET_S = 60.0
 """A longer quiet stretch tells a density no better than 1 in 1000 (assumed enough)."""
 CALM_S = 0.2
 """A recording is cut in the middle of the calmest time of this length (assumed)."""
-
-
-def is_long(file: Opened) -> bool:
-    """Return whether a file is to be analysed in parts."""
-    return file.stored and file.rate_hz is not None and file.rows > ROWS
-
-
-def whole(file: Opened) -> xr.Dataset:
-    """Return all of a recording."""
-    return file.part(0, file.rows)
 
 
 class Stretches(Sequence[xr.Dataset]):

@@ -16,6 +16,7 @@ from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
 from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole
 from frictionloop.identification.resonance import Errors, sandwich
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 WORST_MISFIT = 0.25
@@ -79,7 +80,7 @@ def response_modes(
         inside &= (found.frequency_hz >= band_hz[0]) & (found.frequency_hz <= band_hz[1])
     hertz, seen = found.frequency_hz[inside], found.response[inside]
     if hertz.size < 12:
-        raise Refused(f"band_hz: frequencies = {hertz.size}: must be at least 12", "response", {})
+        raise Refused(str(must_be("band_hz: frequencies", hertz.size, "at least 12")), "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
     fits, diagram = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
@@ -93,18 +94,18 @@ def response_modes(
         "modes_hz": [] if best is None else best.poles[:, 0].tolist(),
     }  # fmt: skip
     if best is None:
-        raise Refused("response: peaks = 0: must be 1 or more", "response", curves)
+        raise Refused(str(must_be("response: peaks", 0, "1 or more")), "response", curves)
     if best.misfit > WORST_MISFIT:
         listed = ", ".join(f"{each:.5g}" for each in best.poles[:, 0])
-        said = f"response: misfit of modes at {listed} Hz = {best.misfit:.2g}: must be at most {WORST_MISFIT:g}"
-        raise Refused(said, "response", curves)
+        said = must_be(f"response: misfit of {listed} Hz", float(f"{best.misfit:.2g}"), f"at most {WORST_MISFIT:g}")
+        raise Refused(str(said), "response", curves)
     half = fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
     moved = np.abs(half.poles - best.poles) / math.sqrt(3)
     modes = _modes(best, found, hertz)
     wide = [k for k, mode in enumerate(modes) if _too_wide(mode)]
     if wide:
         bad = modes[wide[0]].frequency
-        raise Refused(f"response: mode = {bad}: must be known within itself", "response", curves)
+        raise Refused(str(must_be("response: mode", str(bad), "surely above 0")), "response", curves)
     chosen = chosen_of(modes, which, band_hz or (0.0, math.inf))
     drawn = tuple(zip(hertz.tolist(), np.abs(best.model).tolist(), strict=True))
     return Modes(

@@ -143,7 +143,7 @@ def _struck(runs: Sequence[Run], names: Sequence[str]) -> tuple[dict[str, Run], 
         else:
             struck[name] = run
     if not struck:
-        raise NoHits(f"recordings with hits = 0 of {len(runs)}: must be 1 or more")
+        raise NoHits(str(must_be(f"recordings with hits, of {len(runs)}", 0, "1 or more")))
     return struck, alone and len(runs) > 1, told
 
 
@@ -211,7 +211,7 @@ def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) 
     }
     doubts = [not_told("the pole behind the springs", f"{len(several.modes)} modes")]
     if not near:
-        doubts.append(not_told(f"a mode at {near_hz:.5g} Hz by response", "none there"))
+        doubts.append(not_told(f"mode {near_hz:.5g} Hz by response", "none there"))
         return Hammered([], None, doubts, numbers, {})
     one = min(near, key=lambda mode: abs(mode.frequency.value - near_hz))
     band = several.modes[0].frequency.value / 2, 1.5 * several.modes[-1].frequency.value
@@ -280,7 +280,7 @@ def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]
         return []
     listed = found.modes[: take.count]
     if len(listed) < take.count:
-        raise must_be("count", take.count, f"at most {len(listed)}, the modes found")
+        raise must_be("count", take.count, f"at most {len(listed)}")
     values: list[Measured] = []
     for k, mode in enumerate(listed):
         values.append(measured(f"mode {k + 1}", [mode.frequency], [found.method_hz[k]], how, take.files, date))

@@ -112,8 +112,7 @@ def friction(recording: xr.Dataset) -> Friction:
         force, load = (without_zero(each, ~touching, window) for each in (force, load))
     found = [_slide(force, load, speed, a, b, rate_hz) for a, b in slide_rows(touching, speed, rate_hz)]
     if not found:
-        accepted = f"1 or more of {SHORTEST_S:g} s, even, above {1e3 * SLOWEST_M_S:g} mm/s"
-        raise must_be("recording: slides", 0, accepted)
+        raise must_be("recording: slides", 0, f"1 of {SHORTEST_S:g} s, {1e3 * SLOWEST_M_S:g} mm/s")
     refuse_electroadhesion(recording, force)
     mus = np.array([slide.mu for slide in found])
     scatter = float(mus.std(ddof=1) / math.sqrt(mus.size)) if mus.size > 1 else abs(found[0].mu_change - 1) * mus[0] / 3
@@ -282,7 +281,7 @@ def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     loads = [slide.load_n for each in found for slide in each.slides]
     spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
     off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
-    how = f"{len(loads)} slide{'s' * (len(loads) > 1)}, at a load of {REFERENCE_LOAD_N:g} N"
+    how = f"slides, {len(loads)}, at {REFERENCE_LOAD_N:g} N"
     value = measured("friction.nominal_n", levels, off, how, take.files, date)
     rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
     for s in (slide for each in found for slide in each.slides):

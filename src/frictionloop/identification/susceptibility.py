@@ -123,7 +123,7 @@ def susceptibility(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float
     square = np.mean(pieces.amplitude_um**2, axis=1)
     largest = float(pieces.amplitude_um.max())
     if not largest > 0 or np.ptp(square) < 0.2 * largest**2:
-        raise must_be("recording: amplitude, its largest", largest, "reached and left, between 0 and this", "um")
+        raise must_be("recording: amplitude, its largest", largest, "reached and left", "um")
     fits = [fit_law(law, pieces, largest) for law in LAWS]
     smooth, their_errors, their_freedom = min(fits[:2], key=lambda each: each[0].aic)
     _refuse_no_effect(smooth.x[FIXED], their_errors[FIXED], their_freedom)
@@ -176,17 +176,17 @@ def _refuse_no_effect(exponent: float, error: float, freedom: float) -> None:
     sure = float(student.ppf(1 - SURE / 2, freedom)) * error
     if exponent < -sure:
         rise = float(np.expm1(-exponent))
-        raise must_be("recording: rise of friction with 'amplitude'", rise, "below 0: electroadhesion raises it")
+        raise must_be("recording: friction over 'amplitude'", rise, "below 0: electroadhesion raises it")
     if exponent < sure:
         said = f"{-exponent:.3g} +- {error:.2g}"
-        raise must_be("recording: log share of friction at the largest amplitude", said, "surely below 0")
+        raise must_be("recording: log share left", said, "surely below 0")
 
 
 def _refuse_unscaled(runs: Sequence[xr.Dataset]) -> None:
     for run in runs:
         name = next(each for each in AMPLITUDES if each in run)
         if (unit := run[name].attrs["units"]) != "um":
-            raise must_be(f"recording: unit of {name!r}", unit, "um: kind 'scale' finds its scale")
+            raise must_be(f"recording: unit of {name!r}", unit, "um, by kind 'scale'")
 
 
 class MonotoneTable(NamedTuple):
@@ -260,7 +260,7 @@ def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date
     scaled = [run for run, _ in converted]
     found = [susceptibility(run, take.plate_hz) for run in scaled]
     whole = found[0] if len(found) == 1 else susceptibility(scaled, take.plate_hz)
-    how = f"{sum(f.log_share.size for f in found)} pieces of slides under amplitude commands, {whole.law} law"
+    how = f"{sum(f.log_share.size for f in found)} pieces under amplitude commands, {whole.law} law"
     none = [0.0] * len(found)
 
     def line(path: str, each: list[Estimate], methods: list[float]) -> Any:

@@ -95,7 +95,7 @@ def sliding_pieces(recording: xr.Dataset, piece_s: float, plate_hz: float | None
                 rows.append((np.log(friction), np.log(pressed), since, k > 0))
                 amplitudes.append(amplitude[piece])
     if len(rows) < LEAST_PIECES:
-        raise must_be(f"recording: pieces of {piece_s:g} s that slide", len(rows), f"at least {LEAST_PIECES}")
+        raise must_be(f"recording: sliding pieces of {piece_s:g} s", len(rows), f"at least {LEAST_PIECES}")
     friction_, load_, contact, follows = (np.array(each) for each in zip(*rows, strict=True))
     return Pieces(friction_, load_, contact, np.array(amplitudes), follows.astype(bool))
 
@@ -162,7 +162,7 @@ def _threshold(amplitude_um: Array, x: Array, largest_um: float) -> Array:
 LAWS = (
     AmplitudeLaw("gaussian", "exp(-tau a^2)", _gaussian, (1.0,), (-5.0,), (50.0,)),
     AmplitudeLaw("exponential", "exp(-a/a1): rough contact", _exponential, (1.0,), (-5.0,), (50.0,)),
-    AmplitudeLaw("threshold", "1 up to a0, then linear", _threshold, (1.0, 0.2), (0.0, 0.0), (20.0, 0.95)),
+    AmplitudeLaw("threshold", "linear beyond a0", _threshold, (1.0, 0.2), (0.0, 0.0), (20.0, 0.95)),
 )
 """x[0] is the exponent at the largest amplitude (of the threshold law the slope there), so of the order of 1 for all.
 

@@ -21,6 +21,8 @@ from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
 
 Array = NDArray[np.float64]
+MASSES = "3 or more, different, from 0"
+"""Accepted masses."""
 
 
 class Plateaus(NamedTuple):
@@ -67,12 +69,12 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
     starts = np.concatenate([[0], np.flatnonzero(np.diff(mass)) + 1])
     ends = np.concatenate([starts[1:], [mass.size]])
     if starts.size < 3 or np.ptp(mass) == 0:
-        raise must_be("recording: steps of mass", int(starts.size), "at least 3, not all alike")
+        raise must_be("recording: steps of mass", int(starts.size), "3 or more, different")
     shortest = int(np.argmin(ends - starts))
     lasts_s = (ends[shortest] - starts[shortest]) / rate_hz
     skipped = math.ceil(settle_s * rate_hz)
     if ends[shortest] - starts[shortest] <= skipped:
-        raise must_be("settle_s", float(settle_s), f"below {lasts_s:g} s, for which row {starts[shortest]} hangs", "s")
+        raise must_be("settle_s", float(settle_s), f"below {lasts_s:g}, of row {starts[shortest]}", "s")
     hanging = [reading[a + skipped : b] for a, b in zip(starts, ends, strict=True)]
     means = np.array([each.mean() for each in hanging])
     moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
@@ -86,8 +88,7 @@ def _rows(table: xr.Dataset) -> Plateaus:
     mass = channel(table, "mass", ("kg",), dim="row")
     reading = channel(table, READING, READING_UNITS, dim="row")
     if mass.size < 3 or np.ptp(mass) == 0 or mass.min() < 0:
-        accepted = "3 or more, none below 0, not all alike"
-        raise must_be("recording: mass", f"{mass.size} rows, {mass.min():g} to {mass.max():g} kg", accepted)
+        raise must_be("recording: mass", f"{mass.size} rows, {mass.min():g} to {mass.max():g} kg", MASSES)
     direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
     unit, none = str(table[READING].attrs["units"]), np.zeros_like(reading)
     return Plateaus(mass, reading, direction, unit, none, np.zeros((reading.size, 2)))
@@ -262,7 +263,7 @@ def pulley_friction(calibration: Calibration, gravity_m_s2: float = STANDARD_GRA
     force, way = steps.mass_kg * gravity_m_s2, steps.direction
     up, down = int(np.sum(way > 0)), int(np.sum(way < 0))
     if force.size < 6 or min(up, down) < 2:
-        raise must_be("recording: steps of mass", f"{up} up, {down} down", "at least 6, two each way")
+        raise must_be("recording: steps of mass", f"{up} up, {down} down", "6 or more, both ways")
     scale, span_n = calibration.sensitivity.value, float(np.ptp(force))
 
     def residuals(x: Array) -> Array:
@@ -302,7 +303,7 @@ def r2_with_friction(loads_n: Sequence[float], exponent: float) -> float:
     """
     loads = np.asarray(loads_n, dtype=float)
     if loads.ndim != 1 or loads.size < 2 or not np.all(np.diff(loads) > 0) or loads[0] < 0:
-        raise must_be("loads_n", loads.tolist(), "two or more, rising from 0 on", "N")
+        raise must_be("loads_n", loads.tolist(), "rising from 0 on", "N")
     number("exponent", exponent, "", 0.0)
     visits = np.concatenate([loads, loads[-2::-1]])
     return (

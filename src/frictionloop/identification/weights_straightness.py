@@ -77,7 +77,7 @@ def load_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
     slopes = [max(line.sensitivity, line.left_out, key=lambda each: each.standard_error) for line in lines]
     share = 0.0 if take.gravity_m_s2 else GRAVITY
     methods = [float(np.hypot(line.weights_error, share)) * abs(line.sensitivity.value) for line in lines]
-    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights on the plate"
+    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
     none = [0.0] * len(lines)
     values = [
         measured("load_sensitivity", slopes, methods, how, take.files, date),
@@ -237,7 +237,7 @@ def straightness(found: Calibration) -> Straightness:
     except FrictionloopError:
         friction = None
     if friction is None:
-        told.append(not_told("friction of the pulley", "fewer than two steps up and two down"))
+        told.append(not_told("friction of the pulley", "too few steps both ways"))
     elif _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
         told.append(off_line("friction of the pulley", 100 * friction.exponent.value, "%", "f_m"))
     told += _units(found)

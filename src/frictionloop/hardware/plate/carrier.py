@@ -29,7 +29,7 @@ from frictionloop.hardware.plate.carrier_pwm import Analogue, band_pass, period_
 from frictionloop.hardware.plate.envelope import envelope, envelope_pole, time_constant_s
 from frictionloop.hardware.plate.modes import resonance_hz
 from frictionloop.parameters.plate_design import PlateDesign
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 Source = Literal["pwm", "sine"]
 """Pulses of whole ticks, or an ideal modulated sine to compare with."""
@@ -90,16 +90,16 @@ def simulate_carrier(
         For commands that are empty or not finite, another source, a clock too slow, an impossible mode.
     """
     if source not in get_args(Source):
-        raise FrictionloopError(f"source = {source!r} is unknown; accepted: 'pwm', 'sine'")
+        raise must_be("source", source, "'pwm' or 'sine'")
     command = np.asarray(command_um, dtype=float)
     if command.ndim != 1 or not command.size or not np.all(np.isfinite(command)):
-        raise FrictionloopError("command_um: must be a list of finite amplitudes in um, at least one")
+        raise must_be("command_um", command_um, "a list of finite numbers", "um")
     carrier_hz = actual_carrier_hz(design)
     ticks = round(design.carrier.timer_hz / carrier_hz)
     most_um = design.drive.max_amplitude_um
     periods = int(command.size / design.carrier.control_hz * carrier_hz * (1 + 1e-12))
     if not periods:
-        raise FrictionloopError("command_um: lasts less than one carrier period; give more commands")
+        raise must_be("command_um: commands", command.size, "longer than a carrier period")
     at = (np.arange(periods) * design.carrier.control_hz / carrier_hz * (1 + 1e-12)).astype(int)
     held = np.clip(command, 0.0, most_um)[at]
     chain = _chain(design, carrier_hz, filtered)

@@ -63,7 +63,7 @@ def check_requirement(requirement: SensorRequirement) -> None:
         if not (math.isfinite(value) and value > 0):
             raise must_be(name, float(value), "a positive number", unit_of(name))
     if ("noise_rms_n" in given) == ("noise_density_n_rthz" in given):
-        raise FrictionloopError("noise_rms_n, noise_density_n_rthz: one of them is needed, not both")
+        raise must_be("noise_rms_n, noise_density_n_rthz", sorted(given), "one of them")
 
 
 def with_electrodes(design: SensorDesign, gap_um: float, area_mm2: float) -> SensorDesign:
@@ -186,12 +186,10 @@ def _with_springs(requirement: SensorRequirement, base: SensorDesign) -> SensorD
     thickest = STOUTEST * size_mm
     if octaves(math.log(THINNEST_MM)) > 0:
         softest = springs.resonance_hz(thick(THINNEST_MM))
-        accepted = f"at least {softest:.4g} with springs.{name} = {size_mm:g}, {THINNEST_MM:g} mm thin"
-        raise must_be("resonance_hz", wanted, accepted, "Hz")
+        raise must_be("resonance_hz", wanted, f"at least {softest:.4g}, by springs.{name}", "Hz")
     if octaves(math.log(thickest)) < 0:
         stiffest = springs.resonance_hz(thick(thickest))
-        accepted = f"at most {stiffest:.4g} with springs.{name} = {size_mm:g}, {thickest:.4g} mm thick"
-        raise must_be("resonance_hz", wanted, accepted, "Hz")
+        raise must_be("resonance_hz", wanted, f"at most {stiffest:.4g}, by springs.{name}", "Hz")
     thickness = math.exp(brentq(octaves, math.log(THINNEST_MM), math.log(thickest), xtol=1e-14))
     design = thick(thickness)
     return design.model_copy(

@@ -11,18 +11,3 @@ from frictionloop.identification.rigs.weights import (
     string_friction_for,
     weights_rig,
 )
-
-__all__ = [
-    "UP_AND_DOWN_KG",
-    "bearing_friction_for",
-    "floor_rig",
-    "friction_exponent",
-    "half_sine_response",
-    "hammer_rig",
-    "jumps_rig",
-    "plate_sweep_rig",
-    "plate_switch_rig",
-    "pulled",
-    "string_friction_for",
-    "weights_rig",
-]

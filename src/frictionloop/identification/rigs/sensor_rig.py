@@ -35,7 +35,7 @@ NOISE_STREAM = 0
 """Streams 0 to 3 drive the four states; the rigs draw their own from ``OWN_STREAM`` on."""
 OWN_STREAM = 8
 _VARIABLES = {
-    "mass": ("kg", "mass on the hook, as marked on the weights"),
+    "mass": ("kg", "mass as marked"),
     "hammer": ("N", "force of the hammer"),
     "f_m": ("N", "measured force"),
 }

@@ -31,7 +31,7 @@ from frictionloop.identification.rigs.sensor_rig import (
 )
 from frictionloop.loop.timing import check_seed
 from frictionloop.parameters.rigs import CalibrationBench, Pulley
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 
@@ -136,17 +136,16 @@ def _masses(masses_kg: Sequence[float], bench: CalibrationBench) -> Array:
     try:
         masses = np.asarray(masses_kg, dtype=float).reshape(-1)
     except (TypeError, ValueError):
-        raise FrictionloopError(f"masses_kg = {masses_kg!r}: must be a list of masses in kg") from None
+        raise must_be("masses_kg", masses_kg, "a list of numbers", "kg") from None
     if masses.size < 2:
-        raise FrictionloopError(f"masses_kg holds {masses.size} masses: must hold at least two")
+        raise must_be("masses_kg: masses", int(masses.size), "2 or more")
     errors, pulley = bench.errors, bench.pulley
     # What the reading may become: friction of the pulley that pulls along, gain and offset. The swing has decayed.
     share = math.exp(friction_exponent(pulley)) * bench.weights.gravity_m_s2 * (1 + bench.weights.tolerance)
     room_n = (bench.sensor.range_n - errors.offset_n) / ((1 + errors.gain_error) * (1 + max(errors.nonlinearity, 0)))
     most = max(room_n - pulley.drag_n, 0.0) / share
     for mass in masses[~(np.isfinite(masses) & (masses >= 0) & (masses <= most))][:1]:
-        beyond = f" (sensor.range_n = {bench.sensor.range_n:g} N)" if mass > most else ""
-        raise FrictionloopError(f"masses_kg = {mass:g} kg: must be from 0 to {math.floor(most * 1e4) / 1e4:g}{beyond}")
+        raise must_be("masses_kg", float(mass), f"from 0 to {math.floor(most * 1e4) / 1e4:g}", "kg")
     return masses
 
 
