@@ -17,7 +17,16 @@ from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.hits import Hits, hits_left_out, hits_of, too_few
 from frictionloop.identification.onsets import noise_of, without_bow
-from frictionloop.identification.poles import MOST_MODES, Pole, fit_decay, lasting, left_of, stabilisation, strong
+from frictionloop.identification.poles import (
+    MOST_MODES,
+    Pole,
+    drawn_poles,
+    fit_decay,
+    lasting,
+    left_of,
+    stabilisation,
+    strong,
+)
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Run
 from frictionloop.quantities import must_be
@@ -148,6 +157,10 @@ class Modes:
     fitted: tuple[tuple[float, float], ...] = ()
     """Of a response: frequency in Hz, and the magnitude that the modes make there."""
 
+    def drawn(self) -> dict[str, Any]:
+        """Return the poles over order, and the modes."""
+        return drawn_poles(self.diagram, [mode.frequency.value for mode in self.modes])
+
     @property
     def asked(self) -> tuple[Mode, ...]:
         """The modes that were asked for."""
@@ -253,11 +266,8 @@ def _drawn(
     diagram: Sequence[Pole], starts: Sequence[tuple[float, float]], decay: Array, rate_hz: float
 ) -> dict[str, Any]:
     """Return what a refusal draws: the poles over order, and the first decay."""
-    return {
-        "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in diagram],
-        "modes_hz": [hertz for hertz, _ in starts],
-        "decay": {"time_s": (np.arange(decay.size) / rate_hz).tolist(), "reading": decay.tolist()},
-    }
+    seen = {"time_s": (np.arange(decay.size) / rate_hz).tolist(), "reading": decay.tolist()}
+    return {**drawn_poles(diagram, [hertz for hertz, _ in starts]), "decay": seen}
 
 
 def _refuse_misfit(

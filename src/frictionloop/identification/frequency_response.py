@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import xarray as xr
@@ -42,6 +42,11 @@ class FrequencyResponse:
     hits: int
     rate_hz: float
     unit: str
+
+    def drawn(self, rows: Any = slice(None)) -> dict[str, list[float]]:
+        """Return what is drawn of some of its rows."""
+        curves = {"frequency_hz": self.frequency_hz, "magnitude": np.abs(self.response), "coherence": self.coherence}
+        return {name: each[rows].tolist() for name, each in curves.items()}
 
 
 Estimator = Literal["H1", "H2", "Hv"]

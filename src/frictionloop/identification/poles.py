@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,11 @@ class Pole(NamedTuple):
     frequency_hz: float
     q: float
     stable: bool
+
+
+def drawn_poles(diagram: Sequence[Pole], modes_hz: Sequence[float]) -> dict[str, Any]:
+    """Return what a stabilisation diagram draws."""
+    return {"poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in diagram], "modes_hz": list(modes_hz)}
 
 
 def stabilisation(decays: Sequence[Array], rate_hz: float, orders: Sequence[int]) -> list[Pole]:

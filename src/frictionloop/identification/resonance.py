@@ -88,18 +88,9 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     fit = least_squares(residuals, guess, x_scale=[1e-3, 1e-3, 1e-2, 1e-5], xtol=1e-14, ftol=1e-14, gtol=1e-14)
     found_hz = float(np.exp(fit.x[1]))
     if not (fit.success and low < found_hz < high):
-        raise Refused(
-            str(must_be("band_hz", (low, high), f"around {found_hz:.4g}", "Hz")),
-            "response",
-            {
-                "response": {
-                    "frequency_hz": frequency.tolist(),
-                    "magnitude": np.abs(response).tolist(),
-                    "coherence": measured.coherence[inside].tolist(),
-                    "fitted": np.abs(model(frequency, fit.x)).tolist(),
-                }
-            },
-        )
+        seen = {**measured.drawn(inside), "fitted": np.abs(model(frequency, fit.x)).tolist()}
+        said = must_be("band_hz", (low, high), f"around {found_hz:.4g}", "Hz")
+        raise Refused(str(said), "response", {"response": seen})
     errors = sandwich(fit.jac, fit.fun)
     scale = np.array([*np.exp(fit.x[:3]), 1.0])
     values = np.array([sign * np.exp(fit.x[0]), *np.exp(fit.x[1:3]), fit.x[3]])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_o
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole
+from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole, drawn_poles
 from frictionloop.identification.resonance import Errors, sandwich
 from frictionloop.quantities import must_be
 
@@ -87,12 +87,9 @@ def response_modes(
     if best is not None and found.hits == 1:
         best, weight = weighed(hertz, seen, weight, best, magnitude)
     curves = {
-        "response": {"frequency_hz": hertz.tolist(), "magnitude": np.abs(seen).tolist(),
-                     "coherence": found.coherence[inside].tolist(),
-                     "fitted": [] if best is None else np.abs(best.model).tolist()},
-        "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in diagram],
-        "modes_hz": [] if best is None else best.poles[:, 0].tolist(),
-    }  # fmt: skip
+        "response": {**found.drawn(inside), "fitted": [] if best is None else np.abs(best.model).tolist()},
+        **drawn_poles(diagram, [] if best is None else best.poles[:, 0].tolist()),
+    }
     if best is None:
         raise Refused(str(must_be("response: peaks", 0, "1 or more")), "response", curves)
     if best.misfit > WORST_MISFIT:
@@ -183,8 +180,7 @@ def _unseen(hertz: Array, seen: NDArray[np.complex128], weight: Array, poles: Ar
         known = weight.copy()
         known[out] = 0.0
         model = fitted(hertz, seen, known, poles, magnitude).model
-        away = np.abs(model) - np.abs(seen) if magnitude else model - seen
-        left += float(np.sum(np.abs(weight * away)[out] ** 2))
+        left += float(np.sum(np.abs(weight * _away(model, seen, magnitude))[out] ** 2))
     return math.sqrt(left)
 
 
@@ -200,14 +196,18 @@ def weighed(
     other = fitted(hertz, seen, shared, fit.poles, magnitude)
 
     def likelihood(each: ResponseFit, by: Array) -> float:
-        away = np.abs(each.model) - np.abs(seen) if magnitude else each.model - seen
-        return float(np.sum(np.log(by**2)) - by.size * np.log(np.sum((by * np.abs(away)) ** 2)))
+        away = np.abs(_away(each.model, seen, magnitude))
+        return float(np.sum(np.log(by**2)) - by.size * np.log(np.sum((by * away) ** 2)))
 
     if not likelihood(other, shared) > likelihood(fit, weight):
         return fit, weight
-    away = np.abs(other.model) - np.abs(seen) if magnitude else other.model - seen
-    misfit = float(np.linalg.norm(weight * away) / np.linalg.norm(weight * np.abs(seen)))
+    misfit = float(np.linalg.norm(weight * _away(other.model, seen, magnitude)) / np.linalg.norm(weight * np.abs(seen)))
     return other._replace(misfit=misfit), shared
+
+
+def _away(model: NDArray[np.complex128], seen: NDArray[np.complex128], magnitude: bool) -> Any:
+    """Return how far a model is from what was seen, its magnitude or all of it."""
+    return np.abs(model) - np.abs(seen) if magnitude else model - seen
 
 
 def _near(hertz: float, q: float, before: Array) -> bool:
@@ -260,10 +260,8 @@ def fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Arr
         return np.asarray(columns @ (share / size))
 
     def residuals(x: Array) -> Array:
-        if magnitude:
-            return np.asarray(weight * (np.abs(model(x)) - np.abs(seen)) / scale)
-        away = weight * (model(x) - seen) / scale
-        return np.concatenate([away.real, away.imag])
+        away = weight * _away(model(x), seen, magnitude) / scale
+        return away if magnitude else np.concatenate([away.real, away.imag])
 
     fit = least_squares(residuals, x0, x_scale=np.where(np.arange(x0.size) < start.size, 1e-2, 1.0), max_nfev=100)
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -59,21 +59,19 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     }
     shift_hz = [each.method_hz[k] for each, k in picked]
     shift_q = [each.method_q[k] for each, k in picked]
-    curves: dict[str, Any] = {"poles": [(p.order, p.frequency_hz, p.stable) for p in free[0].diagram]}
-    curves["modes_hz"] = [m.frequency.value for m in free[0].modes]
-    curves["decay"] = _drawn_decay(next(iter(struck.values())), take)
+    curves = free[0].drawn() | {"decay": _drawn_decay(next(iter(struck.values())), take)}
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
     extra: list[Measured] = []
     if all("hammer" in run.data_vars for run in struck.values()):
-        by_force = hammered(take, [*struck.values()], free[0], chosen[0].frequency.value, date)
+        by_force, near = hammered(take, [*struck.values()], free[0], chosen[0].frequency.value, date)
         found += by_force.findings
         numbers |= by_force.numbers
-        extra = by_force.extra
-        if by_force.mode is not None:
-            hertz, q = by_force.mode
+        extra = list(by_force.measured)
+        curves |= by_force.curves
+        if near is not None:
+            hertz, q = near
             shift_hz = [with_method(s, c.frequency.value - hertz) for s, c in zip(shift_hz, chosen, strict=True)]
             shift_q = [with_method(s, c.q.value - q) for s, c in zip(shift_q, chosen, strict=True)]
-            curves["response"] = by_force.curve
     values = [
         measured("sensor.resonance_hz", [m.frequency for m in chosen], shift_hz, how, take.files, date),
         measured("sensor.q", [m.q for m in chosen], shift_q, how, take.files, date),
@@ -159,20 +157,12 @@ def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
     }
 
 
-class Hammered(NamedTuple):
-    """What the force of a hammer adds to the free decays."""
-
-    extra: list[Measured]
-    """The pole behind the springs, where it can be told."""
-    mode: tuple[float, float] | None
-    """Frequency in Hz and Q of the mode in question, None where the response does not tell it."""
-    findings: list[Finding]
-    numbers: dict[str, Any]
-    curve: dict[str, list[float]]
+Near = tuple[float, float] | None
+"""Frequency in Hz and Q of the mode in question, None where a response does not tell it."""
 
 
-def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> Hammered:
-    """Return what the frequency response tells of the mode near a frequency, one of those that ring freely.
+def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> tuple[EntryResult, Near]:
+    """Return what the force of a hammer adds: the mode near a frequency by its response, the pole behind it.
 
     One resonance with a pole behind it is tried first; where that leaves too much, several modes without a pole.
     """
@@ -184,26 +174,26 @@ def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date:
     if fit.misfit > WORST_MISFIT:
         return _several(found, take, free, near_hz)
     numbers = {"response_resonance": fit.resonance, "response_q": fit.q, "response_gain": fit.gain}
-    one, curve = (fit.resonance.value, fit.q.value), _drawn(found, fit.band_hz)
+    one, curves = (fit.resonance.value, fit.q.value), {"response": _drawn(found, fit.band_hz)}
     doubts = []
     if fit.gain.value < 0:
         doubts = [_sign(Condition(channel="f_m or hammer"), fit.gain.value, 0.0, fit.gain.unit)]
     lag = fit.lag
     if not lag.value > 3 * lag.standard_error:
         doubts.append(not_told("the pole behind the springs", f"lag {lag}"))
-        return Hammered([], one, doubts, numbers, curve)
+        return EntryResult([], doubts, numbers, [], curves), one
     cutoff = Estimate(fit.cutoff_hz, fit.cutoff_hz * lag.standard_error / lag.value, "Hz", lag.freedom)
     how = f"H1 of {found.hits} hits, {fit.band_hz[0]:.0f} to {fit.band_hz[1]:.0f} Hz"
-    extra = [measured("sensor.cutoff_hz", [cutoff], [0.0], how, take.files, date)]
-    return Hammered(extra, one, doubts, numbers, curve)
+    extra = [measured("sensor.cutoff_hz", [cutoff], None, how, take.files, date)]
+    return EntryResult(extra, doubts, numbers, [], curves), one
 
 
-def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) -> Hammered:
+def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) -> tuple[EntryResult, Near]:
     heard = [mode.frequency.value for mode in free.modes]
     try:
         several = response_modes(found, "first", take.band_hz or (0.5 * heard[0], 1.4 * heard[-1]))
     except FrictionloopError as refused:
-        return Hammered([], None, [not_told("the frequency response", str(refused))], {}, {})
+        return EntryResult([], [not_told("the frequency response", str(refused))], {}, [], {}), None
     near = [mode for mode in several.modes if abs(mode.frequency.value / near_hz - 1) < SAME]
     numbers = {
         "response_modes_hz": [mode.frequency.value for mode in several.modes],
@@ -212,10 +202,10 @@ def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) 
     doubts = [not_told("the pole behind the springs", f"{len(several.modes)} modes")]
     if not near:
         doubts.append(not_told(f"mode {near_hz:.5g} Hz by response", "none there"))
-        return Hammered([], None, doubts, numbers, {})
+        return EntryResult([], doubts, numbers, [], {}), None
     one = min(near, key=lambda mode: abs(mode.frequency.value - near_hz))
     band = several.modes[0].frequency.value / 2, 1.5 * several.modes[-1].frequency.value
-    return Hammered([], (one.frequency.value, one.q.value), doubts, numbers, _drawn(found, band))
+    return EntryResult([], doubts, numbers, [], {"response": _drawn(found, band)}), (one.frequency.value, one.q.value)
 
 
 def _segment(runs: Sequence[Run]) -> float:
@@ -246,32 +236,20 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         rows += [
             (name, str(mode.frequency), str(mode.q), f"{mode.share:.0%}", f"{each.misfit:.1%}") for mode in each.modes
         ]
-    hertz = [each.asked[0].frequency for each in found]
+    first = [each.asked[0] for each in found]
     shift_hz = [each.method_hz[k] for each, k in zip(found, chosen, strict=True)]
     shift_q = [each.method_q[k] for each, k in zip(found, chosen, strict=True)]
     values = [
-        measured("sensor.resonance_hz", hertz, shift_hz, how, take.files, date),
-        measured("sensor.q", [each.asked[0].q for each in found], shift_q, how, take.files, date),
+        measured("sensor.resonance_hz", [mode.frequency for mode in first], shift_hz, how, take.files, date),
+        measured("sensor.q", [mode.q for mode in first], shift_q, how, take.files, date),
         *extra_modes(take, found[0], whole, date),
     ]
     modes = found[0].modes
     doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
     numbers = {"modes_hz": [m.frequency.value for m in modes], "modes_q": [m.q.value for m in modes]}
-    return EntryResult(values, doubts, numbers, rows, _of_response(tables[0], found[0]))
-
-
-def _of_response(table: FrequencyResponse, found: Modes) -> dict[str, Any]:
-    return {
-        "response": {
-            "frequency_hz": table.frequency_hz.tolist(),
-            "magnitude": np.abs(table.response).tolist(),
-            "coherence": table.coherence.tolist(),
-            "fitted_hz": [hertz for hertz, _ in found.fitted],
-            "fitted": [size for _, size in found.fitted],
-        },
-        "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in found.diagram],
-        "modes_hz": [mode.frequency.value for mode in found.modes],
-    }
+    fitted = {"fitted_hz": [hertz for hertz, _ in found[0].fitted], "fitted": [size for _, size in found[0].fitted]}
+    curves = {"response": tables[0].drawn() | fitted, **found[0].drawn()}
+    return EntryResult(values, doubts, numbers, rows, curves)
 
 
 def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:
