@@ -19,6 +19,9 @@ from frictionloop.identification.estimate import Estimate, Measured
 from frictionloop.identification.people import TAU, People
 from frictionloop.quantities import FrictionloopError, must_be
 
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
 FINGERS = 1.96
 """So many spreads on either side hold 95 of 100 fingers."""
 LOOP = (
@@ -27,11 +30,12 @@ LOOP = (
 )
 """Measured values on which the loop's margins depend."""
 
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-
 _HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
 ACCEPTED = "certificate (.html), bench (.json)"
+CHANGED = 0.01
+"""Chance of so large a difference below which a value is said to have changed (assumed)."""
+Dated = tuple[Estimate, str]
+"""A value and when it was measured."""
 
 
 def certified(path: str | os.PathLike[str]) -> Any:
@@ -60,14 +64,6 @@ def certified_corners(path: str | os.PathLike[str]) -> tuple[Corner, ...]:
         return tuple(Corner(str(each["path"]), float(each["value"]), str(each["side"])) for each in tree["corners"])
     except (ValueError, KeyError, TypeError):
         raise must_be(str(path), "no corners", ACCEPTED) from None
-
-
-CHANGED = 0.01
-"""Chance of so large a difference below which a value is said to have changed (assumed)."""
-
-
-Dated = tuple[Estimate, str]
-"""A value and when it was measured."""
 
 
 class Change(NamedTuple):

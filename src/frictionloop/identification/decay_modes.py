@@ -39,6 +39,14 @@ ABOVE_HAMMER = 8.0
 """Standard deviations of the hammer's noise that count as force; quiet times tell the noise somewhat low (assumed)."""
 LONGEST = 2000
 """Samples of a decay that are fitted; a longer one is decimated as its frequencies allow."""
+Which = Literal["first", "strongest"]
+NO_MODE = str(must_be("recording: modes", 0, "1 or more"))
+WORST_MISFIT = 0.25
+"""Most of the rms of a decay that its modes may leave unexplained (assumed)."""
+WORST_START = 0.8
+"""The same of poles that are not yet fitted: beyond it no fit is tried (assumed)."""
+LONGEST_RING = 10.0
+"""A mode that falls by e only after so many times what was heard of a decay is none (assumed)."""
 
 
 def decays_of(
@@ -110,16 +118,6 @@ def slower(decays: list[Array], rate_hz: float) -> tuple[list[Array], float]:
         decays = [decimate(decay, factor, ftype="fir")[12:] for decay in decays]
         rate_hz /= factor
     return [decay[:LONGEST] for decay in decays], rate_hz
-
-
-Which = Literal["first", "strongest"]
-NO_MODE = str(must_be("recording: modes", 0, "1 or more"))
-WORST_MISFIT = 0.25
-"""Most of the rms of a decay that its modes may leave unexplained (assumed)."""
-WORST_START = 0.8
-"""The same of poles that are not yet fitted: beyond it no fit is tried (assumed)."""
-LONGEST_RING = 10.0
-"""A mode that falls by e only after so many times what was heard of a decay is none (assumed)."""
 
 
 class Mode(NamedTuple):

@@ -32,6 +32,12 @@ if TYPE_CHECKING:
 
 MOST = 12
 """Channels in the table that belongs to the answer."""
+WINDOWS, ROWS = 100, 512
+"""Windows that are looked at, and rows of each."""
+DRAWN = 24
+"""Channels that are drawn."""
+HEAD_BYTES = 2**18
+"""Bytes of a large text file from which its columns and the length of a row are taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,14 +161,6 @@ def _findings(contents: Contents, sampling: Sampling) -> Iterator[Finding]:
 
 def _quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
-WINDOWS, ROWS = 100, 512
-"""Windows that are looked at, and rows of each."""
-DRAWN = 24
-"""Channels that are drawn."""
-HEAD_BYTES = 2**18
-"""Bytes of a large text file from which its columns and the length of a row are taken."""
 
 
 class Trace(NamedTuple):

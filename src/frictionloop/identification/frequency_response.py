@@ -24,6 +24,7 @@ LEAST = 8
 _NAMES = "frequency, and response or magnitude"
 
 Array = NDArray[np.float64]
+Estimator = Literal["H1", "H2", "Hv"]
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,6 @@ class FrequencyResponse:
         """Return what is drawn of some of its rows."""
         curves = {"frequency_hz": self.frequency_hz, "magnitude": np.abs(self.response), "coherence": self.coherence}
         return {name: each[rows].tolist() for name, each in curves.items()}
-
-
-Estimator = Literal["H1", "H2", "Hv"]
 
 
 def response(

@@ -1,4 +1,4 @@
-"""The file of a bench: a comment tells of each value whether it is measured, stated, chosen or assumed."""
+"""A bench that was identified, and its file: of each value whether it is measured, stated, chosen or assumed."""
 
 from __future__ import annotations
 
@@ -22,16 +22,15 @@ from frictionloop.parameters.wording import known_names
 from frictionloop.quantities import must_be, replacing, unit_of
 from frictionloop.quantities.version import package_version
 
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+
 MOST = 12
 """Values in the table that belongs to the answer."""
 ASSUMED = ("friction.", "plate.", "sensor.", "finger.", "controller.delay_s", "controller.rate_hz")
 """Where numbers stand that a bench can be measured for."""
 DESIGNED = {"sensor": "sensor.cutoff_hz", "delay": "controller.delay_s", "gain": "sensitivity"}
 """Values whose intervals a design holds, by its flag."""
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-
 
 BELIEVED = {
     "sensor.resonance_hz": "controller.model.resonance_hz",
@@ -42,49 +41,7 @@ BELIEVED = {
     "plate.max_amplitude_um": "controller.model.max_amplitude_um",
 }
 """What the controller believes follows what was measured."""
-
-
-def to_toml(found: Bench) -> str:
-    """Return the System as TOML text; a comment says whether a value is measured, stated, chosen or assumed."""
-    import tomlkit
-
-    from frictionloop.parameters.written import to_toml
-
-    document = tomlkit.parse(to_toml(found.system, every=False))
-    said = {name: source_of(each) for name, each in found.measured.items() if "." in name}
-    said |= {BELIEVED[name]: f"as {name}" for name in said if name in BELIEVED}
-    said |= dict(found.stated)
-    _comment(document, "", said)
-    head = [f"# {found.project.name}, frictionloop {package_version()}"]
-    head += [f"# {each['path']}: sha256 {each['sha256']}" for part in found.parts for each in part.files]
-    if (line := found.measured.get("sensitivity")) is not None:
-        head.append(f"# sensitivity: {line.estimate} ({source_of(line)})")
-    if found.resonance_error is not None:
-        head.append(f"# frictionloop design controller FILE {found.design_flags}")
-    body = document.as_string().split("\n", 1)[1] if document.as_string().startswith("#") else document.as_string()
-    return "\n".join(head) + "\n" + body
-
-
 CHOSEN = ("setpoint.", "disturbance.", "controller.kp", "controller.ki", "motion.speed", "motion.stroke")
-
-
-def _comment(table: Any, prefix: str, said: Mapping[str, str]) -> None:
-    for key in list(table):
-        item, name = table[key] if hasattr(table[key], "trivia") else table.item(key), f"{prefix}{key}"
-        if hasattr(item, "keys"):
-            _comment(item, f"{name}.", said)
-        elif name not in ("schema",) and key != "kind":
-            old = item.trivia.comment.lstrip("# ")
-            word = said.get(name) or ("chosen" if name.startswith(CHOSEN) else "assumed") + (f"; {old}" if old else "")
-            unit = old.partition(":")[0] if name in said and ":" in old and len(old.partition(":")[0]) < 8 else ""
-            item.comment(f"{unit}: {word}" if unit else word)
-            item.trivia.comment_ws = "  "
-
-
-def source_of(each: Measured) -> str:
-    """Return where a value comes from, with its interval."""
-    files = each.files[0] if len(each.files) == 1 else f"{each.files[0]} and {len(each.files) - 1} more"
-    return f"measured, {each.estimate} (95 %); {files}; {each.how}; {each.date}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,3 +165,43 @@ class Bench(Result):
             raise must_be("population", None, f"slides of {LEAST_FINGERS} fingers or more", "", "FEW-FINGERS")
         with replacing(path) as beside:
             beside.write_text(tomlkit.dumps(self.people.population.model_dump()), encoding="utf-8")
+
+
+def to_toml(found: Bench) -> str:
+    """Return the System as TOML text; a comment says whether a value is measured, stated, chosen or assumed."""
+    import tomlkit
+
+    from frictionloop.parameters.written import to_toml
+
+    document = tomlkit.parse(to_toml(found.system, every=False))
+    said = {name: source_of(each) for name, each in found.measured.items() if "." in name}
+    said |= {BELIEVED[name]: f"as {name}" for name in said if name in BELIEVED}
+    said |= dict(found.stated)
+    _comment(document, "", said)
+    head = [f"# {found.project.name}, frictionloop {package_version()}"]
+    head += [f"# {each['path']}: sha256 {each['sha256']}" for part in found.parts for each in part.files]
+    if (line := found.measured.get("sensitivity")) is not None:
+        head.append(f"# sensitivity: {line.estimate} ({source_of(line)})")
+    if found.resonance_error is not None:
+        head.append(f"# frictionloop design controller FILE {found.design_flags}")
+    body = document.as_string().split("\n", 1)[1] if document.as_string().startswith("#") else document.as_string()
+    return "\n".join(head) + "\n" + body
+
+
+def _comment(table: Any, prefix: str, said: Mapping[str, str]) -> None:
+    for key in list(table):
+        item, name = table[key] if hasattr(table[key], "trivia") else table.item(key), f"{prefix}{key}"
+        if hasattr(item, "keys"):
+            _comment(item, f"{name}.", said)
+        elif name not in ("schema",) and key != "kind":
+            old = item.trivia.comment.lstrip("# ")
+            word = said.get(name) or ("chosen" if name.startswith(CHOSEN) else "assumed") + (f"; {old}" if old else "")
+            unit = old.partition(":")[0] if name in said and ":" in old and len(old.partition(":")[0]) < 8 else ""
+            item.comment(f"{unit}: {word}" if unit else word)
+            item.trivia.comment_ws = "  "
+
+
+def source_of(each: Measured) -> str:
+    """Return where a value comes from, with its interval."""
+    files = each.files[0] if len(each.files) == 1 else f"{each.files[0]} and {len(each.files) - 1} more"
+    return f"measured, {each.estimate} (95 %); {files}; {each.how}; {each.date}"

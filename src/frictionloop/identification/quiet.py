@@ -32,6 +32,9 @@ from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 BANDS_HZ = (1.0, 10.0, 100.0, 1000.0, 10000.0)
+LOUD = 2.0
+"""A piece is quiet if its rms is below so many times that of the quietest quarter (assumed)."""
+PIECE_S, SHORTEST_S = 0.1, 1.0
 
 
 @dataclass(frozen=True)
@@ -160,11 +163,6 @@ def _there(run: xr.Dataset, interval_s: tuple[float, float] | None) -> tuple[flo
     if interval_s is None or not float(run["time"][0]):
         return interval_s
     return float(run["time"][0]), min(interval_s[1], float(run["time"][-1]))
-
-
-LOUD = 2.0
-"""A piece is quiet if its rms is below so many times that of the quietest quarter (assumed)."""
-PIECE_S, SHORTEST_S = 0.1, 1.0
 
 
 def given_stretch(interval_s: tuple[float, float], size: int, rate_hz: float) -> tuple[int, int]:

@@ -34,6 +34,14 @@ SHOWN = 12
 """Channels that an error lists."""
 TABLE_ROWS = 64
 """A file of at most so many rows that has no column of times is a table (assumed)."""
+ROWS = 2**20
+"""Rows that an analysis gets at once: of a channel in double precision 8 MiB, and some times as much for it."""
+MEANS_HZ = 2000.0
+"""Rate of the means that weights and slides are found in: far above what a finger or a hand moves by (assumed)."""
+QUIET_S = 60.0
+"""A longer quiet stretch tells a density no better than 1 in 1000 (assumed enough)."""
+CALM_S = 0.2
+"""A recording is cut in the middle of the calmest time of this length (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -262,16 +270,6 @@ def load(
         listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
     """
     return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table).whole()
-
-
-ROWS = 2**20
-"""Rows that an analysis gets at once: of a channel in double precision 8 MiB, and some times as much for it."""
-MEANS_HZ = 2000.0
-"""Rate of the means that weights and slides are found in: far above what a finger or a hand moves by (assumed)."""
-QUIET_S = 60.0
-"""A longer quiet stretch tells a density no better than 1 in 1000 (assumed enough)."""
-CALM_S = 0.2
-"""A recording is cut in the middle of the calmest time of this length (assumed)."""
 
 
 class Stretches(Sequence[xr.Dataset]):

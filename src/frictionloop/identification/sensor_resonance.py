@@ -33,6 +33,8 @@ SAME = 0.05
 """Two modes closer than this share are one (assumed)."""
 WORST_MISFIT = 0.2
 """Most of a frequency response that one resonance may leave unexplained (assumed)."""
+Near = tuple[float, float] | None
+"""Frequency in Hz and Q of the mode in question, None where a response does not tell it."""
 
 
 def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> EntryResult:
@@ -155,10 +157,6 @@ def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
         "time_s": (time[: piece.size : step] - time[0]).tolist(),
         "reading": (piece[::step] - np.median(piece)).tolist(),
     }
-
-
-Near = tuple[float, float] | None
-"""Frequency in Hz and Q of the mode in question, None where a response does not tell it."""
 
 
 def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> tuple[EntryResult, Near]:

@@ -36,6 +36,18 @@ CHANGES = 0.1
 """Change of friction over load within a slide that is told (assumed)."""
 LIFTED = 0.4
 """A load that falls below this share of the usual one is that of a finger which has lifted (assumed)."""
+SMOOTH_S = 0.05
+"""Time over which a position is turned into a speed, and a load is judged (assumed)."""
+STEADY = 0.3
+"""A finger slides where its speed is within this share of the median of the slide (assumed)."""
+SLOWEST_M_S = 2e-3
+SHORTEST_S = 0.3
+LEAST_LOADS = 0.05
+"""Relative spread of the load below which its exponent cannot be told (assumed)."""
+BAND_HZ = (5.0, 100.0)
+"""Band of the spectrum's slope: above the stroke, below the sensor."""
+TREMOR_HZ = (6.0, 14.0)
+"""Smith and others: a hand trembles at 8 to 12 Hz."""
 
 
 class Slide(NamedTuple):
@@ -170,20 +182,6 @@ def _exponent(slides: Sequence[Slide]) -> Estimate:
         line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
         return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
     return min((slide.exponent for slide in slides), key=lambda each: each.standard_error)
-
-
-SMOOTH_S = 0.05
-"""Time over which a position is turned into a speed, and a load is judged (assumed)."""
-STEADY = 0.3
-"""A finger slides where its speed is within this share of the median of the slide (assumed)."""
-SLOWEST_M_S = 2e-3
-SHORTEST_S = 0.3
-LEAST_LOADS = 0.05
-"""Relative spread of the load below which its exponent cannot be told (assumed)."""
-BAND_HZ = (5.0, 100.0)
-"""Band of the spectrum's slope: above the stroke, below the sensor."""
-TREMOR_HZ = (6.0, 14.0)
-"""Smith and others: a hand trembles at 8 to 12 Hz."""
 
 
 def without_zero(values: Array, free: NDArray[np.bool_], margin: int) -> Array:

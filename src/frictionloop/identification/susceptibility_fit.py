@@ -34,6 +34,21 @@ SPEED_S = 0.05
 """Window of the speed that follows from a position: a turn takes longer (assumed)."""
 LEAST_PIECES = 40
 """Pieces that a fit of up to seven numbers needs at least (assumed)."""
+LEAST_SHARE = 0.02
+"""Least share of the friction that the threshold law leaves: its straight line would go on below 0 (assumed)."""
+REFERENCE_LOAD_N = 0.5
+"""Load that f0 is told for, that of `bench` (assumed there)."""
+PRIORS = {
+    "load": (0.85, 0.2),
+    "occlusion": (1.0, 3.0),
+    "loss": (0.15, 0.3),
+    "log_time": (math.log(20.0), math.log(2.0)),
+}
+"""Middle and width of what is known beforehand, which decides where a recording says nothing: load exponent (2/3 to 1
+on smooth glass: Dzidek 2014), growth of the friction in contact (up to 10 times: Adams 2013), share of tau that
+moisture takes (direction: Gueorguiev 2017; width assumed), logarithm of the time in s in which moisture builds up
+(20 s: Pasumarty 2011, paper ref. [9]; width assumed)."""
+FIXED = 5
 
 
 class Pieces(NamedTuple):
@@ -131,10 +146,6 @@ def _grown(found: NDArray[np.bool_], before: int, after: int) -> NDArray[np.int6
     return np.asarray(total[np.minimum(rows + before + 1, found.size)] - total[np.maximum(rows - after, 0)])
 
 
-LEAST_SHARE = 0.02
-"""Least share of the friction that the threshold law leaves: its straight line would go on below 0 (assumed)."""
-
-
 class AmplitudeLaw(NamedTuple):
     """One law; ``exponent(a, x, largest)`` is -log of the share of friction that is left."""
 
@@ -168,21 +179,6 @@ LAWS = (
 
 Sources: Gaussian, paper, eq. 1; exponential, the closure of rough contact mu/mu0 = exp(-u/sigma) (physics/rough_contact
 has its parameters); threshold, intermittent contact that begins once the plate leaves the skin (form assumed)."""
-
-
-REFERENCE_LOAD_N = 0.5
-"""Load that f0 is told for, that of `bench` (assumed there)."""
-PRIORS = {
-    "load": (0.85, 0.2),
-    "occlusion": (1.0, 3.0),
-    "loss": (0.15, 0.3),
-    "log_time": (math.log(20.0), math.log(2.0)),
-}
-"""Middle and width of what is known beforehand, which decides where a recording says nothing: load exponent (2/3 to 1
-on smooth glass: Dzidek 2014), growth of the friction in contact (up to 10 times: Adams 2013), share of tau that
-moisture takes (direction: Gueorguiev 2017; width assumed), logarithm of the time in s in which moisture builds up
-(20 s: Pasumarty 2011, paper ref. [9]; width assumed)."""
-FIXED = 5
 
 
 class LawFit(NamedTuple):

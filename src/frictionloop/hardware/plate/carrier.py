@@ -35,6 +35,8 @@ Source = Literal["pwm", "sine"]
 """Pulses of whole ticks, or an ideal modulated sine to compare with."""
 _AT_ONCE = 256
 """Carrier periods computed at once: bounds the memory of long runs."""
+STEPS = (1.0, 0.3)
+"""Commands of the check as shares of a_max, each held for ten time constants."""
 
 
 @dataclass(frozen=True)
@@ -146,10 +148,6 @@ def _filtered(drive: np.ndarray, chain: list[tuple[complex, complex]], states: l
         found, states[i] = lfilter([0.0, weight], [1.0, -decay], drive, zi=states[i])
         total += found.real
     return total
-
-
-STEPS = (1.0, 0.3)
-"""Commands of the check as shares of a_max, each held for ten time constants."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,11 @@ from frictionloop.hardware.plate.drive import plate_mass_kg
 from frictionloop.parameters.plate_design import Glass, PlateDesign, PlateGeometry, Side
 from frictionloop.quantities import must_be, unit_of
 
+THICKNESS_MM, FREQUENCY_HZ, LINES = 3.0, 46e3, 16
+"""As printed (paper, Sec. 4.1: 255 x 140 x 3 mm3, 46 kHz, 16x0)."""
+PRINTED_TO_MM, PRINTED_TO_HZ = 0.5, 500.0
+"""Half of the last digit printed: a value this near is the printed one, rounded."""
+
 
 def check_positive(**values: float) -> None:
     """Refuse a value that is not a finite number above zero, by the name it is passed under."""
@@ -138,12 +143,6 @@ def thickness_for_mm(
     thin_mm = frequency / frequency_hz(k, 1.0, glass, "thin")
     low_mm = thin_mm * (1 - 1e-9)
     return float(brentq(lambda h: frequency_hz(k, h, glass, theory) - frequency, low_mm, half_mm, rtol=1e-13))
-
-
-THICKNESS_MM, FREQUENCY_HZ, LINES = 3.0, 46e3, 16
-"""As printed (paper, Sec. 4.1: 255 x 140 x 3 mm3, 46 kHz, 16x0)."""
-PRINTED_TO_MM, PRINTED_TO_HZ = 0.5, 500.0
-"""Half of the last digit printed: a value this near is the printed one, rounded."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,10 @@ from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import Lti
 
+Frequencies = np.ndarray
+LOW_HZ = 1.0
+"""A slow signal: where the delay is taken and densities are quoted."""
+
 
 class ChargeAmplifierBlocks(NamedTuple):
     """The op-amp stage, from each of its inputs to its output voltage."""
@@ -137,11 +141,6 @@ def peak_amplifier_v(design: SensorDesign, force_n: float) -> float:
 def thermal_v_rthz(design: SensorDesign, resistor_ohm: float) -> float:
     """Return the thermal noise of a resistor, sqrt(4 kB T R), in V/rtHz."""
     return math.sqrt(4 * Boltzmann * design.environment.temperature_k * resistor_ohm)
-
-
-Frequencies = np.ndarray
-LOW_HZ = 1.0
-"""A slow signal: where the delay is taken and densities are quoted."""
 
 
 def suspension(design: SensorDesign) -> Lti:

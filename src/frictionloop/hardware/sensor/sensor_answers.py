@@ -32,6 +32,8 @@ LOUD = 1.5
 
 CONVERTER = "adc.bits"
 """Parameter of the one term that the loop makes itself, from the block's ``adc_bits`` and ``range_n``."""
+BLOCK_TO_HZ = 500.0
+"""Frequency to which the loop's block is compared with the design."""
 
 
 class Omitted(NamedTuple):
@@ -55,10 +57,6 @@ def omitted(at_rest: Budget, at_range: Budget) -> Omitted:
     forces_n = {term.name: term.rms_n for term in at_rest.terms if not term.white and term.parameter != CONVERTER}
     rest, load = (math.hypot(*(term.rms_n for term in each.terms if term.white)) for each in (at_rest, at_range))
     return Omitted(forces_n, math.sqrt(max(load**2 - rest**2, 0.0)), at_range.force_n)
-
-
-BLOCK_TO_HZ = 500.0
-"""Frequency to which the loop's block is compared with the design."""
 
 
 class BlockError(NamedTuple):

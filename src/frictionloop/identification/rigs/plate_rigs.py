@@ -15,6 +15,7 @@ from frictionloop.quantities.normals import normals
 PLATE_STREAM = 31
 UM_PER_DRIVE = 2.5
 """Amplitude in um at the resonance and full drive (paper, Sec. 4.1)."""
+JUMP_STREAM = 33
 
 
 def plate_sweep_rig(
@@ -108,9 +109,6 @@ def plate_switch_rig(
         {"time": ("time", time, {"units": "s"})},
         {"source": "simulated"},
     )
-
-
-JUMP_STREAM = 33
 
 
 def jumps_rig(

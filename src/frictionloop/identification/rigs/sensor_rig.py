@@ -39,6 +39,7 @@ _VARIABLES = {
     "hammer": ("N", "force of the hammer"),
     "f_m": ("N", "measured force"),
 }
+_SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
 
 
 class Rates(NamedTuple):
@@ -136,9 +137,6 @@ def _accumulated(step: Array, kicks: Array) -> Array:
     for coefficient in below[1:-1]:
         above.append(step @ above[-1] + coefficient * np.eye(STATES))
     return np.asarray(sum(lfilter([matrix[2, i] for matrix in above], below, kicks[i]) for i in range(STATES)))
-
-
-_SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
 
 
 def floor_rig(

@@ -36,6 +36,10 @@ from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 
 Array = NDArray[np.float64]
+STEPS_UP = tuple(round(0.025 * k, 3) for k in range(11))
+UP_AND_DOWN_KG = (*STEPS_UP, *STEPS_UP[-2::-1])
+"""0 to 250 g, 2.45 N, and back in steps of 25 g (assumed; Fig. 4a goes to about 2.5 N)."""
+_LEAST_RATE_HZ = 20.0  # ten samples in the time it takes to put a weight on, and in a period of the swing
 
 
 def friction_exponent(pulley: Pulley) -> float:
@@ -74,12 +78,6 @@ def pulled(weight_n: Array, pulley: Pulley) -> Array:
 
     following = accumulate(zip(low[1:], high[1:], strict=True), play, initial=float(weight_n[0]))
     return np.fromiter(following, float, len(low))
-
-
-STEPS_UP = tuple(round(0.025 * k, 3) for k in range(11))
-UP_AND_DOWN_KG = (*STEPS_UP, *STEPS_UP[-2::-1])
-"""0 to 250 g, 2.45 N, and back in steps of 25 g (assumed; Fig. 4a goes to about 2.5 N)."""
-_LEAST_RATE_HZ = 20.0  # ten samples in the time it takes to put a weight on, and in a period of the swing
 
 
 def weights_rig(
