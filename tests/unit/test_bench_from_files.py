@@ -200,7 +200,7 @@ OF_ONE_ENTRY = ("did you mean hammer", "units of 'mass'")
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (("hits.mat", "hitz.mat"), "hitz.mat: there is no such file"),
+        (("hits.mat", "hitz.mat"), "hits = 'hitz.mat': must be a file beside it"),
         (('"hammer", unit', '"hamer", unit'), "did you mean hammer"),
         (('kind = "hits"', 'kind = "hit"'), "'hits'"),
         (('"sensor.moving_mass_kg"', '"sensor.moving_mas_kg"'), "moving_mass_kg"),

@@ -87,7 +87,7 @@ def test_a_stepped_sine_gives_the_sensor(tmp_path):
     ("header", "channels", "says"),
     [
         ("f,gain", 'magnitude = { column = "gain" }', "channels = 'magnitude'"),
-        ("f,gain", 'frequency = { column = "f" }', "channels = 'frequency': must be frequency with"),
+        ("f,gain", 'frequency = { column = "f" }', "channels = 'frequency': must be frequency, and"),
         ("f,gain", 'frequency = { column = "g" }', "'g' is unknown"),
     ],
 )

@@ -134,8 +134,7 @@ def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -
         raise must_be("low_hz, high_hz", (low_hz, high_hz), f"rising within 0 to {spectrum.rate_hz / 2:g}", "Hz")
     inside = (spectrum.frequency_hz >= low_hz) & (spectrum.frequency_hz <= high_hz)
     if np.count_nonzero(inside) < 4:
-        seen = int(np.count_nonzero(inside))
-        raise must_be(f"frequencies from {low_hz:g} to {high_hz:g} Hz", seen, "at least 4")
+        raise must_be("low_hz, high_hz", (low_hz, high_hz), "around 4 or more frequencies", "Hz")
     return inside
 
 

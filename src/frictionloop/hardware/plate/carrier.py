@@ -30,6 +30,7 @@ from frictionloop.hardware.plate.envelope import envelope, envelope_pole, time_c
 from frictionloop.hardware.plate.modes import resonance_hz
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import numbers
 
 Source = Literal["pwm", "sine"]
 """Pulses of whole ticks, or an ideal modulated sine to compare with."""
@@ -93,15 +94,15 @@ def simulate_carrier(
     """
     if source not in get_args(Source):
         raise must_be("source", source, "'pwm' or 'sine'")
-    command = np.asarray(command_um, dtype=float)
-    if command.ndim != 1 or not command.size or not np.all(np.isfinite(command)):
-        raise must_be("command_um", command_um, "a list of finite numbers", "um")
+    command = numbers("command_um", command_um, "um")
+    if command.ndim != 1 or not command.size:
+        raise must_be("command_um: shape", command.shape, "a list")
     carrier_hz = actual_carrier_hz(design)
     ticks = round(design.carrier.timer_hz / carrier_hz)
     most_um = design.drive.max_amplitude_um
     periods = int(command.size / design.carrier.control_hz * carrier_hz * (1 + 1e-12))
     if not periods:
-        raise must_be("command_um: commands", command.size, "longer than a carrier period")
+        raise must_be("command_um: commands", command.size, "a carrier period long")
     at = (np.arange(periods) * design.carrier.control_hz / carrier_hz * (1 + 1e-12)).astype(int)
     held = np.clip(command, 0.0, most_um)[at]
     chain = _chain(design, carrier_hz, filtered)

@@ -135,7 +135,7 @@ class PlateAnswers(Result):
             ),
             (
                 "carrier",
-                f"{_khz(wired.carrier_hz)}, {wired.levels} levels, {100.0 * wired.detuned_gain:.1f} %, "
+                f"{_khz(wired.carrier_hz)}, {wired.levels} levels, amplitude {100.0 * wired.detuned_gain:.1f} %, "
                 f"{shown(1e6 * wired.filter_delay_s)} us",
             ),
             *self._wanted(),

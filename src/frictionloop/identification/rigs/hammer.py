@@ -128,4 +128,4 @@ def _refuse_overload(read_n: Array, peak_n: float, bench: CalibrationBench) -> N
     largest = float(np.max(np.abs(read_n)))
     if largest > room_n:
         most = math.floor(1e3 * max(peak_n * room_n / largest, 0)) / 1e3
-        raise must_be("peak_n", peak_n, f"at most {most:g}, for sensor.range_n", "N")
+        raise must_be("peak_n", peak_n, f"within sensor.range_n, at most {most:g}", "N")

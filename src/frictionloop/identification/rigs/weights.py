@@ -143,7 +143,7 @@ def _masses(masses_kg: Sequence[float], bench: CalibrationBench) -> Array:
     room_n = (bench.sensor.range_n - errors.offset_n) / ((1 + errors.gain_error) * (1 + max(errors.nonlinearity, 0)))
     most = max(room_n - pulley.drag_n, 0.0) / share
     for mass in masses[~(np.isfinite(masses) & (masses >= 0) & (masses <= most))][:1]:
-        raise must_be("masses_kg", float(mass), f"from 0 to {math.floor(most * 1e4) / 1e4:g}", "kg")
+        raise must_be("masses_kg", float(mass), f"0 to {math.floor(most * 1e4) / 1e4:g}, for sensor.range_n", "kg")
     return masses
 
 
