@@ -379,7 +379,7 @@ def test_a_band_beyond_the_recording():
     assert "low_hz, high_hz" in complaint(find.band_rms, spectrum, 10.1, 10.3)
     response = find.response(RUNS["hammer"])
     assert "within 0 to 2500" in complaint(find.fit_resonance, response, (20, 4000))
-    assert "must be around 14" in complaint(find.fit_resonance, response, (220.0, 400.0))
+    assert "must be around 16" in complaint(find.fit_resonance, response, (220.0, 400.0))
 
 
 def test_a_rate_too_low_for_the_resonance():

@@ -113,7 +113,7 @@ def with_method(error: float, apart: float) -> float:
 
 
 def thinned(points: int, **curves: Array) -> dict[str, list[float]]:
-    """Return curves of one length by every so manieth point, by name."""
+    """Return curves of one length of which every nth point is drawn, by name."""
     step = max(next(iter(curves.values())).size // points, 1)
     return {name: np.asarray(each)[::step].tolist() for name, each in curves.items()}
 

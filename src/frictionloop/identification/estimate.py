@@ -39,6 +39,10 @@ class Estimate(NamedTuple):
         half = float(student.ppf((1 + confidence) / 2, self.freedom)) * self.standard_error
         return Interval(self.value - half, self.value + half)
 
+    def over(self, known: float, unit: str) -> Estimate:
+        """Return it over a number that is known."""
+        return Estimate(self.value / known, self.standard_error / abs(known), unit, self.freedom)
+
     def __str__(self) -> str:
         """Value and half width of the 95 % interval, to its second digit, and unit."""
         half = self.interval().high - self.value

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.stats import linregress
 
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, not_told
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, not_told, thinned
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import READING_UNITS, channel
@@ -50,10 +50,8 @@ class Scale:
 
     def drawn(self, x: str, y: str) -> dict[str, Any]:
         """Return what is drawn, with the names of the axes."""
-        step = max(self.x.size // POINTS, 1)
         fitted = self.offset.value + self.slope.value * self.x
-        curves = {"x": self.x, "y": self.y, "fitted": fitted}
-        return {name: each[::step].tolist() for name, each in curves.items()} | {"labels": [x, y]}
+        return {**thinned(POINTS, x=self.x, y=self.y, fitted=fitted), "labels": [x, y]}
 
 
 def straight_scale(x: Array, y: Array, unit: str = "") -> Scale:
@@ -205,7 +203,7 @@ def carrier_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: 
     values = [measured("carrier_drift", [f.rate for f in found], methods, how, take.files, date)]
     slopes = [f.per_kelvin for f in found if f.per_kelvin is not None]
     if slopes:
-        values.append(measured("carrier_drift_per_kelvin", slopes, [0.0] * len(slopes), how, take.files, date))
+        values.append(measured("carrier_drift_per_kelvin", slopes, None, how, take.files, date))
     rows: Rows = [("recording", "drift", "largest less least")]
     rows += [(name, f"{f.rate}", f"{f.span_hz:.3g} Hz") for name, f in zip(take.files, found, strict=False)]
     first = found[0]
@@ -213,13 +211,8 @@ def carrier_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: 
     numbers: dict[str, Any] = {"largest_less_least_hz": [f.span_hz for f in found]}
     for q in (150, 300):
         numbers[f"lost_at_q_{q}_percent"] = [100 * (1 - f.share_left(middle, q)) for f in found]
-    step = max(first.time_s.size // POINTS, 1)
-    curves = {
-        "x": (first.time_s[::step] / 60).tolist(),
-        "y": (first.frequency_hz[::step] - middle).tolist(),
-        "middle": middle,
-    }
-    return EntryResult(values, [], numbers, rows, {"drift": curves})
+    curves = thinned(POINTS, x=first.time_s / 60, y=first.frequency_hz - middle)
+    return EntryResult(values, [], numbers, rows, {"drift": {**curves, "middle": middle}})
 
 
 def position_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:

@@ -66,7 +66,6 @@ class People:
     """Logarithms of the fingers' own means, shape (fingers, values)."""
     pooled: Array
     """The same, pulled towards the population as far as they are uncertain."""
-    pooled_error: Array
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -125,7 +124,8 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     inside = _within(values, errors)
     noise = np.array([inside / count for count in counts])
     between, mu = _restricted(raw, noise)
-    pooled, left = _pooled(raw, noise, between, mu)
+    weights = between @ np.linalg.inv(between + noise)
+    pooled = mu + np.einsum("ijk,ik->ij", weights, raw - mu)
     total = np.mean(noise, axis=0)
     medians, spreads, spread = _estimates(paths, between, total, mu, len(names))
     safe = np.where(spread > 0, spread, 1.0)
@@ -143,7 +143,7 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     )
     population = Population(fingers=len(names), value=value, correlation=rows)
     return People(
-        population, medians, spreads, pairs, np.sqrt(np.diag(inside)), names, raw, pooled, np.sqrt(left)
+        population, medians, spreads, pairs, np.sqrt(np.diag(inside)), names, raw, pooled
     )  # fmt: skip
 
 
@@ -183,14 +183,6 @@ def _restricted(raw: Array, noise: Array) -> tuple[Array, Array]:
                      options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000, "maxfev": 4000})  # fmt: skip
     between, mu, _ = parts(found.x)
     return between, mu
-
-
-def _pooled(raw: Array, noise: Array, between: Array, mu: Array) -> tuple[Array, Array]:
-    """Return each finger's pooled logarithms and their variances."""
-    weights = between @ np.linalg.inv(between + noise)
-    pooled = mu + np.einsum("ijk,ik->ij", weights, raw - mu)
-    left = np.array([np.diag(between - weight @ between) for weight in weights])
-    return pooled, np.maximum(left, 0.0)
 
 
 def _estimates(
@@ -242,7 +234,7 @@ def _median(path: str, median: Estimate, found: People, k: int, files: tuple[str
     """Return a median over fingers: what scatters within one is chance, the rest of its error is between them."""
     count = len(found.names)
     own = median.value * float(found.within[k]) / math.sqrt(count)
-    value = measured(path, [median], [0.0], f"median of {count} fingers, partial pooling", files, date)
+    value = measured(path, [median], None, f"median of {count} fingers, partial pooling", files, date)
     within = min(own, median.standard_error)
     between = math.sqrt(max(median.standard_error**2 - within**2, 0.0))
     return Measured(**{**value.__dict__, "within": within, "between": between})

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing
 from scipy.optimize import least_squares
 
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, thinned
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.line_fits import POINTS
 from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance, plate_sweep, stepped
@@ -257,9 +257,8 @@ def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
 
 
 def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
-    step = max(found.x.size // (4 * POINTS), 1)
-    curves = {name: np.asarray(getattr(found, name))[::step].tolist() for name in ("x", "y", "fitted")}
-    return curves | {"unit": run["vibration"].attrs["units"]}
+    curves = thinned(4 * POINTS, x=found.x, y=found.y, fitted=found.fitted)
+    return {**curves, "unit": run["vibration"].attrs["units"]}
 
 
 def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
@@ -271,8 +270,6 @@ def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
         *((n, f"{f.corner}", f"{f.misfit:.1%}") for n, f in zip(take.files, found, strict=False)),
     ]
     first = found[0]
-    step = max(first.time_s.size // POINTS, 1)
-    drawn = {"x": first.time_s, "y": first.y, "fitted": first.fitted}
-    curves: dict[str, Any] = {name: each[::step].tolist() for name, each in drawn.items()}
-    curves["unit"] = runs[0]["envelope"].attrs["units"]
+    drawn = thinned(POINTS, x=first.time_s, y=first.y, fitted=first.fitted)
+    curves = {**drawn, "unit": runs[0]["envelope"].attrs["units"]}
     return EntryResult([value], [], {"misfit_percent": [100 * f.misfit for f in found]}, rows, {"envelope": curves})

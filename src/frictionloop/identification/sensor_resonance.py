@@ -17,6 +17,7 @@ from frictionloop.identification.entry_result import (
     Sensor,
     not_told,
     thin,
+    thinned,
     with_method,
 )
 from frictionloop.identification.estimate import Estimate, Measured, measured
@@ -152,11 +153,7 @@ def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
     start = found.starts[0] if found.starts else 0
     reading, time = run["f_m"].values, run["time"].values
     piece = reading[start : start + found.length]
-    step = max(piece.size // (4 * POINTS), 1)
-    return {
-        "time_s": (time[: piece.size : step] - time[0]).tolist(),
-        "reading": (piece[::step] - np.median(piece)).tolist(),
-    }
+    return thinned(4 * POINTS, time_s=time[: piece.size] - time[0], reading=piece - np.median(piece))
 
 
 def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> tuple[EntryResult, Near]:

@@ -15,7 +15,7 @@ from scipy.optimize import isotonic_regression
 from scipy.stats import t as student
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, not_told
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, thinned
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.susceptibility_fit import (
@@ -261,9 +261,8 @@ def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date
     found = [susceptibility(run, take.plate_hz) for run in scaled]
     whole = found[0] if len(found) == 1 else susceptibility(scaled, take.plate_hz)
     how = f"{sum(f.log_share.size for f in found)} pieces under amplitude commands, {whole.law} law"
-    none = [0.0] * len(found)
 
-    def line(path: str, each: list[Estimate], methods: list[float]) -> Any:
+    def line(path: str, each: list[Estimate], methods: list[float] | None) -> Any:
         return measured(path, each, methods, how, take.files, date)
 
     values = [
@@ -273,7 +272,7 @@ def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date
     more = {"load_exponent": "load", "occlusion_ratio": "occlusion", "moist_loss": "loss"}
     for name, prior in more.items():
         each = [getattr(f, name) for f in found]
-        value = line(f"friction.{name}", [one._replace(value=max(one.value, 0.0)) for one in each], none)
+        value = line(f"friction.{name}", [one._replace(value=max(one.value, 0.0)) for one in each], None)
         # What the recordings do not tell is what was known before, and stays assumed.
         if value.error < 0.5 * PRIORS[prior][1]:
             values.append(value)
@@ -309,7 +308,6 @@ def _logs(found: SusceptibilityFit) -> dict[str, Any]:
 
 
 def _drawn(found: SusceptibilityFit) -> dict[str, Any]:
-    step = max(found.amplitude_um.size // POINTS, 1)
     fine = np.linspace(0.0, found.largest_um, 60)
     laws, level = {law.name: law for law in LAWS}, math.log(found.nominal.value)
     # Each law has an f0 of its own, and what is drawn is the share of the f0 that is told.
@@ -319,10 +317,5 @@ def _drawn(found: SusceptibilityFit) -> dict[str, Any]:
         ).tolist()
         for fit in found.laws
     }
-    share = np.exp(found.log_share[::step])
-    return {
-        "amplitude_um": found.amplitude_um[::step].tolist(),
-        "share": share.tolist(),
-        "fine_um": fine.tolist(),
-        "laws": curves,
-    }
+    drawn = thinned(POINTS, amplitude_um=found.amplitude_um, share=np.exp(found.log_share))
+    return {**drawn, "fine_um": fine.tolist(), "laws": curves}

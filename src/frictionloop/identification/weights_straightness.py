@@ -61,7 +61,7 @@ def weights_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: 
     how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
     values = [
         measured("sensitivity", [_safer(line) for line in lines], methods, how, take.files, date),
-        measured("offset", [line.offset for line in lines], [0.0] * len(lines), how, take.files, date),
+        measured("offset", [line.offset for line in lines], None, how, take.files, date),
     ]
     found = [each for left in straight for each in left.findings]
     found += [each for run in runs for each in _crosstalk(run, take, gravity)]
@@ -78,18 +78,14 @@ def load_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
     share = 0.0 if take.gravity_m_s2 else GRAVITY
     methods = [float(np.hypot(line.weights_error, share)) * abs(line.sensitivity.value) for line in lines]
     how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
-    none = [0.0] * len(lines)
     values = [
         measured("load_sensitivity", slopes, methods, how, take.files, date),
-        measured("load_offset", [line.offset for line in lines], none, how, take.files, date),
+        measured("load_offset", [line.offset for line in lines], None, how, take.files, date),
     ]
     if all(READING in run for run in runs):
         crossed = [weights(run, take.settle_s, gravity).sensitivity for run in runs]
-        shares = [
-            Estimate(s.value / sensor.sensitivity, s.standard_error / abs(sensor.sensitivity), "N/N", s.freedom)
-            for s in crossed
-        ]
-        values.append(measured("crosstalk", shares, none, how, take.files, date))
+        shares = [each.over(sensor.sensitivity, "N/N") for each in crossed]
+        values.append(measured("crosstalk", shares, None, how, take.files, date))
     board = {"board.load_n_per_count": 1 / values[0].value, "board.load_zero_counts": round(values[1].value)}
     curves = _drawn(lines, values, gravity) | {"overrides": board if unit == "counts" else {}}
     return EntryResult(values, _gravity(take), _numbers(lines), _listed(lines), curves)
