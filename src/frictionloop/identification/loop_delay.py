@@ -16,7 +16,7 @@ from frictionloop.identification.entry_result import EntryResult, Rows, Sensor
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.identification.project_file import Take
-from frictionloop.identification.recording_columns import channel, rate_of
+from frictionloop.identification.recording_columns import channel, pieces, rate_of
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 
@@ -86,14 +86,10 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
         raise must_be("recording: rate", rate_hz, f"at least {4 * control_hz:g} (4 control_hz)", "Hz")
     length, before = round(window_s * rate_hz), round(BEFORE * window_s * rate_hz)
     change = np.abs(np.diff(jump))
-    rows = np.flatnonzero(change > 0.5 * change.max()) + 1
-    starts: list[int] = []
-    for row in rows.tolist():
-        if row >= before and row + length - before <= answer.size and (not starts or row >= starts[-1] + length):
-            starts.append(row)
+    starts = pieces(np.concatenate([[False], change > 0.5 * change.max()]), length, before)
     if len(starts) < LEAST_JUMPS:
         raise must_be("recording: jumps of 'jump'", len(starts), f"at least {LEAST_JUMPS}")
-    fits = [_begin(answer[k - before : k - before + length], before, rate_hz) for k in starts]
+    fits = [_begin(answer[k : k + length], before, rate_hz) for k in starts]
     # The jump lies between two samples.
     begins = np.array([fit[0] for fit in fits]) + 0.5 / rate_hz
     lines = np.array([fit[1] for fit in fits]) + 0.5 / rate_hz
@@ -114,7 +110,7 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
         Estimate(mean - wait, error, "s", begins.size - 1.0),
         Estimate(mean, error, "s", begins.size - 1.0),
         method, spread, begins.size, found,
-        (np.arange(length) - before) / rate_hz, answer[starts[0] - before : starts[0] - before + length], fits[0][3],
+        (np.arange(length) - before) / rate_hz, answer[starts[0] : starts[0] + length], fits[0][3],
     )  # fmt: skip
 
 

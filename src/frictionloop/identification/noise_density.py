@@ -13,7 +13,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import get_window, welch
 
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.recording_columns import READING, channel, rate_of, samples_in
+from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of, samples_in
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
@@ -214,10 +214,9 @@ def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
     ground = median_filter(power, min(AROUND, power.size // 4 * 2 + 1), mode="nearest")
     high = power > SPUR * ground
     step_hz = float(spectrum.frequency_hz[1] - spectrum.frequency_hz[0])
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], high.astype(np.int8), [0]]))).reshape(-1, 2)
     clean = np.ones(power.size, dtype=bool)
     found = []
-    for first, stop in edges.tolist():
+    for first, stop in runs_of(high):
         shoulders = np.concatenate([power[max(first - 10, 0) : max(first - 3, 0)], power[stop + 3 : stop + 10]])
         if stop - first > 6 or power[first:stop].max() < SPUR / 2 * shoulders.max(initial=0.0):
             continue  # a hump, or part of one, not a line

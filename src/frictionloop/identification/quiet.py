@@ -27,7 +27,7 @@ from frictionloop.identification.noise_density import (
 )
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.identification.project_file import Take
-from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, runs_of
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
@@ -183,8 +183,7 @@ def quiet_stretch(reading: Array, rate_hz: float) -> tuple[int, int]:
     limit = LOUD * max(quiet_noise(reading), float(np.median(np.sort(cut.std(axis=1))[: max(pieces // 4, 1)])))
     limit = max(limit, converter_step(reading))  # a reading that hardly leaves one step is quiet
     calm = cut.std(axis=1) <= limit
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], calm.astype(np.int8), [0]]))).reshape(-1, 2)
-    first, stop = max(edges.tolist(), key=lambda run: run[1] - run[0])
+    first, stop = max(runs_of(calm), key=lambda run: run[1] - run[0])
     if (stop - first) * length < SHORTEST_S * rate_hz:
         raise must_be("recording: longest quiet stretch", (stop - first) * length / rate_hz, "1 or more", "s")
     return first * length, stop * length

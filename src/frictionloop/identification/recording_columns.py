@@ -101,3 +101,9 @@ def pieces(found: NDArray[np.bool_], length: int, before: int = 0) -> list[int]:
         if row >= 0 and row + length <= found.size and (not starts or row >= starts[-1] + length):
             starts.append(row)
     return starts
+
+
+def runs_of(found: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return from where to where each run of rows that are found goes."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], found.astype(np.int8), [0]]))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

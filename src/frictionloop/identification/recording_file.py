@@ -20,7 +20,7 @@ from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.identification.channel_map import Channel, ChannelMap, Place, read_map, resampled, variable
 from frictionloop.identification.quiet import LOUD, PIECE_S
-from frictionloop.identification.recording_columns import READING
+from frictionloop.identification.recording_columns import READING, runs_of
 from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
@@ -353,8 +353,7 @@ def _longest(file: Opened, piece: int) -> tuple[int, int]:
         spread += values[: values.size // piece * piece].reshape(-1, piece).std(axis=1).tolist()
     still = np.array(spread)
     quiet = still < LOUD * np.median(np.sort(still)[: max(still.size // 4, 1)])
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], quiet.astype(np.int8), [0]]))).reshape(-1, 2)
-    first, stop = max(edges.tolist(), key=lambda pair: pair[1] - pair[0])
+    first, stop = max(runs_of(quiet), key=lambda pair: pair[1] - pair[0])
     return first * piece, stop * piece
 
 

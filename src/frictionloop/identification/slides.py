@@ -19,7 +19,7 @@ from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, 
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.identification.project_file import Take
-from frictionloop.identification.recording_columns import READING, channel, rate_of
+from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of
 from frictionloop.quantities import must_be
 
 REFERENCE_LOAD_N = 0.5
@@ -186,8 +186,7 @@ def _exponent(slides: Sequence[Slide]) -> Estimate:
 
 def without_zero(values: Array, free: NDArray[np.bool_], margin: int) -> Array:
     """Return a channel less the line through the medians of the stretches without contact."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(np.int8), [0]]))).reshape(-1, 2)
-    inner = [(a + margin, b - margin) for a, b in edges.tolist() if b - a > 4 * margin]
+    inner = [(a + margin, b - margin) for a, b in runs_of(free) if b - a > 4 * margin]
     if not inner:
         return values
     centres = [(a + b) / 2 for a, b in inner]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import lfilter, savgol_filter
 
-from frictionloop.identification.recording_columns import READING, channel, rate_of
+from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
@@ -94,12 +94,11 @@ def sliding_pieces(recording: xr.Dataset, piece_s: float, plate_hz: float | None
     speed = _speed(recording, rate_hz)
     touches = load > TOUCHING * np.percentile(load, 90)
     slides = _slides(speed, touches, rate_hz) & ~_after_jumps(amplitude, rate_hz)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], slides, [False]]).astype(np.int8))).reshape(-1, 2)
     landed = np.maximum.accumulate(np.where(np.diff(touches, prepend=touches[0]), np.arange(touches.size), 0))
     size = max(round(piece_s * rate_hz), 4)
     rows: list[tuple[float, float, float, bool]] = []
     amplitudes: list[Array] = []
-    for first, stop in edges.tolist():
+    for first, stop in runs_of(slides):
         sign = np.sign(force[first:stop].mean())
         for k, start in enumerate(range(first, stop - size + 1, size)):
             piece = slice(start, start + size)
