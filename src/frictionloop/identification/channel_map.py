@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,13 +18,17 @@ from frictionloop.findings import Finding
 from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
-from frictionloop.quantities import must_be
+from frictionloop.quantities import check_known, must_be
 from frictionloop.quantities.steps import MISSING
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.clock import may_be_seconds
+from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Samples
 from frictionloop.recordings.straight_lines import even_times, mean_rate, tells_seconds
+
+SHOWN = 12
+"""Channels that an error lists."""
 
 Array = NDArray[np.float64]
 Window = tuple[Number, Number]
@@ -204,3 +209,28 @@ def _times(where: str, contents: found.Contents, resample_hz: float) -> Array:
     if unit != "s":
         raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "in the name, as 'time_s'")
     return factor * values
+
+
+def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:
+    """Return the channel that a map names: by its path, its last part, as its header spells it, or by its number."""
+    names = [line.name for line in contents.channels]
+    if isinstance(wanted.column, int):
+        if 0 <= wanted.column < len(names):
+            return contents.channels[wanted.column]
+        raise must_be(f"{where}: column", wanted.column, f"from 0 to {len(names) - 1}")
+    exact = [line for line in contents.channels if line.name == wanted.column]
+    loose = [
+        line for line in contents.channels if line.name.rpartition("/")[2].lower() == wanted.column.strip().lower()
+    ]
+    said = header(wanted.column)
+    spelt = [line for line in contents.channels if said.unit and (line.name, line.unit) == (said.name, said.unit)]
+    for candidates in (exact, loose, spelt):
+        if len(candidates) == 1:
+            return candidates[0]
+    lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
+    if lines:
+        every = lines[0].replace("0", "*", 1)
+        raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
+    near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
+    check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
+    raise must_be(f"{where}: column", wanted.column, "a number: it stands twice")

@@ -8,13 +8,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
+from frictionloop.identification.channel_map import Channel, ChannelMap, Window, read_map
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import must_be
-
-Window = tuple[Number, Number]
 
 
 class Take(Block):

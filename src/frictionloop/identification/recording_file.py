@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import json
 import math
@@ -18,20 +17,25 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
-from frictionloop.identification.channel_map import Channel, ChannelMap, Place, read_map, resampled, variable
+from frictionloop.identification.channel_map import (
+    Channel,
+    ChannelMap,
+    Place,
+    find_channel,
+    read_map,
+    resampled,
+    variable,
+)
 from frictionloop.identification.quiet import LOUD, PIECE_S
 from frictionloop.identification.recording_columns import READING, runs_of
 from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.contents import left_out
-from frictionloop.recordings.headers import header
 from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.whole import read_contents
 
 Array = NDArray[np.float64]
-SHOWN = 12
-"""Channels that an error lists."""
 TABLE_ROWS = 64
 """A file of at most so many rows that has no column of times is a table (assumed)."""
 ROWS = 2**20
@@ -194,31 +198,6 @@ def _of_channels(
 
 def _tells_unit(line: found.Channel, told: Channel) -> bool:
     return bool(line.unit or told.unit or told.gives or told.scale is not None)
-
-
-def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:
-    """Return the channel that a map names: by its path, its last part, as its header spells it, or by its number."""
-    names = [line.name for line in contents.channels]
-    if isinstance(wanted.column, int):
-        if 0 <= wanted.column < len(names):
-            return contents.channels[wanted.column]
-        raise must_be(f"{where}: column", wanted.column, f"from 0 to {len(names) - 1}")
-    exact = [line for line in contents.channels if line.name == wanted.column]
-    loose = [
-        line for line in contents.channels if line.name.rpartition("/")[2].lower() == wanted.column.strip().lower()
-    ]
-    said = header(wanted.column)
-    spelt = [line for line in contents.channels if said.unit and (line.name, line.unit) == (said.name, said.unit)]
-    for candidates in (exact, loose, spelt):
-        if len(candidates) == 1:
-            return candidates[0]
-    lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
-    if lines:
-        every = lines[0].replace("0", "*", 1)
-        raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
-    near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
-    check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
-    raise must_be(f"{where}: column", wanted.column, "a number: it stands twice")
 
 
 def written(doubts: Iterable[Finding]) -> str:

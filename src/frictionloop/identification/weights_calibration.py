@@ -134,7 +134,7 @@ def weights(
     lowered as by noise in the abscissa. The errors appear as scatter, yet hardly average out: a weight that hangs twice
     errs twice alike. ``weights_error`` is what they do to the slope for masses uniform within +-tolerance, each its
     own. Errors that all steps share (gravity, a pulley that always drags the same way) change the slope unseen;
-    standard errors know nothing of them. `pulley_friction` (pulley.py) finds a drag from steps up and down.
+    standard errors know nothing of them. `pulley_friction` finds a drag from steps up and down.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ def hammer_rig(
 
     A hit is half a sine, F(t) = A sin(pi t/T) for 0 < t < T, at a fifth of every interval and up to a tenth later. Its
     spectrum falls to nothing at 1.5/T (500 Hz for 3 ms), which bounds the frequencies that can be analysed. The
-    response of springs and pole is exact (closed form); noise, base and converter as in rig_sensor.
+    response of springs and pole is exact (closed form); noise, base and converter as in `sensor_rig`.
 
     Parameters
     ----------

@@ -145,7 +145,7 @@ def floor_rig(
     """Return the recording of the sensor without a finger: ``f_m`` in N over ``time`` in s.
 
     White noise of the electronics behind the pole, acceleration of the base times the moving mass through the
-    suspension, offset and converter, all stationary from the first sample (rig_sensor).
+    suspension, offset and converter, all stationary from the first sample.
 
     Parameters
     ----------

@@ -92,7 +92,7 @@ def weights_rig(
     Each mass m hangs for ``dwell_s``. Its pull grows smoothly to m (1 + error) g within ``weights.placing_s`` while the
     hook begins to swing by phi(t) = phi0 e^(-t/T) cos(w t), w = sqrt(g/L), which changes the tension by
     (phi0^2/4 - 3/4 phi0^2 cos 2wt) e^(-2t/T) of itself (second order in phi). What the pulley leaves of it
-    (rig_pulley) pulls the sensor (rig_sensor). The error of a mass is uniform within ``weights.tolerance``, the same
+    (`pulled`) pulls the sensor (`sensor_rig`). The error of a mass is uniform within ``weights.tolerance``, the same
     whenever that mass hangs. Not in it: bounce of the string, stretch, temperature, the weight of the hook (a tare).
 
     Parameters
