@@ -231,9 +231,9 @@ IMPOSSIBLE = [
     ((145.0, 2.5, 5e-5), {"environment.tilt_urad": 20.0}, "most environment.tilt_urad"),
     ((145.0, 2.5, 5e-5), {"amplifier.noise_nv_rthz": 1e4}, "at 30 um and 800 mm2, most amplifier.noise_nv_rthz"),
     ((145.0, 2.5, 5e-5), {"springs.yield_mpa": 1.0}, "load.range_n = 2.5 N: must be below 0.6"),
-    ((145.0, 2.5, -1.0), {}, "noise_rms_n = -1 N: must be a positive number"),
-    ((0.0, 2.5, 1e-3), {}, "resonance_hz = 0 Hz: must be a positive number"),
-    ((145.0, math.inf, 1e-3), {}, "range_n = inf N: must be a positive number"),
+    ((145.0, 2.5, -1.0), {}, "noise_rms_n = -1 N: must be finite and above 0"),
+    ((0.0, 2.5, 1e-3), {}, "resonance_hz = 0 Hz: must be finite and above 0"),
+    ((145.0, math.inf, 1e-3), {}, "range_n = inf N: must be finite and above 0"),
     ((145.0, 2.5), {}, "noise_rms_n, noise_density_n_rthz = []: must be one of them"),
     (
         (145.0, 2.5, 1e-4, 1e-6),

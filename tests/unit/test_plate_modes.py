@@ -75,8 +75,8 @@ def test_a_measured_resonance_replaces_the_calculated_one():
         (48, 140.0, 3.0, r"nodal_lines = 48: must be whole, 2 to 47"),
         (12.5, 140.0, 3.0, r"nodal_lines = 12.5: must be whole"),
         (2, 140.0, 100.0, r"thickness_mm = 100 mm: must be below 93.3333$"),
-        (2, 140.0, -1.0, r"thickness_mm = -1 mm: must be a finite number above 0"),
-        (2, math.nan, 3.0, r"side_mm = nan mm: must be a finite number above 0"),
+        (2, 140.0, -1.0, r"thickness_mm = -1 mm: must be finite and above 0"),
+        (2, math.nan, 3.0, r"side_mm = nan mm: must be finite and above 0"),
     ],
 )
 def test_a_mode_that_the_plate_cannot_have(lines, side, thickness, said):

@@ -31,7 +31,7 @@ LOOP = (
 """Measured values on which the loop's margins depend."""
 
 _HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
-ACCEPTED = "certificate (.html), bench (.json)"
+ACCEPTED = "a certificate (.html), bench (.json)"
 CHANGED = 0.01
 """Chance of so large a difference below which a value is said to have changed (assumed)."""
 Dated = tuple[Estimate, str]

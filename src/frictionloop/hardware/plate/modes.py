@@ -17,7 +17,8 @@ from scipy.optimize import brentq
 from frictionloop.hardware.plate.dispersion import Theory, frequency_hz, wave_number_per_m
 from frictionloop.hardware.plate.drive import plate_mass_kg
 from frictionloop.parameters.plate_design import Glass, PlateDesign, PlateGeometry, Side
-from frictionloop.quantities import must_be, unit_of
+from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
 
 THICKNESS_MM, FREQUENCY_HZ, LINES = 3.0, 46e3, 16
 """As printed (paper, Sec. 4.1: 255 x 140 x 3 mm3, 46 kHz, 16x0)."""
@@ -25,16 +26,10 @@ PRINTED_TO_MM, PRINTED_TO_HZ = 0.5, 500.0
 """Half of the last digit printed: a value this near is the printed one, rounded."""
 
 
-def check_positive(**values: float) -> None:
-    """Refuse a value that is not a finite number above zero, by the name it is passed under."""
-    for name, value in values.items():
-        if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0):
-            raise must_be(name, value, "a finite number above 0", unit_of(name))
-
-
 def check_mode(nodal_lines: int, side_mm: float, thickness_mm: float) -> None:
     """Refuse a mode that the plate cannot have: fewer lines than bending needs, or shorter than the glass is thick."""
-    check_positive(side_mm=side_mm, thickness_mm=thickness_mm)
+    number("side_mm", side_mm, "mm", ABOVE_0)
+    number("thickness_mm", thickness_mm, "mm", ABOVE_0)
     if not thickness_mm < side_mm / 1.5:
         raise must_be("thickness_mm", thickness_mm, f"below {side_mm / 1.5:g}", "mm")
     most = most_lines(side_mm, thickness_mm)
@@ -110,7 +105,7 @@ def nearest_mode(frequency: float, side_mm: float, thickness_mm: float, glass: G
     """
     check_mode(2, side_mm, thickness_mm)
     highest = mode(most_lines(side_mm, thickness_mm), side_mm, thickness_mm, glass)
-    check_positive(frequency_hz=frequency)
+    number("frequency_hz", frequency, "Hz", ABOVE_0)
     if frequency > highest.frequency_hz:
         raise must_be(
             "frequency_hz", float(frequency), f"at most {math.floor(highest.frequency_hz)} on this glass", "Hz"
@@ -131,7 +126,8 @@ def thickness_for_mm(
     FrictionloopError
         For a frequency that no thickness up to half a wavelength reaches.
     """
-    check_positive(frequency_hz=frequency, side_mm=side_mm)
+    number("frequency_hz", frequency, "Hz", ABOVE_0)
+    number("side_mm", side_mm, "mm", ABOVE_0)
     check_mode(nodal_lines, side_mm, side_mm * 1e-6)
     half_mm = side_mm / (nodal_lines - 0.5)
     k = math.pi / (half_mm * 1e-3)

@@ -18,6 +18,7 @@ from frictionloop.hardware.sensor.electrodes import check_geometry
 from frictionloop.hardware.sensor.noise_budget import Budget, noise_budget
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
 from frictionloop.quantities import FrictionloopError, must_be, unit_of
+from frictionloop.quantities.checks import ABOVE_0, number
 
 SMALLEST_GAP_UM, LARGEST_GAP_UM = 30.0, 500.0
 """Gaps that a workshop holds, and beyond which an electrode's edges matter (both assumed)."""
@@ -60,8 +61,7 @@ def check_requirement(requirement: SensorRequirement) -> None:
     """Refuse values that are not positive, and two noises or none."""
     given = {name: value for name, value in vars(requirement).items() if value is not None}
     for name, value in given.items():
-        if not (math.isfinite(value) and value > 0):
-            raise must_be(name, float(value), "a positive number", unit_of(name))
+        number(name, value, unit_of(name), ABOVE_0)
     if ("noise_rms_n" in given) == ("noise_density_n_rthz" in given):
         noises = [name for name in given if name.startswith("noise_")]
         raise must_be("noise_rms_n, noise_density_n_rthz", noises, "one of them")
