@@ -133,7 +133,7 @@ def test_a_change_by_welch():
     from frictionloop.identification.certificates import _change
 
     def value(mean, error, freedom):
-        return {"value": mean, "within": error, "between": 0, "method": 0, "unit": "N", "freedom": freedom, "date": ""}
+        return fl.identify.Estimate(mean, error, "N", freedom), ""
 
     told = ttest_ind_from_stats(1.0, 0.3 * 5**0.5, 5, 1.9, 0.2 * 9**0.5, 9, equal_var=False)
     assert _change("a", value(1.0, 0.3, 4), value(1.9, 0.2, 8)).chance == pytest.approx(told.pvalue)

@@ -18,7 +18,7 @@ from markupsafe import Markup
 from frictionloop.figures.style import inline, svg
 from frictionloop.findings.render import findings_html
 from frictionloop.identification import Bench
-from frictionloop.identification.part import Part, number_said
+from frictionloop.identification.entry_result import EntryResult, number_said
 from frictionloop.quantities import replacing, unit_of
 from frictionloop.quantities.version import package_version
 from frictionloop.report import bench_figures
@@ -99,7 +99,7 @@ def certificate(found: Bench) -> str:
     )
 
 
-def _title(part: Part) -> str:
+def _title(part: EntryResult) -> str:
     whose = part.curves.get("person")
     return TITLES[part.kind] + (f": {whose['finger']}" if whose else "")
 
@@ -124,7 +124,7 @@ def _value(found: Bench, name: str) -> Any:
     return f"{value:.5g}" if isinstance(value, float) else value
 
 
-def _figures(part: Part, number: int) -> list[Markup]:
+def _figures(part: EntryResult, number: int) -> list[Markup]:
     drawn = {name: draw(part.curves) for name, draw in DRAWINGS[part.kind].items() if name in part.curves}
     return [
         Markup(inline(svg(figure, f"c{number}-{k}"), f"{part.kind}: {name}"))

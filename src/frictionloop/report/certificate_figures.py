@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from frictionloop.figures.style import BLUE, GREY, SILVER, VERMILLION, new_figure, styled
-from frictionloop.identification.file_traces import first_look
+from frictionloop.identification.file_channels import first_look
 from frictionloop.report import bench_figures
 
 

@@ -59,8 +59,8 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 def _figure_of(result: Any) -> Figure:
     from frictionloop.findings import Result
-    from frictionloop.identification.file_traces import FirstLook
-    from frictionloop.identification.refused import Refused
+    from frictionloop.identification.entry_result import Refused
+    from frictionloop.identification.file_channels import FirstLook
     from frictionloop.loop import sweep_figure
     from frictionloop.report import run_figure
     from frictionloop.report.refusal import refused_figure

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from PIL import Image  # matplotlib needs it too
 
 from frictionloop.figures.style import png
-from frictionloop.identification.refused import Refused
+from frictionloop.identification.entry_result import Refused
 from frictionloop.quantities import replacing
 from frictionloop.report.certificate_figures import DRAWINGS
 

@@ -88,7 +88,7 @@ def test_each_step_is_asked_for_and_what_is_lost_is_counted():
     ("words", "says"),
     [
         (("weights", "--masses-g", "1,2,x"), "numbers in g"),
-        (("weights", "--masses-g", "5,5,5"), "not all alike"),
+        (("weights", "--masses-g", "5,5,5"), "3 or more, different"),
         (("quiet", "--out", "a.csv"), ".h5"),
         (("sleep",), "weights"),
     ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.hardware.plate.readings import plate_readings
+from frictionloop.hardware.plate.modes import plate_readings
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.identification import dynamic_range_db as decibels
 from frictionloop.identification import floor_readings, residual_share, uniform_std_n

@@ -11,15 +11,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.constants import g as STANDARD_GRAVITY
+from scipy.optimize import brentq, least_squares
 from scipy.stats import linregress
 
-from frictionloop.identification.long import Run
-from frictionloop.identification.measured import Estimate
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column, rate_of
+from frictionloop.identification.recording_file import Run
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
 
 Array = NDArray[np.float64]
+MASSES = "3 or more, different, from 0"
+"""Accepted masses."""
 
 
 class Plateaus(NamedTuple):
@@ -66,12 +69,12 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
     starts = np.concatenate([[0], np.flatnonzero(np.diff(mass)) + 1])
     ends = np.concatenate([starts[1:], [mass.size]])
     if starts.size < 3 or np.ptp(mass) == 0:
-        raise must_be("recording: steps of mass", int(starts.size), "at least 3, not all alike")
+        raise must_be("recording: steps of mass", int(starts.size), "3 or more, different")
     shortest = int(np.argmin(ends - starts))
     lasts_s = (ends[shortest] - starts[shortest]) / rate_hz
     skipped = math.ceil(settle_s * rate_hz)
     if ends[shortest] - starts[shortest] <= skipped:
-        raise must_be("settle_s", float(settle_s), f"below {lasts_s:g} s, for which row {starts[shortest]} hangs", "s")
+        raise must_be("settle_s", float(settle_s), f"below {lasts_s:g}, of row {starts[shortest]}", "s")
     hanging = [reading[a + skipped : b] for a, b in zip(starts, ends, strict=True)]
     means = np.array([each.mean() for each in hanging])
     moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
@@ -85,8 +88,7 @@ def _rows(table: xr.Dataset) -> Plateaus:
     mass = channel(table, "mass", ("kg",), dim="row")
     reading = channel(table, READING, READING_UNITS, dim="row")
     if mass.size < 3 or np.ptp(mass) == 0 or mass.min() < 0:
-        accepted = "3 or more, none below 0, not all alike"
-        raise must_be("recording: mass", f"{mass.size} rows, {mass.min():g} to {mass.max():g} kg", accepted)
+        raise must_be("recording: mass", f"{mass.size} rows, {mass.min():g} to {mass.max():g} kg", MASSES)
     direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
     unit, none = str(table[READING].attrs["units"]), np.zeros_like(reading)
     return Plateaus(mass, reading, direction, unit, none, np.zeros((reading.size, 2)))
@@ -132,7 +134,7 @@ def weights(
     lowered as by noise in the abscissa. The errors appear as scatter, yet hardly average out: a weight that hangs twice
     errs twice alike. ``weights_error`` is what they do to the slope for masses uniform within +-tolerance, each its
     own. Errors that all steps share (gravity, a pulley that always drags the same way) change the slope unseen;
-    standard errors know nothing of them. `pulley_friction` (pulley.py) finds a drag from steps up and down.
+    standard errors know nothing of them. `pulley_friction` finds a drag from steps up and down.
 
     Parameters
     ----------
@@ -211,3 +213,123 @@ def hung(runs: Sequence[Run], masses_kg: NDArray[np.float64]) -> xr.Dataset:
         if name != "mass"
     }
     return xr.Dataset({"mass": ("row", masses_kg, {"units": "kg"}), **rows}, attrs=whole[0].attrs)
+
+
+@dataclass(frozen=True)
+class PulleyFriction:
+    """The friction of a pulley, and the sensitivity freed from it."""
+
+    exponent: Estimate
+    """b: when a weight is put on e^-b of it arrives, when one is taken off up to e^b."""
+    drag: Estimate
+    """Force that is lost whatever the weight, N."""
+    sensitivity: Estimate
+    """Unit of the reading per N, with friction apart."""
+
+
+def arriving(force_n: Array, direction: Array, exponent: float, drag_n: float = 0.0) -> Array:
+    """Return what arrives of forces F that follow each other: the friction of the string acts against its motion.
+
+    up: T = max(T before, e^-b F - d),   down: T = min(T before, e^b F + d),   at first T = F
+    """
+    rising = np.exp(-exponent) * force_n - drag_n
+    falling = np.exp(exponent) * force_n + drag_n
+    arrived = [float(force_n[0])]
+    for k in range(1, force_n.size):
+        arrived.append(max(arrived[-1], rising[k]) if direction[k] > 0 else min(arrived[-1], falling[k]))
+    return np.array(arrived)
+
+
+def pulley_friction(calibration: Calibration, gravity_m_s2: float = STANDARD_GRAVITY) -> PulleyFriction:
+    """Return the friction of the pulley from a calibration that went up and down.
+
+    Least squares of reading = offset + k T over offset, k, b and d, T as in `arriving`; standard errors from its
+    Jacobian. A swing that shakes the pulley loose lowers b: what is found is the friction that was left, not that of
+    the bearing. Friction that acts the same way at all steps cannot be told from the sensitivity.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        From `weights`, with weights put on and taken off.
+    gravity_m_s2 : float
+        As given to `weights`.
+
+    Raises
+    ------
+    FrictionloopError
+        For fewer than six steps, or fewer than two up or two down.
+    """
+    steps = calibration.steps
+    force, way = steps.mass_kg * gravity_m_s2, steps.direction
+    up, down = int(np.sum(way > 0)), int(np.sum(way < 0))
+    if force.size < 6 or min(up, down) < 2:
+        raise must_be("recording: steps of mass", f"{up} up, {down} down", "6 or more, both ways")
+    scale, span_n = calibration.sensitivity.value, float(np.ptp(force))
+
+    def residuals(x: Array) -> Array:
+        given = x[0] * span_n + x[1] * arriving(force, way, x[2], x[3] * span_n)
+        return (given - steps.reading / scale) / span_n
+
+    starts = [np.array([calibration.offset.value / scale / span_n, 1.0, b, 0.0]) for b in (0.0, 0.05, 0.2)]
+    fits = [least_squares(residuals, start, xtol=1e-15, ftol=1e-15, gtol=1e-15) for start in starts]
+    best = min(fits, key=lambda fit: float(fit.cost))
+    freedom = force.size - 4
+    error = np.sqrt(np.diag(np.linalg.pinv(best.jac.T @ best.jac)) * 2 * best.cost / freedom).tolist()
+    _, k, exponent, drag = best.x.tolist()
+    return PulleyFriction(
+        Estimate(exponent, error[2], "", freedom),
+        Estimate(drag * span_n, error[3] * span_n, "N", freedom),
+        Estimate(k * scale, error[1] * abs(scale), calibration.sensitivity.unit, freedom),
+    )
+
+
+def r2_with_friction(loads_n: Sequence[float], exponent: float) -> float:
+    """Return R2 of a perfect sensor calibrated up and down these loads over a pulley with friction b.
+
+    For many loads from 0 and small b, 1/R2 - 1 is close to 4 b^2 (less what the first steps down, where the string has
+    not begun to slip back, take off).
+
+    Parameters
+    ----------
+    loads_n : sequence of float
+        Rising loads in N, at least two, none negative; the last is visited once, the others twice.
+    exponent : float
+        b, not negative (`friction_exponent` of identification/rigs/weights).
+
+    Raises
+    ------
+    FrictionloopError
+        For loads that do not rise, or a negative exponent.
+    """
+    loads = np.asarray(loads_n, dtype=float)
+    if loads.ndim != 1 or loads.size < 2 or not np.all(np.diff(loads) > 0) or loads[0] < 0:
+        raise must_be("loads_n", loads.tolist(), "rising from 0 on", "N")
+    number("exponent", exponent, "", 0.0)
+    visits = np.concatenate([loads, loads[-2::-1]])
+    return (
+        float(linregress(visits, arriving(visits, np.sign(np.diff(visits, prepend=visits[0])), exponent)).rvalue) ** 2
+    )
+
+
+def exponent_for_r2(r2: float, loads_n: Sequence[float]) -> float:
+    """Return the friction b of a pulley that lowers R2 to this value, the inverse of `r2_with_friction`.
+
+    Parameters
+    ----------
+    r2 : float
+        From 0.5 to below 1.
+    loads_n : sequence of float
+        As there.
+
+    Raises
+    ------
+    FrictionloopError
+        For an R2 out of range, or that no friction gives with these loads.
+    """
+    number("r2", r2, "", 0.5, BELOW_1)
+    strongest = 2.0
+    while r2_with_friction(loads_n, strongest) > r2 and strongest < 16:
+        strongest *= 2
+    if strongest >= 16:
+        raise must_be("r2", r2, f"higher with {len(loads_n)} loads")
+    return float(brentq(lambda b: r2_with_friction(loads_n, b) - r2, 0.0, strongest, xtol=1e-12))

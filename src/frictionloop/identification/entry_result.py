@@ -1,24 +1,27 @@
-"""What one entry of a project told: measured values, numbers, findings, a table, and what the certificate draws."""
+"""What one entry of a project gave: measured values, numbers, findings, a table, what is drawn; and its refusal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
-from frictionloop.identification.measured import Estimate, Measured, measured
-from frictionloop.identification.modes import Modes
-from frictionloop.identification.project import Take
+from frictionloop.identification.estimate import Estimate, Measured
 from frictionloop.identification.recording_columns import READING
-from frictionloop.quantities import must_be
+from frictionloop.quantities import FrictionloopError
 
+Array = NDArray[np.float64]
 POINTS = 600
 """Points of a curve that is drawn."""
+Rows = list[tuple[str, ...]]
+Numbers = Mapping[str, Any]
+"""Numbers by name: plain, a list of them, or an `Estimate`."""
 
 
 @dataclass(frozen=True)
@@ -32,40 +35,41 @@ class Sensor:
     cutoff_error_hz: float = 0.0
 
 
-Rows = list[tuple[str, ...]]
-Numbers = Mapping[str, Any]
-"""Numbers by name: plain, a list of them, or an `Estimate`."""
-
-
-class Told(NamedTuple):
-    """What an analysis gives of an entry."""
+@dataclass(frozen=True)
+class EntryResult:
+    """What an analysis gives of one entry of the project."""
 
     measured: Sequence[Measured]
     findings: Sequence[Finding]
     numbers: Numbers
-    rows: Rows
-    """A table, its first row the heading."""
-    curves: dict[str, Any]
-    """What is drawn."""
-
-
-@dataclass(frozen=True)
-class Part:
-    """What one entry of the project told."""
-
-    kind: str
-    files: tuple[dict[str, str], ...]
-    """path, sha256, date of each."""
-    measured: tuple[Measured, ...]
-    findings: tuple[Finding, ...]
-    numbers: Numbers
     """What else was found, by name."""
-    rows: tuple[tuple[str, ...], ...]
-    curves: dict[str, Any] = field(repr=False)
+    rows: Sequence[tuple[str, ...]]
+    """A table, its first row the heading."""
+    curves: Mapping[str, Any] = field(repr=False)
+    """What is drawn."""
+    kind: str = ""
+    files: tuple[dict[str, str], ...] = ()
+    """path, sha256, date of each."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but what is drawn."""
         return {name: value for name, value in self.__dict__.items() if name != "curves"}
+
+
+class Refused(FrictionloopError):
+    """An analysis that does not return what its data cannot tell; the figure of its ``kind`` draws ``curves``."""
+
+    def __init__(self, said: str, kind: str, curves: Mapping[str, Any]) -> None:
+        super().__init__(said)
+        self.kind = kind
+        self.curves = dict(curves)
+
+
+def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path) -> Refused:
+    """Return a refusal with what its analysis saw; where it had not got that far, with the channels of the file."""
+    if isinstance(refusal, Refused) and refusal.curves:
+        return Refused(said, kind, refusal.curves)
+    return Refused(said, "recording", {"file": str(file)})
 
 
 def number_said(value: Any) -> str:
@@ -108,24 +112,15 @@ def with_method(error: float, apart: float) -> float:
     return float(np.hypot(error, apart / np.sqrt(3)))
 
 
-def thin(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[list[float], list[float]]:
+def thinned(points: int, **curves: Array) -> dict[str, list[float]]:
+    """Return curves of one length of which every nth point is drawn, by name."""
+    step = max(next(iter(curves.values())).size // points, 1)
+    return {name: np.asarray(each)[::step].tolist() for name, each in curves.items()}
+
+
+def thin(x: Array, y: Array) -> tuple[list[float], list[float]]:
     """Return a curve by at most so many points, evenly on a logarithmic axis."""
     if x.size <= POINTS:
         return x.tolist(), y.tolist()
     rows = np.unique(np.searchsorted(x, np.geomspace(x[0], x[-1], POINTS)).clip(0, x.size - 1))
     return x[rows].tolist(), y[rows].tolist()
-
-
-def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:
-    """Return frequency and Q of as many modes as an entry wants listed, under names of their own."""
-    if take.count is None:
-        return []
-    listed = found.modes[: take.count]
-    if len(listed) < take.count:
-        raise must_be("count", take.count, f"at most {len(listed)}, the modes found")
-    values: list[Measured] = []
-    for k, mode in enumerate(listed):
-        shifts = [found.method_hz[k]], [found.method_q[k]]
-        values.append(measured(f"mode {k + 1}", [mode.frequency], shifts[0], how, take.files, date))
-        values.append(measured(f"mode {k + 1} Q", [mode.q], shifts[1], how, take.files, date))
-    return values

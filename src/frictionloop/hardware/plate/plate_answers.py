@@ -11,13 +11,19 @@ from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, toml_table
 from frictionloop.hardware.plate import carrier_pwm
 from frictionloop.hardware.plate import envelope as plate_envelope
-from frictionloop.hardware.plate.carrier import actual_carrier_hz
-from frictionloop.hardware.plate.carrier_check import EnvelopeCheck, check_envelope
+from frictionloop.hardware.plate.carrier import EnvelopeCheck, actual_carrier_hz, check_envelope
 from frictionloop.hardware.plate.carrier_pwm import band_pass
 from frictionloop.hardware.plate.drive import Effort, FingerEffect, bare, effort, finger_effect, modal_damping_n_s_per_m
 from frictionloop.hardware.plate.envelope import quality_for_bandwidth
-from frictionloop.hardware.plate.modes import PlateMode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
-from frictionloop.hardware.plate.readings import PlateReading, plate_readings
+from frictionloop.hardware.plate.modes import (
+    PlateMode,
+    PlateReading,
+    mode_of,
+    nearest_mode,
+    plate_readings,
+    resonance_hz,
+    thickness_for_mm,
+)
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.unit_sanity import unusual
 
@@ -129,8 +135,8 @@ class PlateAnswers(Result):
             ),
             (
                 "carrier",
-                f"{_khz(wired.carrier_hz)}, {wired.levels} levels, {100.0 * wired.detuned_gain:.1f} % of the "
-                f"amplitude, {shown(1e6 * wired.filter_delay_s)} us",
+                f"{_khz(wired.carrier_hz)}, {wired.levels} levels, amplitude {100.0 * wired.detuned_gain:.1f} %, "
+                f"{shown(1e6 * wired.filter_delay_s)} us",
             ),
             *self._wanted(),
         ]

@@ -14,11 +14,10 @@ from scipy.optimize import brentq
 
 from frictionloop.findings import Condition, Finding, Result, shown
 from frictionloop.findings.result import Row, plain, toml_table
-from frictionloop.hardware.sensor import baseband, front_end, noise_budget, springs
+from frictionloop.hardware.sensor import front_end, noise_budget, springs
 from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f, check_geometry
 from frictionloop.hardware.sensor.noise_budget import Budget
-from frictionloop.hardware.sensor.search import SensorProposal, propose_sensor
-from frictionloop.hardware.sensor.wanted import HEADROOM, SensorRequirement
+from frictionloop.hardware.sensor.sensor_search import HEADROOM, SensorProposal, SensorRequirement, propose_sensor
 from frictionloop.parameters.files import read_design
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.parameters.unit_sanity import unusual
@@ -33,6 +32,8 @@ LOUD = 1.5
 
 CONVERTER = "adc.bits"
 """Parameter of the one term that the loop makes itself, from the block's ``adc_bits`` and ``range_n``."""
+BLOCK_TO_HZ = 500.0
+"""Frequency to which the loop's block is compared with the design."""
 
 
 class Omitted(NamedTuple):
@@ -56,10 +57,6 @@ def omitted(at_rest: Budget, at_range: Budget) -> Omitted:
     forces_n = {term.name: term.rms_n for term in at_rest.terms if not term.white and term.parameter != CONVERTER}
     rest, load = (math.hypot(*(term.rms_n for term in each.terms if term.white)) for each in (at_rest, at_range))
     return Omitted(forces_n, math.sqrt(max(load**2 - rest**2, 0.0)), at_range.force_n)
-
-
-BLOCK_TO_HZ = 500.0
-"""Frequency to which the loop's block is compared with the design."""
 
 
 class BlockError(NamedTuple):
@@ -301,7 +298,7 @@ def analysed(
         at_rest=noise_budget.noise_budget(design),
         at_range=noise_budget.noise_budget(design, range_n),
         side_density_pm_rthz=noise_budget.side_density_pm_rthz(design),
-        delay_s=baseband.carrier_delay_s(design),
+        delay_s=front_end.carrier_delay_s(design),
         block_error=_block_error(design),
         proposal=proposal,
         findings=findings,
@@ -328,7 +325,7 @@ def clips_from_n(design: SensorDesign) -> float | None:
 
 def _block_error(design: SensorDesign) -> BlockError:
     frequency_hz = np.linspace(1.0, BLOCK_TO_HZ, 500)
-    ratio = baseband.loop_response(design, frequency_hz) / baseband.sensor_response(design, frequency_hz)
+    ratio = front_end.loop_response(design, frequency_hz) / front_end.sensor_response(design, frequency_hz)
     return BlockError(float(np.max(np.abs(np.abs(ratio) - 1))), float(np.max(np.abs(np.angle(ratio, deg=True)))))
 
 

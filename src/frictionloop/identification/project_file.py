@@ -8,13 +8,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
+from frictionloop.identification.channel_map import Channel, ChannelMap, Window, read_map
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
-from frictionloop.quantities import FrictionloopError
-
-Window = tuple[Number, Number]
+from frictionloop.quantities import must_be
 
 
 class Take(Block):
@@ -123,7 +121,5 @@ def read_project(path: str | os.PathLike[str]) -> Project:
     for take in project.recording:
         for name in take.files:
             if not (Path(path).parent / name).is_file():
-                raise FrictionloopError(
-                    f"{path}: {take.kind}: {name}: there is no such file; accepted: paths from its folder"
-                )
+                raise must_be(f"{path}: {take.kind}", name, "a file beside it")
     return project

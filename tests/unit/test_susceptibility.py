@@ -7,8 +7,8 @@ import pytest
 import vibrated_finger as known
 
 import frictionloop as fl
-from frictionloop.identification import amplitude_protocol, monotone_table, sliding_pieces, vibrated
-from frictionloop.identification.vibrated_fit import PRIORS
+from frictionloop.identification import amplitude_protocol, monotone_table, susceptibility, susceptibility_fit
+from frictionloop.identification.susceptibility_fit import PRIORS
 
 
 def inside(estimate, truth, method=0.0):
@@ -19,7 +19,7 @@ def inside(estimate, truth, method=0.0):
 
 @pytest.fixture(scope="module")
 def one():
-    return vibrated(known.finger())
+    return susceptibility(known.finger())
 
 
 def test_a_finger_known_by_its_equation(one):
@@ -30,7 +30,7 @@ def test_a_finger_known_by_its_equation(one):
 
 def test_linear_regression_agrees_where_moisture_is_known(one):
     """Another implementation: log f over 1, log N, log of the known moisture and a^2, by numpy alone."""
-    from frictionloop.identification.sliding_pieces import sliding_pieces
+    from frictionloop.identification.susceptibility_fit import sliding_pieces
 
     pieces = sliding_pieces(known.finger(), 0.1)
     wet = np.log1p(0.8 * -np.expm1(-pieces.contact_s / 20))
@@ -43,34 +43,34 @@ def test_linear_regression_agrees_where_moisture_is_known(one):
 
 @pytest.mark.parametrize("name", ["gaussian", "exponential", "threshold"])
 def test_the_data_say_which_law(name):
-    found = vibrated(known.finger(getattr(known, f"share_{name}"), seed=3))
+    found = susceptibility(known.finger(getattr(known, f"share_{name}"), seed=3))
     assert found.law == found.laws[0].name == name
     if name == "exponential":
         assert inside(found.susceptibility, 0.8**2, found.method_per_um2) and inside(found.nominal, 1.1, found.method_n)
 
 
 def test_a_small_amplitude_does_not_tell_the_law():
-    found = vibrated(known.finger(largest=0.45, duration_s=30.0, scatter=0.05))
+    found = susceptibility(known.finger(largest=0.45, duration_s=30.0, scatter=0.05))
     assert found.law == "cannot be told"
     assert [each.code for each in found.findings] == ["NOT-TOLD"]
 
 
 def test_the_table_is_the_law_that_made_the_data():
-    found = vibrated(known.finger(known.share_threshold, seed=3))
+    found = susceptibility(known.finger(known.share_threshold, seed=3))
     table = monotone_table(found)
     assert np.all(np.diff(table.square_um2) < 0) and table.square_um2[-1] == 0
     amplitude = np.sqrt(table.square_um2)
     share = table.force_n / table.force_n[-1]
     np.testing.assert_allclose(share, known.share_threshold(amplitude), rtol=0.06)
     assert table.gaussian_n > 0.05
-    true = monotone_table(vibrated(known.finger()))
+    true = monotone_table(susceptibility(known.finger()))
     assert true.gaussian_n < 0.05
 
 
 @pytest.mark.parametrize("form", ["steps", "sweep", "noise"])
 def test_the_simulated_bench(form):
     system = fl.bench().evolve({"controller.kind": "lookup", "setpoint": amplitude_protocol(fl.bench(), form, 30.0)})
-    found = vibrated(fl.simulate(system, 30.0, seed=1))
+    found = susceptibility(fl.simulate(system, 30.0, seed=1))
     assert found.law == "gaussian"
     assert inside(found.susceptibility, 0.38, found.method_per_um2)
     assert inside(found.nominal, 0.95, found.method_n)
@@ -83,14 +83,14 @@ def test_a_device_that_plays_the_sweep():
     with fl.connect("sim:", system) as device:
         device.upload(fl.bench())  # which believes 0.95 N and 0.38
         run = device.run(amplitude_protocol(fl.bench(), "sweep"), 20.0, state="open")
-    found = vibrated(run, plate_hz=100.0)
+    found = susceptibility(run, plate_hz=100.0)
     assert found.law == "gaussian"
     assert inside(found.susceptibility, 0.5, found.method_per_um2) and inside(found.nominal, 0.8, found.method_n)
 
 
 def refused(recording):
     with pytest.raises(fl.FrictionloopError) as failure:
-        vibrated(recording)
+        susceptibility(recording)
     assert "\n" not in str(failure.value)
     return str(failure.value)
 
@@ -118,7 +118,7 @@ def test_a_controller_with_the_table_of_another_law():
     even = {"friction.roughness_rms": 0.01, "motion.load_drift": 0.0, "motion.tremor_n": 0.0}
     bench = fl.bench().evolve(rough | even)
     played = bench.evolve({"controller.kind": "lookup", "setpoint": amplitude_protocol(bench, "sweep", 30.0)})
-    table = monotone_table(vibrated(fl.simulate(played, 30.0)))
+    table = monotone_table(susceptibility(fl.simulate(played, 30.0)))
     asked = bench.evolve({"controller.kind": "lookup", "setpoint.offset_n": 0.5, "setpoint.amplitude_n": 0.3})
     plain = {"controller.model.nominal_n": float(table.force_n[-1])}
     errors = [fl.rms_error(fl.simulate(asked.evolve(each), 10.0)) for each in (plain, table.overrides())]
@@ -140,7 +140,7 @@ def test_coverage_of_the_intervals():
     """Intervals of 90 % hold the truth for 54 of 60 fingers; fewer than 46 come by chance once in a thousand."""
     hits = np.zeros(3)
     for seed in range(60):
-        found = vibrated(known.finger(duration_s=40.0, seed=seed))
+        found = susceptibility(known.finger(duration_s=40.0, seed=seed))
         for k, (estimate, truth, method) in enumerate(
             (
                 (found.nominal, 1.1, found.method_n),
@@ -159,10 +159,10 @@ def test_coverage_of_the_intervals():
 def test_what_the_assumed_numbers_change(monkeypatch):
     """Priors twice as wide, and twice as much left out after turns and jumps, move values less than their errors."""
     run = known.finger(seed=1, duration_s=30.0)
-    plain = vibrated(run)
+    plain = susceptibility(run)
 
     def moved():
-        found = vibrated(run)
+        found = susceptibility(run)
         pairs = [(getattr(found, name), getattr(plain, name)) for name in ("nominal", "susceptibility")]
         return max(abs(new.value - old.value) / old.standard_error for new, old in pairs)
 
@@ -172,5 +172,5 @@ def test_what_the_assumed_numbers_change(monkeypatch):
         monkeypatch.setitem(PRIORS, name, (middle, width))
     for name in ("TURN_S", "SETTLE_S"):
         with monkeypatch.context() as patch:
-            patch.setattr(sliding_pieces, name, 2 * getattr(sliding_pieces, name))
+            patch.setattr(susceptibility_fit, name, 2 * getattr(susceptibility_fit, name))
             assert moved() < 1.0, name

@@ -1,35 +1,51 @@
-"""A file of channels that is open: it can be read as a whole, or from row to row."""
+"""A file of channels that is open: read as a whole, from row to row, or as what an analysis needs of a long one."""
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import json
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
-from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
+from frictionloop.identification.channel_map import (
+    Channel,
+    ChannelMap,
+    Place,
+    find_channel,
+    read_map,
+    resampled,
+    variable,
+)
+from frictionloop.identification.quiet import LOUD, PIECE_S
+from frictionloop.identification.recording_columns import READING, runs_of
 from frictionloop.identification.sampling import Sampling, sampling_of
-from frictionloop.identification.scaled import Place, resampled, variable
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
-from frictionloop.recordings.headers import header
+from frictionloop.recordings.contents import left_out
 from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.whole import read_contents
 
-SHOWN = 12
-"""Channels that an error lists."""
+Array = NDArray[np.float64]
 TABLE_ROWS = 64
 """A file of at most so many rows that has no column of times is a table (assumed)."""
+ROWS = 2**20
+"""Rows that an analysis gets at once: of a channel in double precision 8 MiB, and some times as much for it."""
+MEANS_HZ = 2000.0
+"""Rate of the means that weights and slides are found in: far above what a finger or a hand moves by (assumed)."""
+QUIET_S = 60.0
+"""A longer quiet stretch tells a density no better than 1 in 1000 (assumed enough)."""
+CALM_S = 0.2
+"""A recording is cut in the middle of the calmest time of this length (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +70,16 @@ class Opened:
         return max(line.samples.size for line in self.picked.values())
 
     @property
-    def stored(self) -> bool:
-        """Whether the samples are still in the file."""
-        return any(isinstance(line.samples, Stored) for line in self.picked.values())
+    def is_long(self) -> bool:
+        """Whether it is to be analysed in parts: its samples are still in the file, and too many for once."""
+        stored = any(isinstance(line.samples, Stored) for line in self.picked.values())
+        return stored and self.rate_hz is not None and self.rows > ROWS
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """Where the samples come from."""
+        own = {"source": "recorded", "file": self.where, "sha256": self.sha256}
+        return own | {"date": self.contents.date, "rate_from": self.rate_from}
 
     def part(self, first: int, stop: int) -> xr.Dataset:
         """Return rows first to stop as a recording, as `load` returns all of them."""
@@ -67,19 +90,16 @@ class Opened:
         }
         data = {name: self._freed(name, data) for name in data}
         doubts = [*self.resampled, *_of_channels(self.contents, self.picked, self.chart, data, self.mapped)]
-        attributes = {
-            "source": "recorded",
-            "file": self.where,
-            "sha256": self.sha256,
-            "date": self.contents.date,
-            "rate_from": self.rate_from,
-            "findings": written(doubts),
-        }
+        attributes = {**self.attrs, "findings": written(doubts)}
         if not self.rate_hz:
             return xr.Dataset(data, attrs=attributes)
         samples = max(each.size for each in data.values())
         time = xr.Variable("time", (first + np.arange(samples)) / self.rate_hz, {"units": "s"})
         return xr.Dataset(data, {"time": time}, attributes)
+
+    def whole(self) -> xr.Dataset:
+        """Return all of it."""
+        return self.part(0, self.rows)
 
     def _freed(self, name: str, data: Mapping[str, xr.Variable]) -> xr.Variable:
         """Return a channel less what it reads of the others."""
@@ -141,8 +161,8 @@ def sha256(path: str | os.PathLike[str]) -> str:
 
 def _refuse_uneven(where: str, sampling: Sampling) -> None:
     if sampling.rate_hz is None:
-        raise must_be(f"{where}: rate_hz", None, "given in the map, or told by a column of times", "Hz", "RATE-UNKNOWN")
-    accepted = f"even, or brought to it by resample_hz = {math.ceil(sampling.rate_hz)}"
+        raise must_be(f"{where}: rate_hz", None, "given by map or times", "Hz", "RATE-UNKNOWN")
+    accepted = f"even, or resample_hz = {math.ceil(sampling.rate_hz)}"
     if sampling.gaps:
         lost, row = sum(count for _, count in sampling.gaps), sampling.gaps[0][0]
         raise must_be(f"{where}: times", f"{lost} samples missing, first after row {row}", accepted, "", "DATA-GAPS")
@@ -178,31 +198,6 @@ def _of_channels(
 
 def _tells_unit(line: found.Channel, told: Channel) -> bool:
     return bool(line.unit or told.unit or told.gives or told.scale is not None)
-
-
-def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:
-    """Return the channel that a map names: by its path, its last part, as its header spells it, or by its number."""
-    names = [line.name for line in contents.channels]
-    if isinstance(wanted.column, int):
-        if 0 <= wanted.column < len(names):
-            return contents.channels[wanted.column]
-        raise must_be(f"{where}: column", wanted.column, f"from 0 to {len(names) - 1}")
-    exact = [line for line in contents.channels if line.name == wanted.column]
-    loose = [
-        line for line in contents.channels if line.name.rpartition("/")[2].lower() == wanted.column.strip().lower()
-    ]
-    said = header(wanted.column)
-    spelt = [line for line in contents.channels if said.unit and (line.name, line.unit) == (said.name, said.unit)]
-    for candidates in (exact, loose, spelt):
-        if len(candidates) == 1:
-            return candidates[0]
-    lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
-    if lines:
-        every = lines[0].replace("0", "*", 1)
-        raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
-    near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
-    check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
-    raise must_be(f"{where}: column", wanted.column, "told by its number: the name stands twice")
 
 
 def written(doubts: Iterable[Finding]) -> str:
@@ -253,5 +248,94 @@ def load(
         In one line: the file or the map cannot be read; a channel of the map is not in the file (near names are
         listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
     """
-    file = opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table)
-    return file.part(0, file.rows)
+    return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table).whole()
+
+
+class Stretches(Sequence[xr.Dataset]):
+    """A recording cut where it is calm: each part is read when it is asked for, and none of them is kept."""
+
+    def __init__(self, file: Opened, column: str) -> None:
+        self._file, self._ends = file, _cuts(file, column)
+        self.data_vars = tuple(file.picked)
+        self.attrs = file.part(0, 2).attrs
+
+    def __len__(self) -> int:
+        return len(self._ends) - 1
+
+    def __getitem__(self, k: int) -> xr.Dataset:  # type: ignore[override]  # no slices
+        if not 0 <= k < len(self):
+            raise IndexError(k)
+        return self._file.part(self._ends[k], self._ends[k + 1])
+
+
+Run = xr.Dataset | Stretches
+
+
+def _cuts(file: Opened, column: str) -> list[int]:
+    """Return the rows at which parts begin: in the calmest time of the last quarter of what may be read at once."""
+    calm = max(round(CALM_S * (file.rate_hz or 1.0)), 16)
+    piece = max(calm // 100, 1)
+    cuts = [0]
+    while file.rows - cuts[-1] > ROWS:
+        first = cuts[-1] + 3 * ROWS // 4
+        signal = file.part(first, cuts[-1] + ROWS)[column].values
+        pieces = signal[: signal.size // piece * piece].reshape(-1, piece)
+        spans = pieces.max(axis=1) - pieces.min(axis=1)
+        width = min(calm // piece, spans.size)
+        loudest = np.lib.stride_tricks.sliding_window_view(spans, width).max(axis=1)
+        cuts.append(first + (int(np.argmin(loudest)) + width // 2) * piece)
+    return [*cuts, file.rows]
+
+
+def means(file: Opened) -> xr.Dataset:
+    """Return means of as many samples as bring the rate to 2 kHz; a mass, which jumps, as it stands there."""
+    factor = max(int((file.rate_hz or 1.0) / MEANS_HZ), 1)
+    parts = [_mean(part, factor) for part in _parts(file, ROWS // factor * factor)]
+    joined = xr.concat(parts, "time", combine_attrs="override")
+    time = np.arange(joined.sizes["time"]) * factor / (file.rate_hz or 1.0)
+    return joined.assign_coords(time=("time", time, {"units": "s"}))
+
+
+def _mean(part: xr.Dataset, factor: int) -> xr.Dataset:
+    rows = part.sizes["time"] // factor
+
+    def reduced(name: str) -> xr.Variable:
+        cut = part[name].values[: rows * factor].reshape(rows, factor)
+        return xr.Variable("time", cut[:, 0] if name == "mass" else cut.mean(axis=1), part[name].attrs)
+
+    return xr.Dataset({str(name): reduced(str(name)) for name in part.data_vars}, attrs=part.attrs)
+
+
+def calm(file: Opened, interval_s: tuple[float, float] | None = None) -> xr.Dataset:
+    """Return what is to be analysed of a quiet recording: the interval, or a minute of its longest quiet stretch.
+
+    Raises ``FrictionloopError`` for an interval outside the recording.
+    """
+    rate_hz = file.rate_hz or 1.0
+    if interval_s is not None:
+        first, stop = (round(end * rate_hz) for end in interval_s)
+        if not 0 <= first < stop <= file.rows:
+            raise must_be("interval_s", interval_s, f"rising within 0 to {file.rows / rate_hz:g}", "s")
+    else:
+        first, stop = _longest(file, max(round(PIECE_S * rate_hz), 8))
+    stop = min(stop, first + round(QUIET_S * rate_hz))
+    found = file.part(first, stop)
+    rest = left_out("the rest", f"quiet enough: {first / rate_hz:.1f} to {stop / rate_hz:.1f} s")
+    return found.assign_attrs(findings=written([*findings_of(found.attrs), rest]))
+
+
+def _longest(file: Opened, piece: int) -> tuple[int, int]:
+    """Return the rows of the longest stretch of pieces as quiet as the quietest quarter of them."""
+    spread = []
+    for part in _parts(file, ROWS // piece * piece):
+        values = part[READING].values
+        spread += values[: values.size // piece * piece].reshape(-1, piece).std(axis=1).tolist()
+    still = np.array(spread)
+    quiet = still < LOUD * np.median(np.sort(still)[: max(still.size // 4, 1)])
+    first, stop = max(runs_of(quiet), key=lambda pair: pair[1] - pair[0])
+    return first * piece, stop * piece
+
+
+def _parts(file: Opened, rows: int) -> Iterator[xr.Dataset]:
+    for first in range(0, file.rows, rows):
+        yield file.part(first, min(first + rows, file.rows))

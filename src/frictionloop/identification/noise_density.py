@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import get_window, welch
 
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.recording_columns import READING, channel, rate_of, samples_in
+from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of, samples_in
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
@@ -134,8 +134,7 @@ def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -
         raise must_be("low_hz, high_hz", (low_hz, high_hz), f"rising within 0 to {spectrum.rate_hz / 2:g}", "Hz")
     inside = (spectrum.frequency_hz >= low_hz) & (spectrum.frequency_hz <= high_hz)
     if np.count_nonzero(inside) < 4:
-        seen = int(np.count_nonzero(inside))
-        raise must_be(f"low_hz, high_hz = {low_hz:g}, {high_hz:g} Hz: frequencies", seen, "at least 4")
+        raise must_be("low_hz, high_hz", (low_hz, high_hz), "around 4 or more frequencies", "Hz")
     return inside
 
 
@@ -151,7 +150,7 @@ def density_of(
     inside = clean & (hertz >= band_hz[0]) & (hertz <= band_hz[1])
     if np.count_nonzero(inside) < 4:
         said = f"recording: frequencies from {band_hz[0]:g} to {band_hz[1]:g} Hz"
-        raise must_be(said, int(np.count_nonzero(inside)), "at least 4: a longer one")
+        raise must_be(said, int(np.count_nonzero(inside)), "at least 4")
     power = np.maximum(spectrum.power_density - step_n**2 / 6 / spectrum.rate_hz, 0.0)
     shape = _shape(spectrum, clean & (hertz >= band_hz[0]), power, cutoff_hz)
     white = power[inside] / shape[inside]
@@ -215,10 +214,9 @@ def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
     ground = median_filter(power, min(AROUND, power.size // 4 * 2 + 1), mode="nearest")
     high = power > SPUR * ground
     step_hz = float(spectrum.frequency_hz[1] - spectrum.frequency_hz[0])
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], high.astype(np.int8), [0]]))).reshape(-1, 2)
     clean = np.ones(power.size, dtype=bool)
     found = []
-    for first, stop in edges.tolist():
+    for first, stop in runs_of(high):
         shoulders = np.concatenate([power[max(first - 10, 0) : max(first - 3, 0)], power[stop + 3 : stop + 10]])
         if stop - first > 6 or power[first:stop].max() < SPUR / 2 * shoulders.max(initial=0.0):
             continue  # a hump, or part of one, not a line

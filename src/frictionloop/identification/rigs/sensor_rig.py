@@ -35,10 +35,11 @@ NOISE_STREAM = 0
 """Streams 0 to 3 drive the four states; the rigs draw their own from ``OWN_STREAM`` on."""
 OWN_STREAM = 8
 _VARIABLES = {
-    "mass": ("kg", "mass on the hook, as marked on the weights"),
+    "mass": ("kg", "mass as marked"),
     "hammer": ("N", "force of the hammer"),
     "f_m": ("N", "measured force"),
 }
+_SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
 
 
 class Rates(NamedTuple):
@@ -138,16 +139,13 @@ def _accumulated(step: Array, kicks: Array) -> Array:
     return np.asarray(sum(lfilter([matrix[2, i] for matrix in above], below, kicks[i]) for i in range(STATES)))
 
 
-_SECONDS = 36000.0  # ten hours: what fits in memory at 5 kHz
-
-
 def floor_rig(
     bench: CalibrationBench | None = None, duration_s: float = 10.0, rate_hz: float = 5000.0, seed: int = 0
 ) -> xr.Dataset:
     """Return the recording of the sensor without a finger: ``f_m`` in N over ``time`` in s.
 
     White noise of the electronics behind the pole, acceleration of the base times the moving mass through the
-    suspension, offset and converter, all stationary from the first sample (rig_sensor).
+    suspension, offset and converter, all stationary from the first sample.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,12 +15,27 @@ from scipy.optimize import isotonic_regression
 from scipy.stats import t as student
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.part import not_told
-from frictionloop.identification.sliding_pieces import AMPLITUDES, Pieces, sliding_pieces
-from frictionloop.identification.vibrated_fit import FIXED, LAWS, LawFit, VibratedLaw, fit_law, relative_load, wet_share
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, thinned
+from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.project_file import Take
+from frictionloop.identification.susceptibility_fit import (
+    AMPLITUDES,
+    FIXED,
+    LAWS,
+    PRIORS,
+    AmplitudeLaw,
+    LawFit,
+    Pieces,
+    fit_law,
+    relative_load,
+    sliding_pieces,
+    wet_share,
+)
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import whole
+
+POINTS = 400
+TABLE = 33
 
 Array = NDArray[np.float64]
 PIECE_S = 0.1
@@ -39,7 +54,7 @@ LEAST_FALL = 1e-4
 
 
 @dataclass(frozen=True)
-class Vibrated:
+class SusceptibilityFit:
     """What recordings with amplitude commands tell of one finger."""
 
     nominal: Estimate
@@ -73,20 +88,20 @@ def _told(laws: Sequence[LawFit]) -> str:
     return laws[0].name if laws[1].aic - laws[0].aic >= CANNOT_BE_TOLD else UNTOLD
 
 
-def _susceptibility(law: VibratedLaw, x: float, largest_um: float) -> tuple[float, float]:
+def _susceptibility(law: AmplitudeLaw, x: float, largest_um: float) -> tuple[float, float]:
     """Return tau in um^-2 from the exponent at the largest amplitude, and how it changes with that."""
     if law.name == "exponential":
         return (x / largest_um) ** 2, 2 * abs(x) / largest_um**2
     return x / largest_um**2, 1 / largest_um**2
 
 
-def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | None = None) -> Vibrated:
+def susceptibility(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | None = None) -> SusceptibilityFit:
     """Return f0 and tau of a finger from one recording, or from several as one measurement.
 
         log f = log f0 + n log(N/0.5 N) + log(1 + g w) + log mean(share(a)^(1 - k w)),   w = 1 - exp(-t/T)
 
-    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`vibrated_fit`). The mean
-    is over the samples of a piece, so amplitudes may step, sweep or be noise. Residuals follow each other as an
+    over pieces of 0.1 s, t the time in contact, share the law: exp(-tau a^2) and two others (`LAWS`). The mean is over
+    the samples of a piece, so amplitudes may step, sweep or be noise. Residuals follow each other as an
     autoregression of first order, since the roughness under a finger does; what n, g, k and T are where a recording
     does not tell is `PRIORS`.
 
@@ -108,7 +123,7 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
     square = np.mean(pieces.amplitude_um**2, axis=1)
     largest = float(pieces.amplitude_um.max())
     if not largest > 0 or np.ptp(square) < 0.2 * largest**2:
-        raise must_be("recording: amplitude, its largest", largest, "reached and left, between 0 and this", "um")
+        raise must_be("recording: amplitude, its largest", largest, "reached and left", "um")
     fits = [fit_law(law, pieces, largest) for law in LAWS]
     smooth, their_errors, their_freedom = min(fits[:2], key=lambda each: each[0].aic)
     _refuse_no_effect(smooth.x[FIXED], their_errors[FIXED], their_freedom)
@@ -129,7 +144,7 @@ def vibrated(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float | Non
     def told_as(k: int, unit: str, scale: float = 1.0, shift: float = 0.0) -> Estimate:
         return Estimate(shift + scale * best.x[k], scale * errors[k], unit, freedom)
 
-    return Vibrated(
+    return SusceptibilityFit(
         nominal=Estimate(f0, f0 * errors[0], "N", freedom),
         susceptibility=Estimate(tau, share * curve_errors[FIXED], "um^-2", freedom),
         load_exponent=told_as(1, ""),
@@ -161,17 +176,17 @@ def _refuse_no_effect(exponent: float, error: float, freedom: float) -> None:
     sure = float(student.ppf(1 - SURE / 2, freedom)) * error
     if exponent < -sure:
         rise = float(np.expm1(-exponent))
-        raise must_be("recording: rise of friction with 'amplitude'", rise, "below 0: electroadhesion raises it")
+        raise must_be("recording: friction over 'amplitude'", rise, "below 0: electroadhesion raises it")
     if exponent < sure:
         said = f"{-exponent:.3g} +- {error:.2g}"
-        raise must_be("recording: log share of friction at the largest amplitude", said, "surely below 0")
+        raise must_be("recording: log share left", said, "surely below 0")
 
 
 def _refuse_unscaled(runs: Sequence[xr.Dataset]) -> None:
     for run in runs:
         name = next(each for each in AMPLITUDES if each in run)
         if (unit := run[name].attrs["units"]) != "um":
-            raise must_be(f"recording: unit of {name!r}", unit, "um: kind 'scale' finds its scale")
+            raise must_be(f"recording: unit of {name!r}", unit, "um, by kind 'scale'")
 
 
 class MonotoneTable(NamedTuple):
@@ -196,7 +211,7 @@ class MonotoneTable(NamedTuple):
         }
 
 
-def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
+def monotone_table(found: SusceptibilityFit, entries: int = 33) -> MonotoneTable:
     """Return the table a^2(u) that the recordings themselves give.
 
     The mean of log share over twelve stretches of amplitude is made falling by isotonic regression (pool adjacent
@@ -204,8 +219,8 @@ def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
 
     Parameters
     ----------
-    found : Vibrated
-        From `vibrated`.
+    found : SusceptibilityFit
+        From `susceptibility`.
     entries : int
         Entries of the table, 2 to 1025.
 
@@ -237,3 +252,70 @@ def monotone_table(found: Vibrated, entries: int = 33) -> MonotoneTable:
     table[-1] = 0.0
     apart = float(np.max(np.abs(forces - f0 * np.exp(-found.susceptibility.value * squares))))
     return MonotoneTable(wanted, table, apart)
+
+
+def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+    """Return f0 and tau, and what else the recordings tell better than what is known of fingers beforehand."""
+    converted = [in_newtons(run, sensor) for run in runs]
+    scaled = [run for run, _ in converted]
+    found = [susceptibility(run, take.plate_hz) for run in scaled]
+    whole = found[0] if len(found) == 1 else susceptibility(scaled, take.plate_hz)
+    how = f"{sum(f.log_share.size for f in found)} pieces under amplitude commands, {whole.law} law"
+
+    def line(path: str, each: list[Estimate], methods: list[float] | None) -> Any:
+        return measured(path, each, methods, how, take.files, date)
+
+    values = [
+        line("friction.nominal_n", [f.nominal for f in found], [f.method_n for f in found]),
+        line("friction.susceptibility_per_um2", [f.susceptibility for f in found], [f.method_per_um2 for f in found]),
+    ]
+    more = {"load_exponent": "load", "occlusion_ratio": "occlusion", "moist_loss": "loss"}
+    for name, prior in more.items():
+        each = [getattr(f, name) for f in found]
+        value = line(f"friction.{name}", [one._replace(value=max(one.value, 0.0)) for one in each], None)
+        # What the recordings do not tell is what was known before, and stays assumed.
+        if value.error < 0.5 * PRIORS[prior][1]:
+            values.append(value)
+    curves: dict[str, Any] = {"law": _drawn(whole), "overrides": _overrides(whole)}
+    if take.finger is not None:
+        curves["person"] = {"finger": take.finger, "found": [_logs(f) for f in found]}
+    rows: Rows = [("law", "AIC above the best", "scatter", "what it says")]
+    best = whole.laws[0].aic
+    rows += [(each.name, f"{each.aic - best:.1f}", f"{each.residual:.1%}", each.words) for each in whole.laws]
+    numbers: dict[str, Any] = {"law": whole.law, "pieces": whole.pieces}
+    numbers |= {f"aic_above_the_best_{each.name}": each.aic - best for each in whole.laws}
+    numbers["scatter_percent"] = 100 * whole.laws[0].residual
+    doubts = [each for _, some in converted for each in some]
+    return EntryResult(values, [*doubts, *whole.findings], numbers, rows, curves)
+
+
+def _overrides(found: SusceptibilityFit) -> dict[str, Any]:
+    """Return the law and the table where the law is told and is not the Gaussian, which needs no table."""
+    if found.law in ("gaussian", UNTOLD):
+        return {}
+    kind = {"friction.kind": "rough_contact"} if found.law == "exponential" else {}
+    return kind | monotone_table(found, TABLE).overrides()
+
+
+def _logs(found: SusceptibilityFit) -> dict[str, Any]:
+    """Return logarithms of f0 and tau with their errors, those of the method among them."""
+    f0, tau = found.nominal, found.susceptibility
+    errors = [math.hypot(f0.standard_error, found.method_n), math.hypot(tau.standard_error, found.method_per_um2)]
+    return {
+        "friction.nominal_n": [math.log(f0.value), errors[0] / f0.value],
+        "friction.susceptibility_per_um2": [math.log(tau.value), errors[1] / tau.value],
+    }
+
+
+def _drawn(found: SusceptibilityFit) -> dict[str, Any]:
+    fine = np.linspace(0.0, found.largest_um, 60)
+    laws, level = {law.name: law for law in LAWS}, math.log(found.nominal.value)
+    # Each law has an f0 of its own, and what is drawn is the share of the f0 that is told.
+    curves = {
+        fit.name: np.exp(
+            fit.x[0] - level - laws[fit.name].exponent(fine, np.array(fit.x[FIXED:]), found.largest_um)
+        ).tolist()
+        for fit in found.laws
+    }
+    drawn = thinned(POINTS, amplitude_um=found.amplitude_um, share=np.exp(found.log_share))
+    return {**drawn, "fine_um": fine.tolist(), "laws": curves}

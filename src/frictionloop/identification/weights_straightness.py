@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,14 +12,25 @@ from scipy.constants import g as STANDARD_GRAVITY
 from scipy.stats import t as student
 
 from frictionloop.findings import Finding
-from frictionloop.identification.calibration import Calibration, Plateaus, weights
-from frictionloop.identification.measured import Estimate, Measured, measured
-from frictionloop.identification.part import Numbers, Rows, Sensor, Told, off_line
-from frictionloop.identification.project import Take
-from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column
-from frictionloop.identification.straight_scale import straight_scale
-from frictionloop.identification.straightness import SURE, straightness
-from frictionloop.quantities import must_be
+from frictionloop.identification.entry_result import EntryResult, Numbers, Rows, Sensor, not_told, off_line
+from frictionloop.identification.estimate import Estimate, Measured, measured
+from frictionloop.identification.project_file import Take
+from frictionloop.identification.recording_columns import READING, READING_UNITS, no_column
+from frictionloop.identification.weights_calibration import (
+    Calibration,
+    Plateaus,
+    PulleyFriction,
+    pulley_friction,
+    weights,
+)
+from frictionloop.quantities import FrictionloopError, must_be
+
+SURE = 0.01
+"""Chance below which a bend or a drift is called real (assumed)."""
+FACTORS = {9.80665: "kg", 1000.0: "mN"}
+"""Slopes in N/N that a unit taken for N makes, and the unit."""
+HEAVY_KG = 20.0
+"""Mass from which on grams are asked about (assumed)."""
 
 HIDDEN = 1.5e-4
 """Relative error that a pulley on ball bearings leaves while a swinging hook hides its friction: b = 2.5e-4 of a
@@ -33,7 +44,7 @@ APART = 0.05
 """Masses that differ by more than this share of the largest cannot give one reading (assumed: readings are rounded)."""
 
 
-def weights_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+def weights_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
     """Return sensitivity and offset; the errors that all weights share are those of the method."""
     gravity = take.gravity_m_s2 or STANDARD_GRAVITY
     lines = [weights(run, take.settle_s, gravity, take.tolerance) for run in runs]
@@ -50,15 +61,15 @@ def weights_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
     values = [
         measured("sensitivity", [_safer(line) for line in lines], methods, how, take.files, date),
-        measured("offset", [line.offset for line in lines], [0.0] * len(lines), how, take.files, date),
+        measured("offset", [line.offset for line in lines], None, how, take.files, date),
     ]
     found = [each for left in straight for each in left.findings]
     found += [each for run in runs for each in _crosstalk(run, take, gravity)]
     found += _gravity(take)
-    return Told(values, found, _numbers(lines), _listed(lines), _drawn(lines, values, gravity))
+    return EntryResult(values, found, _numbers(lines), _listed(lines), _drawn(lines, values, gravity))
 
 
-def load_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+def load_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
     """Return the scale of the load cells from weights put on the plate, and what of a load the force sensor reads."""
     gravity = take.gravity_m_s2 or STANDARD_GRAVITY
     lines = [weights(_as_reading(run), take.settle_s, gravity, take.tolerance) for run in runs]
@@ -66,42 +77,18 @@ def load_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str)
     slopes = [max(line.sensitivity, line.left_out, key=lambda each: each.standard_error) for line in lines]
     share = 0.0 if take.gravity_m_s2 else GRAVITY
     methods = [float(np.hypot(line.weights_error, share)) * abs(line.sensitivity.value) for line in lines]
-    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights on the plate"
-    none = [0.0] * len(lines)
+    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
     values = [
         measured("load_sensitivity", slopes, methods, how, take.files, date),
-        measured("load_offset", [line.offset for line in lines], none, how, take.files, date),
+        measured("load_offset", [line.offset for line in lines], None, how, take.files, date),
     ]
     if all(READING in run for run in runs):
         crossed = [weights(run, take.settle_s, gravity).sensitivity for run in runs]
-        shares = [
-            Estimate(s.value / sensor.sensitivity, s.standard_error / abs(sensor.sensitivity), "N/N", s.freedom)
-            for s in crossed
-        ]
-        values.append(measured("crosstalk", shares, none, how, take.files, date))
+        shares = [each.over(sensor.sensitivity, "N/N") for each in crossed]
+        values.append(measured("crosstalk", shares, None, how, take.files, date))
     board = {"board.load_n_per_count": 1 / values[0].value, "board.load_zero_counts": round(values[1].value)}
     curves = _drawn(lines, values, gravity) | {"overrides": board if unit == "counts" else {}}
-    return Told(values, _gravity(take), _numbers(lines), _listed(lines), curves)
-
-
-def position_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
-    """Return the scale of the position sensor from known ways: ``position`` in m and ``reading``."""
-    found, unit = [], ""
-    for run in runs:
-        dim = "row" if "row" in run.dims else "time"
-        known = channel(run, "position", ("m",), dim=dim)
-        reading = channel(run, "reading", (*READING_UNITS, "m", ""), dim=dim)
-        unit = str(run["reading"].attrs["units"])
-        found.append(straight_scale(reading, known, f"m/{unit or 'reading'}"))
-    how = f"line through {sum(line.x.size for line in found)} places"
-    slopes, methods = [line.slope for line in found], [line.method for line in found]
-    value = measured("position_scale", slopes, methods, how, take.files, date)
-    numbers = {"r2": [line.r2 for line in found], "residual_um": [1e6 * line.residual for line in found]}
-    rows: Rows = [("reading", "position (mm)")]
-    rows += [(f"{x:.6g}", f"{1e3 * y:.4g}") for line in found for x, y in zip(line.x[:200], line.y[:200], strict=True)]
-    overrides = {"board.position_m_per_count": value.value} if unit == "counts" else {}
-    drawn = found[0].drawn(f"reading ({unit})", "position (m)")
-    return Told([value], [], numbers, rows, {"pairs": drawn, "overrides": overrides})
+    return EntryResult(values, _gravity(take), _numbers(lines), _listed(lines), curves)
 
 
 def _as_reading(run: xr.Dataset) -> xr.Dataset:
@@ -197,3 +184,97 @@ def _crosstalk(run: xr.Dataset, take: Take, gravity: float) -> Iterator[Finding]
         line = weights(run.assign({READING: run[name]}), take.settle_s, gravity, take.tolerance).sensitivity
         if abs(line.value) > float(student.ppf(1 - SURE / 2, line.freedom)) * line.standard_error:
             yield off_line(f"crosstalk of {READING}", line.value, line.unit, name)
+
+
+class Straightness(NamedTuple):
+    """What a line through weights leaves."""
+
+    curvature: Estimate
+    """How much more the reading grows than the line, at the largest force over the span of the reading."""
+    curved: bool
+    drift: Estimate
+    """Change of the residual from the first to the last step in N, the line taken off."""
+    drifts: bool
+    friction: PulleyFriction | None
+    """None where it cannot be told."""
+    findings: tuple[Finding, ...]
+
+
+def straightness(found: Calibration) -> Straightness:
+    """Return curvature, drift and friction of the pulley, each with its uncertainty, and what to say of them.
+
+        residual_i = c (x_i^2 - x_i) span + d k_i + scatter,   x = (force - least)/span, k from 0 to 1 in order
+
+    by least squares with the line's two parameters, where there are steps enough. Drift cannot be told from curvature
+    when weights are only added: then curvature alone is fitted.
+
+    Parameters
+    ----------
+    found : Calibration
+        From `weights`.
+    """
+    mass = found.steps.mass_kg
+    span = float(np.ptp(mass))
+    x = (mass - mass.min()) / span
+    order = np.linspace(0.0, 1.0, mass.size)
+    unordered = bool(np.any(found.steps.direction < 0))
+    columns = [np.ones_like(x), x, x**2 - x, *([order] if unordered else [])]
+    span_n = span * STANDARD_GRAVITY
+    bend, drift = _fitted(columns, found.residuals_n / span_n)
+    curved, drifts = _real(bend), unordered and _real(drift)
+    told = []
+    if curved:
+        told.append(off_line("bend", 100 * bend.value, "% of the span", "f_m"))
+    if drifts:
+        told.append(off_line("drift", 1e3 * drift.value * span_n, "mN", "f_m"))
+    friction = None
+    try:
+        friction = pulley_friction(found) if unordered else None
+    except FrictionloopError:
+        friction = None
+    if friction is None:
+        told.append(not_told("friction of the pulley", "too few steps both ways"))
+    elif _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
+        told.append(off_line("friction of the pulley", 100 * friction.exponent.value, "%", "f_m"))
+    told += _units(found)
+    return Straightness(
+        Estimate(bend.value / 4, bend.standard_error / 4, "", bend.freedom),
+        curved,
+        Estimate(drift.value * span_n, drift.standard_error * span_n, "N", drift.freedom),
+        drifts,
+        friction,
+        tuple(told),
+    )
+
+
+def _fitted(columns: list[NDArray[np.float64]], residual: NDArray[np.float64]) -> tuple[Estimate, Estimate]:
+    """Return the third coefficient and the fourth, with standard errors; not known where there are too few steps."""
+    matrix = np.stack(columns, axis=1)
+    freedom = residual.size - matrix.shape[1]
+    if freedom < 1 or np.linalg.matrix_rank(matrix) < matrix.shape[1]:
+        return Estimate(0.0, np.inf, "", 1.0), Estimate(0.0, np.inf, "", 1.0)
+    values, *_ = np.linalg.lstsq(matrix, residual, rcond=None)
+    left = float(np.sum((residual - matrix @ values) ** 2)) / freedom
+    errors = np.sqrt(left * np.diag(np.linalg.inv(matrix.T @ matrix)))
+    found = [Estimate(float(v), float(e), "", freedom) for v, e in zip(values, errors, strict=True)]
+    return found[2], found[3] if len(found) > 3 else Estimate(0.0, np.inf, "", 1.0)
+
+
+def _real(found: Estimate) -> bool:
+    """Return whether a value differs from 0 more than chance makes it."""
+    if not np.isfinite(found.standard_error):
+        return False
+    return abs(found.value) > float(student.ppf(1 - SURE / 2, found.freedom)) * found.standard_error
+
+
+def _units(found: Calibration) -> Iterator[Finding]:
+    """Suspect aloud a slope or a mass that a wrong unit would make."""
+    slope = abs(found.sensitivity.value)
+    for factor, unit in FACTORS.items() if found.steps.unit == "N" else ():
+        if abs(slope / factor - 1) < 0.1 or abs(slope * factor - 1) < 0.1:
+            more = {"path": "sensitivity", "low": 0.5, "high": 2.0}
+            yield Finding("UNIT-DOUBT", value=slope, unit="N/N", remedy=f"unit = {unit}", more=more)
+    most = float(found.steps.mass_kg.max())
+    if most > HEAVY_KG:
+        more = {"path": "mass", "low": 0.0, "high": HEAVY_KG}
+        yield Finding("UNIT-DOUBT", value=most, unit="kg", remedy="unit = g", more=more)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 
 class Interval(NamedTuple):
@@ -35,9 +35,13 @@ class Estimate(NamedTuple):
         Raises ``FrictionloopError`` for a confidence that is not between 0 and 1.
         """
         if not 0 < confidence < 1:
-            raise FrictionloopError(f"confidence = {confidence!r}: must be between 0 and 1, for example 0.95")
+            raise must_be("confidence", confidence, "between 0 and 1")
         half = float(student.ppf((1 + confidence) / 2, self.freedom)) * self.standard_error
         return Interval(self.value - half, self.value + half)
+
+    def over(self, known: float, unit: str) -> Estimate:
+        """Return it over a number that is known."""
+        return Estimate(self.value / known, self.standard_error / abs(known), unit, self.freedom)
 
     def __str__(self) -> str:
         """Value and half width of the 95 % interval, to its second digit, and unit."""
@@ -100,7 +104,7 @@ class Measured:
 
 
 def measured(
-    path: str, found: Sequence[Estimate], methods: Sequence[float], how: str, files: Sequence[str], date: str
+    path: str, found: Sequence[Estimate], methods: Sequence[float] | None, how: str, files: Sequence[str], date: str
 ) -> Measured:
     """Return the mean over files with its three lines.
 
@@ -116,13 +120,13 @@ def measured(
     found : sequence of Estimate
         The value of each file.
     methods : sequence of float
-        Standard error of the method for each file.
+        Standard error of the method for each file; None: 0.
     """
     count = len(found)
     values = np.array([each.value for each in found])
     within2 = sum(each.standard_error**2 for each in found) / count**2
     between2 = max(float(values.var(ddof=1)) / count - within2, 0.0) if count > 1 else 0.0
-    method2 = float(np.mean(methods)) ** 2
+    method2 = float(np.mean(methods or 0.0)) ** 2
     parts = [(each.standard_error**2 / count**2, each.freedom) for each in found] + [(between2, count - 1.0)]
     below = sum(part**2 / freedom for part, freedom in parts if part and freedom)
     total = within2 + between2 + method2
