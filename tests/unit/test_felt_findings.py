@@ -10,7 +10,6 @@ from PIL import Image
 
 import frictionloop as fl
 from frictionloop.experiments.running import ran
-from frictionloop.report.changed_figure import _findings
 
 R, X = fl.rendering, fl.experiments
 BENCH = fl.bench().evolve({"controller.kind": "notch_pi", "controller.feedforward": True})
@@ -66,8 +65,3 @@ def test_what_the_log_of_a_session_keeps(tmp_path):
     found = ran(session)
     assert codes(found) == {"STUDY-LEVELS", "STUDY-GIVEN-UP"}
     assert (found.levels_factor, found.given_up) == (0.8, {"closed": 20})
-
-
-def test_another_control_rate_gives_other_strokes():
-    there = fl.bench().evolve({"controller.rate_hz": 2000.0})
-    assert [each.code for each in _findings({"controller.rate_hz": 2000.0}, there, {})] == ["STROKES-DIFFER"]

@@ -30,9 +30,9 @@ def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:
     return [run.assign_coords(time=run["time"] - protocol.START_S) for run in runs]
 
 
-def tracking(system: System, overrides: Mapping[str, Any], sines: protocol.Sines = protocol.THE_SINES) -> xr.Dataset:
+def tracking(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
     """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for a bench with a finger."""
-    strokes = protocol.strokes(system.evolve(overrides))
+    strokes, sines = protocol.strokes(system.evolve(overrides)), protocol.THE_SINES
     jobs = [
         (stroke.evolve({"setpoint": sines.at(level_n)}), protocol.seed_of(i, j))
         for i, level_n in enumerate(sines.levels_n)

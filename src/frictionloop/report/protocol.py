@@ -111,17 +111,6 @@ def finger_system(finger: Mapping[str, float]) -> System:
     return the_bench().evolve({**finger, "motion.stroke_mm": STROKE_MM})
 
 
-def with_path(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return changes of the bench with a path and a plate whose end no stroke at a higher speed reaches."""
-    usual: Any = the_bench()
-    times = float(changes.get("motion.speed_mm_s", 0.0)) / usual.motion.speed_mm_s
-    if times <= 1.0:
-        return dict(changes)
-    longer_mm = STROKE_MM * times
-    plate_mm = max(longer_mm, float(changes.get("touch.load.length_mm", usual.touch.load.length_mm)))
-    return {**changes, "motion.stroke_mm": longer_mm, "touch.load.length_mm": plate_mm}
-
-
 def strokes(system: System) -> list[System]:
     """Return the five strokes of one finger, which differ in load and in how moist the finger is by then."""
     load_n: float = system.motion.load_n  # type: ignore[union-attr]

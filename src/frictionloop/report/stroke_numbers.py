@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 import xarray as xr
 
@@ -13,7 +12,6 @@ from frictionloop.report import protocol
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.device import CONTROLLERS, OPEN, fit
 from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import THE_SINES, Sines
 from frictionloop.report.results import Results
 from frictionloop.report.stability import Stability, stability
 
@@ -21,34 +19,22 @@ Row = dict[str, Value]
 Table = dict[str, Row]
 
 
-def of_strokes(
-    runs: Mapping[str, xr.Dataset],
-    controllers: Mapping[str, Mapping[str, Any]],
-    base: System,
-    sines: Sines = THE_SINES,
-) -> Table:
+def strokes(names: Iterable[str], results: Results) -> Table:
     """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
-    return {name: _gains(name, base.evolve(given), sines) | _fit(runs[name]) for name, given in controllers.items()}
+    base = protocol.finger_system(the_finger())
+    return {name: _gains(name, base.evolve(CONTROLLERS[name])) | _fit(results.tracked[name]) for name in names}
 
 
-def _gains(name: str, system: System, sines: Sines) -> dict[str, Value]:
+def _gains(name: str, system: System) -> Row:
     if name == OPEN:
         return {"kp": None, "ki": None, **dict.fromkeys(Stability._fields)}
     controller = check_pi(system)
-    return {"kp": controller.kp, "ki": controller.ki, **stability(system, sines)._asdict()}
+    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
 
 
-def strokes(names: Iterable[str], results: Results) -> Table:
-    """Return the same of some controllers of the report, on its finger."""
-    return of_strokes(
-        results.tracked, {name: CONTROLLERS[name] for name in names}, protocol.finger_system(the_finger())
-    )
-
-
-def _fit(runs: xr.Dataset) -> dict[str, Value]:
-    found, scored = fit(runs), float(runs["scored"].mean())
+def _fit(runs: xr.Dataset) -> Row:
+    found = fit(runs)
     return {
-        **({"scored": scored} if scored < 1.0 else {}),
         "r2_regression": found.regression,
         "r2_identity": found.identity,
         "slope": found.slope,
