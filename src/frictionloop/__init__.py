@@ -73,7 +73,7 @@ _HOME = {
     "device.running": "Interrupted",
     "report.plot": "plot",
     "report.certificate": "write_certificate",
-    "report.refusal": "draw_refused",
+    "report.certificate_figures": "draw_refused",
     "report.reproduction": "reproduce",
     "loop.all_metrics": "metrics",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index"

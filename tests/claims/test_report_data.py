@@ -10,8 +10,8 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.report.gains import KIS, KPS, Range, at, middle, optimum, spread, useful_range
-from frictionloop.report.noise import LEVELS_N, NOISE_READINGS, knee_n
 from frictionloop.report.results import parts
+from frictionloop.report.sensor_noise import LEVELS_N, NOISE_READINGS, knee_n
 from frictionloop.report.systems import FEASIBLE, WORKING, compared, held, noise_above_n, reachable_share, readings
 
 

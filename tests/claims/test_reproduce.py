@@ -17,12 +17,13 @@ from frictionloop.loop.progress import Bar
 from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
-from frictionloop.report import build, protocol
+from frictionloop.report import page as built
+from frictionloop.report import protocol
 from frictionloop.report.claims import THESIS, Group
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
-from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, maths, render
+from frictionloop.report.paper_figures import DRAWINGS
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.reproduction import reproduce
 from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.stability import asked_for
@@ -63,9 +64,9 @@ def folder(results, tmp_path_factory):
     """Reproduce into a folder, with the results that the other tests use too."""
     target = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "Results", lambda bar: results)
-        build.prepare(target)
-        build.build_report(target, progress=False)
+        patch.setattr(built, "Results", lambda bar: results)
+        built.prepare(target)
+        built.build_report(target, progress=False)
     return target
 
 
@@ -211,15 +212,15 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(build.os, "access", lambda path, mode: False)
-    monkeypatch.setattr(build, "Results", lambda advance: pytest.fail("computed before looking"))
+    monkeypatch.setattr(built.os, "access", lambda path, mode: False)
+    monkeypatch.setattr(built, "Results", lambda advance: pytest.fail("computed before looking"))
     with pytest.raises(FrictionloopError, match="not writable"):
         reproduce(tmp_path)
 
 
 def test_a_figure_that_cannot_be_written_is_one_line(results, tmp_path, monkeypatch):
-    monkeypatch.setattr(build, "Results", lambda bar: results)
-    monkeypatch.setattr(build, "DRAWINGS", {"fig-1b": DRAWINGS["fig-1b"]})
+    monkeypatch.setattr(built, "Results", lambda bar: results)
+    monkeypatch.setattr(built, "DRAWINGS", {"fig-1b": DRAWINGS["fig-1b"]})
     (tmp_path / "figures" / "fig-1b.svg" / "taken").mkdir(parents=True)
     with pytest.raises(FrictionloopError, match=r"fig-1b\.svg: cannot be written"):
         reproduce(tmp_path)

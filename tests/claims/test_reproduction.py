@@ -11,11 +11,10 @@ import frictionloop as fl
 from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report import protocol, reproduction
-from frictionloop.report.device import CONTROLLERS, OPEN, PRINTED, RETUNED_GAINS
-from frictionloop.report.figure_numbers import NUMBERS
-from frictionloop.report.figures import DRAWINGS, closed_loop
+from frictionloop.report import closed_loop, protocol, reproduction
+from frictionloop.report.paper_figures import DRAWINGS, NUMBERS
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import CONTROLLERS, OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.stability import asked_for, places_of, stability
 
 

@@ -15,16 +15,14 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import RETUNED, write_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
-from frictionloop.report.build import build_report, prepare
-from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import THESIS, Claim, claim_ids, one_claim
-from frictionloop.report.claims.counting import FIRST, HOLDS, counts, not_counted, paper_and_ours
-from frictionloop.report.claims.worded import accepted, with_unit
-from frictionloop.report.figure_numbers import NUMBERS
-from frictionloop.report.figures import DRAWINGS
-from frictionloop.report.results import Results
+from frictionloop.report.claims.worded import FIRST, HOLDS, accepted, counts, not_counted, paper_and_ours
+from frictionloop.report.closed_loop import Table
+from frictionloop.report.numbers import with_unit
+from frictionloop.report.page import build_report, prepare
+from frictionloop.report.paper_figures import DRAWINGS, NUMBERS
+from frictionloop.report.results import Results, cited, command_of
 from frictionloop.report.stability import asked_for
-from frictionloop.report.stroke_numbers import Table
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]

@@ -14,8 +14,8 @@ from frictionloop.analysis.operating import law_at, reach_n
 from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 
 
 class Stability(NamedTuple):

@@ -12,7 +12,7 @@ from frictionloop.identification import floor_readings, residual_share, uniform_
 from frictionloop.parameters.plate_design import Side
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.calibration import BIN_HZ, PRINTED_R2, SHAKING, STILL
-from frictionloop.report.claims.judging import Numbers, numbers
+from frictionloop.report.claims.claim import Numbers, numbers
 from frictionloop.report.results import Results
 
 RANGE_N, NOISE_N = 2.5, 5e-5

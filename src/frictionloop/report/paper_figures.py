@@ -1,4 +1,4 @@
-"""The numbers that a figure stands for, as a table: rows by name, columns by name with the unit at the end."""
+"""The figures by name: how each is drawn from the results, and the numbers that it stands for."""
 
 from __future__ import annotations
 
@@ -6,23 +6,93 @@ from collections.abc import Callable
 from functools import partial
 
 import xarray as xr
+from matplotlib.figure import Figure
 
+from frictionloop.design.comparison.law_figures import figure_residuals
+from frictionloop.design.comparison.law_panels import figure_step_traces
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
-from frictionloop.report.beyond import MEDIAN, WORST
+from frictionloop.parameters import paper
+from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.report.arrivals import figure_arrivals
+from frictionloop.report.beyond import MEDIAN, SHOWN_MS, SPEED_MM_S, WORST
+from frictionloop.report.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.claims.claim import Value
-from frictionloop.report.device import CLOSED, IDEAL, OPEN, PRINTED, RETUNED_GAINS
-from frictionloop.report.figures import SHORT
-from frictionloop.report.figures.fidelity import PAPER_POINT, at_paper
-from frictionloop.report.gains import optimum, useful_range
-from frictionloop.report.noise import LEVELS_N
-from frictionloop.report.protocol import POPULATION
+from frictionloop.report.closed_loop import Table, figure_closed_loop, figure_people, strokes
+from frictionloop.report.gains import (
+    PAPER_POINT,
+    at_paper,
+    figure_fidelity_map,
+    figure_fidelity_over_kp,
+    optimum,
+    useful_range,
+)
+from frictionloop.report.protocol import CLOSED, IDEAL, OPEN, POPULATION, PRINTED, RETUNED_GAINS
 from frictionloop.report.results import Results
-from frictionloop.report.step_response import DIRECTIONS, overshoot, times_ms
-from frictionloop.report.stroke_numbers import Table, strokes
-from frictionloop.report.systems import KPS
+from frictionloop.report.schematics import figure_diagram, figure_sensor
+from frictionloop.report.sensor_noise import LEVELS_N, figure_equation_3, figure_noise
+from frictionloop.report.step_response import (
+    DIRECTIONS,
+    figure_overshoot,
+    figure_steps,
+    overshoot,
+    this_skin_limit_ms,
+    times_ms,
+)
+from frictionloop.report.systems import FEASIBLE, KPS, WORKING, common_limits_n, figure_population, figure_tracking
+
+SHORT = {"printed": WORKING, "reachable": FEASIBLE}
+"""What file names call the two systems that have figures of their own."""
 
 
-def _map(name: str, results: Results) -> Table:
+Draw = Callable[[Results], Figure]
+
+
+def _map(name: str, results: Results) -> Figure:
+    return figure_fidelity_map(results.maps[name], name)
+
+
+def _tracking(name: str, kp: float, results: Results) -> Figure:
+    runs = results.runs[name]
+    return figure_tracking(runs[kp], kp, common_limits_n(list(runs.values())))
+
+
+def _strokes(names: tuple[str, ...], results: Results) -> Figure:
+    return figure_closed_loop(results.tracked, names, strokes(names, results))
+
+
+def _over_noise(metric: str, label: str, limits: tuple[float, float], words: str, results: Results) -> Figure:
+    return figure_noise({name: results.noise[name] for name in SHORT.values()}, metric, label, limits, words)
+
+
+DRAWINGS: dict[str, Draw] = {
+    "fig-1a": lambda results: figure_population(results.population, paper().friction),
+    "fig-1b": lambda _: figure_diagram(paper()),
+    **{f"fig-2a-{short}": partial(_map, name) for short, name in SHORT.items()},
+    "fig-2a-readings": lambda results: figure_fidelity_over_kp(results.over_kp),
+    **{
+        f"fig-2{letter}-{short}": partial(_tracking, name, kp)
+        for short, name in SHORT.items()
+        for kp, letter in zip(KPS, "bcd", strict=True)
+    },
+    "fig-2e": partial(_over_noise, "r2_identity", "fidelity $R^2$", (-0.7, 1.02), "bottom"),
+    "fig-2f": partial(_over_noise, "saturation_index", "saturation index", (0.0, 1.02), "top"),
+    "fig-equation-3": lambda results: figure_equation_3(results.steady),
+    "fig-3": lambda _: figure_sensor(SensorDesign()),
+    "fig-4a": lambda results: figure_linearity(results.rigs),
+    "fig-4b": lambda results: figure_spectrum(results.rigs),
+    "fig-5a": partial(_strokes, (OPEN, RETUNED_GAINS)),
+    "fig-5a-printed": partial(_strokes, (PRINTED, IDEAL)),
+    "fig-5a-population": lambda results: figure_people(results.people),
+    "fig-5b": lambda results: figure_steps(results.stepped, {"rising": this_skin_limit_ms()}),
+    "fig-5c": lambda results: figure_overshoot(results.stepped, CLOSED),
+    "beyond-residuals": lambda results: figure_residuals(results.beyond.scored),
+    "beyond-steps": lambda results: figure_step_traces(results.beyond.steps, SPEED_MM_S, SHOWN_MS),
+    "beyond-arrivals": lambda results: figure_arrivals(results.arrivals),
+}
+"""How each figure is drawn, by its file name without suffix, in the order of the page."""
+
+
+def _map_numbers(name: str, results: Results) -> Table:
     fidelity = results.maps[name]
     best, (kp, ki) = optimum(fidelity["r2_identity"]), PAPER_POINT
     bound = float(fidelity["r2_bound"])
@@ -42,14 +112,14 @@ def _cut(cut: xr.Dataset) -> dict[str, Value]:
     return {"kp_of_largest": best.kp, "kp_useful_from": useful.low, "kp_useful_to": useful.high, **scores}
 
 
-def _tracking(name: str, kp: float, results: Results) -> Table:
+def _tracking_numbers(name: str, kp: float, results: Results) -> Table:
     run = results.runs[name][kp]
     metrics = {"r2_identity": r2_identity, "r2_bound": r2_bound, "error_n": rms_error}
     found: dict[str, Value] = {key: float(metric(run)) for key, metric in metrics.items()}
     return {f"kp {kp:g}, {name}": found | {"saturation_index": saturation_index(run)}}
 
 
-def _over_noise(metric: str, results: Results) -> Table:
+def _noise_numbers(metric: str, results: Results) -> Table:
     medians = {name: results.noise[name][metric].median("seed") for name in SHORT.values()}
     return {
         f"{level_n:.2g} N rms": {name: float(median.sel(sigma=level_n)) for name, median in medians.items()}
@@ -124,15 +194,15 @@ def _residuals(results: Results) -> Table:
 
 
 NUMBERS: dict[str, Callable[[Results], Table]] = {
-    **{f"fig-2a-{short}": partial(_map, name) for short, name in SHORT.items()},
+    **{f"fig-2a-{short}": partial(_map_numbers, name) for short, name in SHORT.items()},
     "fig-2a-readings": _cuts,
     **{
-        f"fig-2{letter}-{short}": partial(_tracking, name, kp)
+        f"fig-2{letter}-{short}": partial(_tracking_numbers, name, kp)
         for short, name in SHORT.items()
         for kp, letter in zip(KPS, "bcd", strict=True)
     },
-    "fig-2e": partial(_over_noise, "r2_identity"),
-    "fig-2f": partial(_over_noise, "saturation_index"),
+    "fig-2e": partial(_noise_numbers, "r2_identity"),
+    "fig-2f": partial(_noise_numbers, "saturation_index"),
     "fig-equation-3": _equation_3,
     "fig-4a": _linearity,
     "fig-4b": _spectrum,

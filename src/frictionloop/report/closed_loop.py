@@ -1,9 +1,9 @@
-"""Fig. 5a: force against set-point over five strokes at three levels, and the same for a population."""
+"""Fig. 5a: its numbers, force against set-point over five strokes at three levels, and the same for a population."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,45 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.analysis.linear import check_pi
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
+from frictionloop.parameters import System
+from frictionloop.report import protocol
 from frictionloop.report.claims.claim import Value
-from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
-from frictionloop.report.figures.tracking import GROUND
 from frictionloop.report.numbers import number
-from frictionloop.report.protocol import AMPLITUDE_N
-from frictionloop.report.stroke_numbers import Table
+from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import AMPLITUDE_N, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.results import Results
+from frictionloop.report.stability import Stability, stability
+from frictionloop.report.systems import GROUND
+
+Row = dict[str, Value]
+Table = dict[str, Row]
+
+
+def strokes(names: Iterable[str], results: Results) -> Table:
+    """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
+    base = protocol.finger_system(the_finger())
+    return {name: _gains(name, base.evolve(CONTROLLERS[name])) | _fit(results.tracked[name]) for name in names}
+
+
+def _gains(name: str, system: System) -> Row:
+    if name == OPEN:
+        return {"kp": None, "ki": None, **dict.fromkeys(Stability._fields)}
+    controller = check_pi(system)
+    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
+
+
+def _fit(runs: xr.Dataset) -> Row:
+    found = fit(runs)
+    return {
+        "r2_regression": found.regression,
+        "r2_identity": found.identity,
+        "slope": found.slope,
+        "spread_n": found.spread_n,
+        "error_n": found.rms_n,
+    }
+
 
 DOTS = 100
 """Points of one stroke."""
