@@ -17,9 +17,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop import spool as module
-from frictionloop.loop.spool import CHUNK_ROWS, Column, Spool
-from frictionloop.loop.unfinished import recovered, unfinished
+from frictionloop.loop import growing_file as module
+from frictionloop.loop.growing_file import CHUNK_ROWS, Column, Spool, recovered, unfinished
 
 COLUMNS = {
     "f_m": Column("f8", {"units": "N", "long_name": "measured force"}),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.guided import MOST, Guided
+from frictionloop.loop.live_loop import MOST, Guided
 
 CALM = {"motion.tremor_um": 0.0, "controller.kind": "limit_observer"}
 BENCH = fl.bench().evolve({"setpoint": {"kind": "effect"}, **CALM})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.timing import check_memory, periods_in
+from frictionloop.loop.simulate import check_memory, periods_in
 
 CONSTANT = fl.paper().evolve({"setpoint": fl.Constant(offset_n=0.5)})
 

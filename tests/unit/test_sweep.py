@@ -8,7 +8,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.loop import sweep as sweep_module
-from frictionloop.loop.all_metrics import TURNS
+from frictionloop.loop.reference_runs import TURNS
 
 BASE = fl.paper().evolve({"setpoint.sweep_s": 0.1, "sensor.noise_rms_n": 1e-3})
 DURATION_S = 0.06
@@ -189,7 +189,7 @@ def test_what_is_done_is_kept_by_time_at_the_end_of_a_tile(monkeypatch, tile_s, 
     kept, tiles = [], []
     run_tile = sweep_module.run_tile
     monkeypatch.setattr(sweep_module, "run_tile", lambda *given: (run_tile(*given), tiles.append(given)))
-    monkeypatch.setattr("frictionloop.loop.kept.Result.keep", lambda result: kept.append(len(tiles)))
+    monkeypatch.setattr("frictionloop.loop.sweep_checkpoint.Result.keep", lambda result: kept.append(len(tiles)))
     rates = {"controller.rate_hz": [50_000.0, 25_000.0, 20_000.0, 10_000.0]}  # a tile each
     fl.sweep(BASE, rates, 0.02, n_jobs=1, clock=lambda: tile_s * len(tiles))
     assert kept == savings

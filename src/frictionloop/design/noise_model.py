@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from frictionloop.analysis.operating import asked, law_at, operating_amplitude_um, reach_n
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.slicot import Quadruple, slicot
-from frictionloop.loop.felt import plain_stroke
+from frictionloop.loop.reference_runs import plain_stroke
 from frictionloop.parameters import Strokes, System, check_system
 from frictionloop.quantities import FrictionloopError
 

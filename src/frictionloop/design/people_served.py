@@ -20,10 +20,10 @@ from frictionloop.design.people_reach import PeopleReach, moist_later, reach_of,
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, plain
 from frictionloop.findings.shown import between
-from frictionloop.loop.kept import runs_done
-from frictionloop.loop.open_loop import OPEN_ERROR, OPENED
 from frictionloop.loop.record import save
+from frictionloop.loop.reference_runs import OPEN_ERROR, OPENED
 from frictionloop.loop.sweep import SweepInterrupted, sweep
+from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
 from frictionloop.parameters.unit_sanity import of_ceiling
 from frictionloop.physics.fingers import Fingers, coefficient_of, fingers_for

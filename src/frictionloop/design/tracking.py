@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from frictionloop.design.over import at_speed
-from frictionloop.loop.felt import relative_index
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.open_loop import OPENED
+from frictionloop.loop.reference_runs import OPENED, relative_index
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Recording, Strokes, System
 from frictionloop.quantities import FrictionloopError

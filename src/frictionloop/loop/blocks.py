@@ -14,8 +14,8 @@ from typing import Any
 from frictionloop.control.law import Law
 from frictionloop.control.laws import LAWS
 from frictionloop.loop.block_checks import check_law, check_metric, check_signal, check_vibration
-from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.metric import RunMetric, StreamingMetric
+from frictionloop.loop.metrics import METRICS
 from frictionloop.parameters import Signal
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.parameters.finger import FRICTIONS

@@ -164,7 +164,7 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     """
     import xarray as xr
 
-    from frictionloop.loop.unfinished import unfinished
+    from frictionloop.loop.growing_file import unfinished
     from frictionloop.recordings.hdf5 import check_hdf5
 
     try:

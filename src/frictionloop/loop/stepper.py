@@ -10,8 +10,7 @@ import numpy as np
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
-from frictionloop.loop.simulate import no_number
-from frictionloop.loop.timing import check_seed, is_finite
+from frictionloop.loop.simulate import check_seed, is_finite, no_number
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion, heading_step
 from frictionloop.quantities import FrictionloopError, must_be

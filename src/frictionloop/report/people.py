@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.felt import perceptual_index, relative_index
+from frictionloop.loop.reference_runs import perceptual_index, relative_index
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, System
 from frictionloop.physics.capable import capable

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.workers import Job, simulate_all
+from frictionloop.loop.parallel_runs import Job, simulate_all
 from frictionloop.parameters import RETUNED, Sine, Steps, System, bench
 from frictionloop.parameters.presets import PAPER_SLIP_LENGTH_UM
 from frictionloop.physics.capable import capable

@@ -13,8 +13,8 @@ import numpy as np
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.open_loop import disturbance_left, open_loop_of
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import disturbance_left, open_loop_of
 from frictionloop.parameters import Recording
 from frictionloop.parameters.still import stirring
 from frictionloop.quantities import FrictionloopError

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, new_figure, styled
-from frictionloop.loop.step_times import StepTime, step_times
+from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.report.people import the_finger
 from frictionloop.report.protocol import IDEAL, OPEN, PRINTED, RETUNED_GAINS, STEP_LEVELS_N, finger_system

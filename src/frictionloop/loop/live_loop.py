@@ -14,8 +14,7 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, ROW, law_rows
 from frictionloop.loop.kernel.structure import moves, structure
 from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.simulate import no_number
-from frictionloop.loop.timing import check_seed
+from frictionloop.loop.simulate import check_seed, no_number
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.compiled import keep_compiled

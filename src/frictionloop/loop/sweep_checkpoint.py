@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.formulas import METRICS
-from frictionloop.loop.points import Points
+from frictionloop.loop.metrics import METRICS
 from frictionloop.loop.record import HDF5, load, save
+from frictionloop.loop.sweep_points import Points
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
 from frictionloop.quantities.version import code_version

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
-from frictionloop.loop.step_times import STEP_TIMES
-from frictionloop.loop.timing import check_seed, is_finite, periods_in
+from frictionloop.loop.metrics import METRICS
+from frictionloop.loop.simulate import check_seed, is_finite, periods_in
+from frictionloop.loop.transients import STEP_TIMES
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError, must_be, unit_of
