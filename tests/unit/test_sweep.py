@@ -151,7 +151,7 @@ BAD = {
     "scoring nothing": ((KPS, 0.01), {"score_from_s": 0.00995}, "score_from_s = 0.00995 s"),
     "scoring before the start": ((KPS, 0.01), {"score_from_s": -0.001}, "score_from_s = -0.001 s"),
     "scoring from nowhere": ((KPS, 0.01), {"score_from_s": np.nan}, "score_from_s = nan s"),
-    "resume without a file": ((KPS, 0.01), {"resume": True}, "resume: needs the path"),
+    "resume without a file": ((KPS, 0.01), {"resume": True}, "resume: needs a path"),
     "a disturbance too fast": (({"disturbance.frequency_hz": [1.0, 1e4]}, 0.01), {}, "frequency_hz = 10000"),
     "a plate too fast": (({"plate.cutoff_hz": [100.0, 1e6]}, 0.01), {}, "plate.cutoff_hz = 1e+06 Hz"),
 }

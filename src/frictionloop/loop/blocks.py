@@ -72,7 +72,7 @@ def register(block: Any, parameters: Any = None) -> None:
     elif isinstance(block, StreamingMetric | RunMetric):
         known = METRICS.get(block.name)
         if known is not None and not isinstance(known, StreamingMetric | RunMetric):
-            raise FrictionloopError(f"metric {block.name!r} is one of frictionloop; choose another name")
+            raise FrictionloopError(f"metric {block.name!r}: is taken")
         check_metric(block)
         METRICS[block.name] = block
         what, name = "metric", block.name
@@ -142,6 +142,6 @@ def _warn_of_python(block: Any) -> None:
     step = getattr(block, "step", None)
     if isinstance(block, Law) and step is not None and not is_compiled(step):
         warnings.warn(
-            f'law "{block.kind}": {place(step)}: plain Python, hundred times slower than @fl.step',
+            f'law "{block.kind}": {place(step)}: plain Python: slow; @fl.step',
             stacklevel=3,
         )

@@ -129,35 +129,29 @@ def _left(run: Any, mask: Any) -> float:
 
 
 METRICS: dict[str, Any] = {
-    "r2_identity": Metric(
-        ERRORS, lambda s, n: 1.0 - s.error2 / _spread(s.r, s.r2, n), "1", "goodness of fit to f_a = f_r"
-    ),
-    "r2_regression": Metric(REGRESSION, _r2_regression, "1", "squared correlation of f_a on f_r"),
-    "slope": Metric(REGRESSION, _slope, "1", "slope of the regression of f_a on f_r"),
-    "rms_error": Metric(ERRORS, lambda s, n: np.sqrt(s.error2 / n), "N", "rms of f_a - f_r where scored"),
+    "r2_identity": Metric(ERRORS, lambda s, n: 1.0 - s.error2 / _spread(s.r, s.r2, n), "1", "fit to f_a = f_r"),
+    "r2_regression": Metric(REGRESSION, _r2_regression, "1", "squared correlation with f_r"),
+    "slope": Metric(REGRESSION, _slope, "1", "slope of f_a on f_r"),
+    "rms_error": Metric(ERRORS, lambda s, n: np.sqrt(s.error2 / n), "N", "rms of f_a - f_r"),
     "rms_error_turns": Metric(
-        REVERSALS, lambda s, n: np.sqrt(_per(s.error2, s.periods)), "N", "rms of f_a - f_r with turns and landings"
+        REVERSALS, lambda s, n: np.sqrt(_per(s.error2, s.periods)), "N", "rms error with turns, landings"
     ),
-    "turn_peak": Metric(REVERSALS, lambda s, n: _per(s.peaks_n, s.turns), "N", "largest f_a after a turn, mean"),
+    "turn_peak": Metric(REVERSALS, lambda s, n: _per(s.peaks_n, s.turns), "N", "mean peak after a turn"),
     "feedback_share": Metric(REVERSALS, lambda s, n: _per(s.fed, s.slid), "1", "share of sliding with feedback"),
-    "saturation_index": Metric(ERRORS, lambda s, n: s.saturated / n, "1", "share of periods with a clamped command"),
+    "saturation_index": Metric(ERRORS, lambda s, n: s.saturated / n, "1", "share of commands clamped"),
     "output_noise": Metric(REGRESSION, lambda s, n: _std(s.f, s.f2, n), "N", "standard deviation of f_a"),
     "r2_bound": Metric(
         SHORTFALL,
         lambda s, n: 1.0 - s.shortfall2 / _spread(s.r, s.r2, n),
         "1",
-        "best r2_identity any controller could reach",
+        "best r2_identity in reach",
     ),
-    "disturbance_left": AgainMetric(_left, "1", "share of the disturbance's variation that is left in f_a, rms"),
-    "perceptual_index": Metric(
-        FELT, lambda s, n: np.sqrt(s.felt2 / n), "1", "residual over its threshold, rms: felt above 1"
-    ),
-    "rise_63_s": Metric(STEP_TIMES, _mean_s("up", "to_63"), "s", "mean time to 63 % of a step up"),
-    "rise_10_90_s": Metric(STEP_TIMES, _mean_s("up", "from_10_to_90"), "s", "mean time from 10 to 90 % up"),
-    "fall_63_s": Metric(STEP_TIMES, _mean_s("down", "to_63"), "s", "mean time to 63 % of a step down"),
-    "fall_10_90_s": Metric(
-        STEP_TIMES, _mean_s("down", "from_10_to_90"), "s", "mean time from 10 to 90 % of a step down"
-    ),
+    "disturbance_left": AgainMetric(_left, "1", "share of the disturbance left"),
+    "perceptual_index": Metric(FELT, lambda s, n: np.sqrt(s.felt2 / n), "1", "residual over threshold of touch"),
+    "rise_63_s": Metric(STEP_TIMES, _mean_s("up", "to_63"), "s", "time to 63 % up"),
+    "rise_10_90_s": Metric(STEP_TIMES, _mean_s("up", "from_10_to_90"), "s", "10 to 90 % up"),
+    "fall_63_s": Metric(STEP_TIMES, _mean_s("down", "to_63"), "s", "time to 63 % down"),
+    "fall_10_90_s": Metric(STEP_TIMES, _mean_s("down", "from_10_to_90"), "s", "10 to 90 % down"),
     "mean_force": Metric(REGRESSION, lambda s, n: s.shift + s.f / n, "N", "mean of f_a"),
     "mean_setpoint": Metric(ERRORS, lambda s, n: s.shift + s.r / n, "N", "mean of f_r"),
     "setpoint_spread": Metric(ERRORS, lambda s, n: _std(s.r, s.r2, n), "N", "standard deviation of f_r"),
@@ -174,7 +168,20 @@ def check_run(run: Any) -> None:
 
 
 def counted(run: xr.Dataset, mask: Any) -> Any:
-    """Return what picks the scored periods out of a trace."""
+    """Return what picks the scored periods out of a trace.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From ``simulate`` or ``load``.
+    mask : array of bool, optional
+        The control periods to score, shape (time,), in place of those that are ``scored``.
+
+    Raises
+    ------
+    FrictionloopError
+        For what is no run, and for a mask of another shape or that keeps nothing.
+    """
     check_run(run)
     if mask is None and "scored" not in run:
         return slice(None)
@@ -183,7 +190,7 @@ def counted(run: xr.Dataset, mask: Any) -> Any:
     if keep.shape != run["time"].shape:
         raise FrictionloopError(f"mask: shape {keep.shape}; must be {run['time'].shape}")
     if not keep.any():
-        raise FrictionloopError("mask: keeps no control period to score")
+        raise FrictionloopError("mask: keeps no period")
     return keep
 
 
@@ -242,21 +249,9 @@ Score = TypeVar("Score", bound=Callable[..., Any])
 
 
 def of_a_run(metric: Score) -> Score:
-    """Add to what a metric is what all take and refuse."""
-    metric.__doc__ = f"""{inspect.getdoc(metric)}
-
-Parameters
-----------
-run : xarray.Dataset
-    From ``simulate`` or ``load``.
-mask : array of bool, optional
-    The control periods to score, shape (time,), in place of those that are ``scored``.
-
-Raises
-------
-FrictionloopError
-    For what is no run, and for a mask of another shape or that keeps nothing.
-"""
+    """Add to what a metric is what all take and refuse, as `counted` has it."""
+    taken = (inspect.getdoc(counted) or "").partition("\n\n")[2]
+    metric.__doc__ = f"{inspect.getdoc(metric)}\n\n{taken}\n"
     return metric
 
 

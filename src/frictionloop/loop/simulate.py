@@ -44,23 +44,16 @@ def periods_in(system: System, duration_s: float) -> int:
     if not (is_finite(duration_s) and duration_s > 0):
         raise must_be("duration_s", duration_s, "a positive number", "s")
     if duration_s * rate > 2**53:
-        raise FrictionloopError(f"duration_s = {duration_s:g} s: is too long")
+        raise must_be("duration_s", duration_s, "shorter", "s")
     periods = round(duration_s * rate)
     if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
         near = max(periods, 1) / rate
-        raise FrictionloopError(
-            f"duration_s = {duration_s} s: no whole number of periods at controller.rate_hz = {rate:g} Hz; "
-            f"nearest: {near} s"
-        )
+        raise must_be("duration_s", duration_s, f"whole periods of controller.rate_hz = {rate:g} Hz, as {near}", "s")
     for name in ("setpoint", "disturbance"):
         source = getattr(system, name)
         longest, field = source.longest_s, "sweep_s" if source.kind == "log_sweep" else "longest_s"
         if duration_s > longest * (1 + 1e-12):
-            cure = f"; accepted: {name}.sweep_s = {duration_s:g}, or --{name}.kind constant"
-            raise FrictionloopError(
-                f"duration_s = {duration_s:g} s runs past the end of {name}.{field} = {longest:g} s"
-                + (cure if field == "sweep_s" else "")
-            )
+            raise must_be("duration_s", duration_s, f"at most {name}.{field} = {longest:g}", "s")
     return periods
 
 
@@ -76,9 +69,7 @@ def check_memory(needed_bytes: int, what: str) -> None:
     except (ValueError, OSError, AttributeError):  # not every system tells
         return
     if needed_bytes > free:
-        raise FrictionloopError(
-            f"{what}: {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB free; shorten duration_s or sweep()"
-        )
+        raise FrictionloopError(f"{what}: {needed_bytes / 1e9:.1f} GB needed, {free / 1e9:.1f} free")
 
 
 CHUNK = 2048 * BLOCK

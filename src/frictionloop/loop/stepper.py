@@ -159,7 +159,7 @@ class Stepper(metaclass=Brief):
         if not moves(self.system):
             raise FrictionloopError('motion: needs motion.kind "strokes"')
         if not all(is_finite(value) for value in motion) or motion[2] < 0:
-            raise must_be("motion", motion, "finite, with load_n at least 0")
+            raise must_be("motion", motion, "finite, load_n from 0")
         fastest = 1e-3 * self.system.touch.position.fastest_mm_s
         if abs(motion[1]) > fastest:
             raise FrictionloopError(

@@ -137,7 +137,7 @@ def sweep(
 
 def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:
     if isinstance(metrics, str) or not isinstance(metrics, Iterable | None):
-        raise must_be("metrics", metrics, "a list of names, e.g. ['r2_identity']")
+        raise must_be("metrics", metrics, "names, e.g. ['r2_identity']")
     names = tuple(DEFAULT_METRICS if metrics is None else metrics)
     if not names or any(name not in list(METRICS) for name in names):
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")

@@ -165,7 +165,7 @@ def _draw_spread(axes: Axes, found: Arrivals) -> None:
     axes.set(yscale="log", ylim=(2.0, 300.0), ylabel="between fingers (mN)", xlabel="speed (mm/s)")
     axes.set_yticks([3, 10, 30, 100, 300], ["3", "10", "30", "100", "300"])
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_title("How differently fingers are given one effect")
+    axes.set_title("How differently effects arrive")
 
 
 def _over_speed(axes: Axes, found: Arrivals) -> None:

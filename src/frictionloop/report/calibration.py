@@ -100,7 +100,7 @@ def figure_linearity(rigs: Rigs) -> Figure:
     """Return reading against weight for a pulley on bearings and for a string that rubs, with the residuals below."""
     figure = new_figure(9.2, 4.2)
     panels = figure.subplots(2, 2, height_ratios=(1.7, 1), sharex=True)
-    rubbed = f"string rubs on a rod, friction {number(rigs.rubbing_friction, 2)}"
+    rubbed = f"rubbing string, friction {number(rigs.rubbing_friction, 2)}"
     for column, (found, title) in enumerate(((rigs.weights, "pulley on ball bearings"), (rigs.rubbing, rubbed))):
         _line(panels[0, column], found, title)
         _residuals(panels[1, column], found)
@@ -196,7 +196,7 @@ def _noise(axes: Axes, rigs: Rigs) -> None:
     axes.set(xscale="log", yscale="log", xlim=(2, 2500), ylim=(2e-7, 1e-3), xlabel="frequency (Hz)")
     axes.set_ylabel("noise of the reading (N/√Hz)")
     _ticks(axes, (2, 10, 100, 1000))
-    axes.set_title("noise without a finger, and the printed floor")
+    axes.set_title("noise without a finger")
     axes.legend(loc="upper right", fontsize=7.5)
 
 

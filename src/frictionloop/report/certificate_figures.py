@@ -81,7 +81,7 @@ def _hit(curves: Curves) -> Figure:
 
 @styled
 def _poles(curves: Curves) -> Figure:
-    figure, axes = _one("Poles over order; lines: the modes", "frequency (Hz)", "order")
+    figure, axes = _one("Poles over order, and modes", "frequency (Hz)", "order")
     for stable, colour, label in ((False, SILVER, "moves with the order"), (True, BLUE, "stays")):
         poles = [(hertz, order) for order, hertz, stays in curves["poles"] if stays is stable]
         axes.plot([p[0] for p in poles], [p[1] for p in poles], "o", ms=3, color=colour, label=label)

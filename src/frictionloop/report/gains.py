@@ -226,8 +226,8 @@ def _where(useful: Range) -> str:
 def _key(axes: Axes) -> None:
     axes.set_axis_off()
     axes.plot([], [], color=BLUE, label="fidelity at $K_i$ = 2")
-    axes.plot([], [], color=GREY, ls=":", label="best that any controller could reach")
+    axes.plot([], [], color=GREY, ls=":", label="best within reach")
     axes.plot([], [], "*", color=VERMILLION, ms=10, ls="none", label="largest $R^2$ of this curve")
-    axes.plot([], [], "|-", color=BLACK, lw=1, label=f"best: $R^2$ within {R2_STEP:g} of the largest")
-    axes.fill_between([], [], color="#e2e2e2", label="useful range printed, 5 to 20")
+    axes.plot([], [], "|-", color=BLACK, lw=1, label=f"best: within {R2_STEP:g} of it")
+    axes.fill_between([], [], color="#e2e2e2", label="printed range, 5 to 20")
     axes.legend(loc="center", fontsize=8.5)

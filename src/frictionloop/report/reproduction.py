@@ -43,8 +43,6 @@ ASIDE = ("slope",)
 """Numbers that are left to JSON and Python where a table has many."""
 PROTOCOLS: dict[str, Mapping[str, float]] = {"fig-5a": RETUNED, "fig-5a-printed": {}}
 """Figures whose bench and finger are saved beside them, and the gains there."""
-SAID = ["Bench and finger of the figure beside this file."]
-"""Begins that file."""
 
 
 class FigureMade(NamedTuple):
@@ -88,10 +86,12 @@ class Reproduction(Result):
         n, thesis = counts(self.claims), next(claim for claim in self.claims if claim.id == THESIS)
         one, many = (shown(each) for each in thesis.readings.values())
         yield "idea", f"{HOLDS[thesis.verdict]}: spread / {one} on one finger, / {many} in the median of many"
-        out, part, no = n["printed"], n["assumed"], n["not_out"]
-        yield "simulation", f"of {n['text']} statements {out} come out, {part} in part, {no} do not"
-        out, part, no = n["device out"], n["device part"], n["device not"]
-        yield "device", f"of {n['device']} statements {out} come out, {part} in part, {no} do not"
+        for name, of, keys in (
+            ("simulation", "text", ("printed", "assumed", "not_out")),
+            ("device", "device", ("device out", "device part", "device not")),
+        ):
+            out, part, no = (n[key] for key in keys)
+            yield name, f"of {n[of]} statements {out} come out, {part} in part, {no} do not"
         yield "not counted", not_counted(self.claims)
 
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -220,5 +220,5 @@ def _made(name: str, folder: Path, results: Results) -> FigureMade:
     write_both(figure, name, path, " · ".join(cited(command, seeds)))
     if name in PROTOCOLS:
         bench = path.with_suffix(".toml")
-        write_toml(asked_for(PROTOCOLS[name]), bench, said=SAID)
+        write_toml(asked_for(PROTOCOLS[name]), bench, said=[f"Bench and finger of {name}"])
     return FigureMade(name, path, seeds, cited_version(), command, numbers, bench)

@@ -101,7 +101,7 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     if low is not None and high is not None and (least < low or most > high):
         # In the legend, where it covers nothing.
         beyond = {"marker": r"$\updownarrow$", "linestyle": "", "color": GREY, "markersize": 9}
-        axes.plot([], [], label=f"cut off where not scored: forces go from {least:.2g} to {most:.2g} N", **beyond)
+        axes.plot([], [], label=f"not scored: {least:.2g} to {most:.2g} N", **beyond)
 
 
 def _opened(run: xr.Dataset) -> xr.Dataset | None:

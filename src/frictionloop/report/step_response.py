@@ -199,7 +199,7 @@ def _times(axes: Axes, stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, 
     axes.plot([], [], "o", color=BLACK, label="to 63 %")
     axes.plot([], [], "s", color=BLACK, mfc="white", label="10 to 90 %")
     axes.fill_between([], [], color="#e6e6e6", label="paper, ± SD")
-    axes.plot([], [], ":", color=BLACK, label="skin limit, 10 to 90 %")
+    axes.plot([], [], ":", color=BLACK, label="skin limit, 10–90 %")
     axes.legend(
         loc="upper center", bbox_to_anchor=(0.4, 1.14), ncols=4, fontsize=7, handlelength=1.3, columnspacing=0.9
     )

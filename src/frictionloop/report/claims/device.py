@@ -196,8 +196,9 @@ def clean_of_artefacts(results: Results) -> Numbers:
     return numbers(found, ringing=felt[PRINTED]["index"])
 
 
-CONTACTS_S = {"after a stroke of 10 s": SCORED_S, "just landed": 0.0, "after 20 s": 20.0}
-LOAD_MOVES = "after a stroke of 10 s whose load drifts and trembles, 95% of the time"
+STROKE = "after a stroke of 10 s"
+CONTACTS_S = {STROKE: SCORED_S, "just landed": 0.0, "after 20 s": 20.0}
+LOAD_MOVES = f"{STROKE} whose load drifts and trembles, 95% of the time"
 
 
 @cache
