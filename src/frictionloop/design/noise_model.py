@@ -1,6 +1,6 @@
 """What a controller has to fight: the spectrum of the friction force at an operating point, and a filter that makes it.
 
-Identified, not assumed: plain strokes under a constant amplitude (loop/felt) give the fluctuation of the force, Welch
+Identified, not assumed: plain strokes under a constant amplitude give the fluctuation of the force, Welch
 its spectrum, and a fit of low order (SLICOT's SB10YD) the filter that a synthesis takes as its weight.
 """
 

@@ -254,7 +254,7 @@ def recovered(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> tupl
         counts = {name: int(file[name][()]) for name in scalars(file)}
         rows = counts.pop(ROWS)
         names = [name for name in file if name not in (ROWS, *counts, "time")]
-        columns = {name: Column(str(file[name].dtype.str[1:]), _told(file[name])) for name in names}
+        columns = {name: Column(str(file[name].dtype.str[1:]), _attributes(file[name])) for name in names}
         spacing_s = float(file["time"][1]) if rows > 1 else 0.0
         spool, damaged = Spool(out, columns, spacing_s, dict(file.attrs)), 0
         for first in range(0, rows, CHUNK_ROWS):
@@ -273,6 +273,6 @@ def _chunk(dataset: h5py.Dataset, first: int, last: int) -> tuple[np.ndarray, bo
         return np.full(last - first, np.nan if dataset.dtype.kind == "f" else 0, dataset.dtype), True
 
 
-def _told(dataset: h5py.Dataset) -> dict[str, Any]:
+def _attributes(dataset: h5py.Dataset) -> dict[str, Any]:
     """Return the attributes that are the variable's own, not those of HDF5's dimensions."""
     return {name: dataset.attrs[name] for name in ("units", "long_name", "dtype") if name in dataset.attrs}

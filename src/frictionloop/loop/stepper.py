@@ -73,7 +73,7 @@ class Stepper(metaclass=Brief):
         force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
         self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
         """Friction force on the finger, which no sensor shows (`tells_sampled`)."""
-        self.measured = self._told() if self.tells_sampled else Measurement(self.force_n)
+        self.measured = self._measurement() if self.tells_sampled else Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -112,7 +112,7 @@ class Stepper(metaclass=Brief):
         if self._disturbance.size <= BLOCK:
             self._disturbance = self._tile.disturbance(chunk, k + 1)
 
-    def _told(self) -> Measurement:
+    def _measurement(self) -> Measurement:
         return Measurement(*(float(value) for value in self._tile.slab.view("measurement")[:, 0]))
 
     def tick(self, amplitude_command: float, motion: Movement | None = None) -> Measurement:
@@ -150,7 +150,9 @@ class Stepper(metaclass=Brief):
         tile.advance(k, k + 1, _UNUSED, self._disturbance, chunk)
         g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"].force]))
+        self.measured = (
+            self._measurement() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"].force]))
+        )
         if math.isnan(self.measured.force):
             raise no_number(self.system, f"at {self.time_s:g} s")
         return self.measured

@@ -41,7 +41,7 @@ from frictionloop.report.claims.worded import (
     not_counted,
 )
 from frictionloop.report.numbers import milli, shown, with_unit
-from frictionloop.report.paper_figures import DRAWINGS
+from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results, cited, command_of, parts
 from frictionloop.report.tolerances import RULES
@@ -52,7 +52,7 @@ SCHEMA = 1
 
 def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
     """Write index.html, claims.json and figures/*.svg, *.png into a folder that is there; return every claim."""
-    with progress_bar("report", len(list(parts())) + len(DRAWINGS) + 1, progress) as bar:
+    with progress_bar("report", len(list(parts())) + len(FIGURES) + 1, progress) as bar:
         results = Results(bar)
         with _beside() as beside:
             drawn = _draw(results, target / "figures", bar, beside)
@@ -98,9 +98,9 @@ def _beside() -> Iterator[Started]:
 def _draw(results: Results, folder: Path, bar: Bar, started: Started) -> dict[str, tuple[Future[str], str]]:
     """Have each figure written as soon as what it shows is computed; return its text to come, and its seeds."""
     drawn = {}
-    for name, draw in DRAWINGS.items():
+    for name, each in FIGURES.items():
         watched = results.watched()
-        figure = draw(watched)
+        figure = each.draw(watched)
         source = " · ".join(cited(command_of(name), watched.seeds()))
         text = started(write_both, figure, name, folder / f"{name}.svg", source)
         text.add_done_callback(lambda _: bar())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -44,9 +45,6 @@ SHORT = {"printed": WORKING, "reachable": FEASIBLE}
 """What file names call the two systems that have figures of their own."""
 
 
-Draw = Callable[[Results], Figure]
-
-
 def _map(name: str, results: Results) -> Figure:
     return figure_fidelity_map(results.maps[name], name)
 
@@ -62,34 +60,6 @@ def _strokes(names: tuple[str, ...], results: Results) -> Figure:
 
 def _over_noise(metric: str, label: str, limits: tuple[float, float], words: str, results: Results) -> Figure:
     return figure_noise({name: results.noise[name] for name in SHORT.values()}, metric, label, limits, words)
-
-
-DRAWINGS: dict[str, Draw] = {
-    "fig-1a": lambda results: figure_population(results.population, paper().friction),
-    "fig-1b": lambda _: figure_diagram(paper()),
-    **{f"fig-2a-{short}": partial(_map, name) for short, name in SHORT.items()},
-    "fig-2a-readings": lambda results: figure_fidelity_over_kp(results.over_kp),
-    **{
-        f"fig-2{letter}-{short}": partial(_tracking, name, kp)
-        for short, name in SHORT.items()
-        for kp, letter in zip(KPS, "bcd", strict=True)
-    },
-    "fig-2e": partial(_over_noise, "r2_identity", "fidelity $R^2$", (-0.7, 1.02), "bottom"),
-    "fig-2f": partial(_over_noise, "saturation_index", "saturation index", (0.0, 1.02), "top"),
-    "fig-equation-3": lambda results: figure_equation_3(results.steady),
-    "fig-3": lambda _: figure_sensor(SensorDesign()),
-    "fig-4a": lambda results: figure_linearity(results.rigs),
-    "fig-4b": lambda results: figure_spectrum(results.rigs),
-    "fig-5a": partial(_strokes, (OPEN, RETUNED_GAINS)),
-    "fig-5a-printed": partial(_strokes, (PRINTED, IDEAL)),
-    "fig-5a-population": lambda results: figure_people(results.people),
-    "fig-5b": lambda results: figure_steps(results.stepped, {"rising": this_skin_limit_ms()}),
-    "fig-5c": lambda results: figure_overshoot(results.stepped, CLOSED),
-    "beyond-residuals": lambda results: figure_residuals(results.beyond.scored),
-    "beyond-steps": lambda results: figure_step_traces(results.beyond.steps, SPEED_MM_S, SHOWN_MS),
-    "beyond-arrivals": lambda results: figure_arrivals(results.arrivals),
-}
-"""How each figure is drawn, by its file name without suffix, in the order of the page."""
 
 
 def _map_numbers(name: str, results: Results) -> Table:
@@ -193,24 +163,47 @@ def _residuals(results: Results) -> Table:
     }
 
 
-NUMBERS: dict[str, Callable[[Results], Table]] = {
-    **{f"fig-2a-{short}": partial(_map_numbers, name) for short, name in SHORT.items()},
-    "fig-2a-readings": _cuts,
+class PaperFigure(NamedTuple):
+    """How a figure is drawn, and the numbers that it stands for: none of a scheme or of stored traces."""
+
+    draw: Callable[[Results], Figure]
+    numbers: Callable[[Results], Table] = lambda _: {}
+
+
+FIGURES = {
+    "fig-1a": PaperFigure(lambda results: figure_population(results.population, paper().friction)),
+    "fig-1b": PaperFigure(lambda _: figure_diagram(paper())),
     **{
-        f"fig-2{letter}-{short}": partial(_tracking_numbers, name, kp)
+        f"fig-2a-{short}": PaperFigure(partial(_map, name), partial(_map_numbers, name))
+        for short, name in SHORT.items()
+    },
+    "fig-2a-readings": PaperFigure(lambda results: figure_fidelity_over_kp(results.over_kp), _cuts),
+    **{
+        f"fig-2{letter}-{short}": PaperFigure(partial(_tracking, name, kp), partial(_tracking_numbers, name, kp))
         for short, name in SHORT.items()
         for kp, letter in zip(KPS, "bcd", strict=True)
     },
-    "fig-2e": partial(_noise_numbers, "r2_identity"),
-    "fig-2f": partial(_noise_numbers, "saturation_index"),
-    "fig-equation-3": _equation_3,
-    "fig-4a": _linearity,
-    "fig-4b": _spectrum,
-    "fig-5a": partial(strokes, (OPEN, RETUNED_GAINS)),
-    "fig-5a-printed": partial(strokes, (PRINTED, IDEAL)),
-    "fig-5a-population": _people,
-    "fig-5b": _steps,
-    "fig-5c": _overshoot,
-    "beyond-residuals": _residuals,
+    "fig-2e": PaperFigure(
+        partial(_over_noise, "r2_identity", "fidelity $R^2$", (-0.7, 1.02), "bottom"),
+        partial(_noise_numbers, "r2_identity"),
+    ),
+    "fig-2f": PaperFigure(
+        partial(_over_noise, "saturation_index", "saturation index", (0.0, 1.02), "top"),
+        partial(_noise_numbers, "saturation_index"),
+    ),
+    "fig-equation-3": PaperFigure(lambda results: figure_equation_3(results.steady), _equation_3),
+    "fig-3": PaperFigure(lambda _: figure_sensor(SensorDesign())),
+    "fig-4a": PaperFigure(lambda results: figure_linearity(results.rigs), _linearity),
+    "fig-4b": PaperFigure(lambda results: figure_spectrum(results.rigs), _spectrum),
+    **{
+        name: PaperFigure(partial(_strokes, some), partial(strokes, some))
+        for name, some in {"fig-5a": (OPEN, RETUNED_GAINS), "fig-5a-printed": (PRINTED, IDEAL)}.items()
+    },
+    "fig-5a-population": PaperFigure(lambda results: figure_people(results.people), _people),
+    "fig-5b": PaperFigure(lambda found: figure_steps(found.stepped, {"rising": this_skin_limit_ms()}), _steps),
+    "fig-5c": PaperFigure(lambda results: figure_overshoot(results.stepped, CLOSED), _overshoot),
+    "beyond-residuals": PaperFigure(lambda results: figure_residuals(results.beyond.scored), _residuals),
+    "beyond-steps": PaperFigure(lambda found: figure_step_traces(found.beyond.steps, SPEED_MM_S, SHOWN_MS)),
+    "beyond-arrivals": PaperFigure(lambda results: figure_arrivals(results.arrivals)),
 }
-"""By the name of the figure; a scheme has none, and of stored traces and effects the page has a table."""
+"""By file name without suffix, in the order of the page."""

@@ -20,7 +20,7 @@ from frictionloop.report.claims.worded import FIRST, HOLDS, accepted, counts, no
 from frictionloop.report.closed_loop import Table
 from frictionloop.report.numbers import with_unit
 from frictionloop.report.page import build_report, prepare
-from frictionloop.report.paper_figures import DRAWINGS, NUMBERS
+from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.results import Results, cited, command_of
 from frictionloop.report.stability import asked_for
 
@@ -190,7 +190,7 @@ def reproduce(
         claims = build_report(target, progress)
         return Reproduction(folder=target, page=target / "index.html", claims=tuple(claims))
     _check_names(only)
-    wanted = [name for name in DRAWINGS if name in only]
+    wanted = [name for name in FIGURES if name in only]
     if wanted:
         prepare(target)
     # Only what is asked for counts on the bar, not the parts that it needs.
@@ -199,12 +199,12 @@ def reproduce(
         for name in wanted:
             figures.append(_made(name, target / "figures", results))
             bar()
-        some = tuple(one_claim(id, results) for id in only if id not in DRAWINGS)
+        some = tuple(one_claim(id, results) for id in only if id not in FIGURES)
     return Reproduction(folder=target, page=None, claims=some, figures=tuple(figures))
 
 
 def _check_names(names: Iterable[str]) -> None:
-    known = [*DRAWINGS, *claim_ids()]
+    known = [*FIGURES, *claim_ids()]
     for name in names:
         if name not in known:
             near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
@@ -215,8 +215,8 @@ def _check_names(names: Iterable[str]) -> None:
 def _made(name: str, folder: Path, results: Results) -> FigureMade:
     """Return a figure once it is written."""
     watched, path, bench = results.watched(), folder / f"{name}.svg", None
-    figure = DRAWINGS[name](watched)
-    numbers, seeds, command = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds(), command_of(name)
+    figure = FIGURES[name].draw(watched)
+    numbers, seeds, command = FIGURES[name].numbers(results), watched.seeds(), command_of(name)
     write_both(figure, name, path, " · ".join(cited(command, seeds)))
     if name in PROTOCOLS:
         bench = path.with_suffix(".toml")

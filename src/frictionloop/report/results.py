@@ -11,17 +11,7 @@ import xarray as xr
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
 from frictionloop.quantities.version import cited_version
-from frictionloop.report import (
-    arrivals,
-    beyond,
-    calibration,
-    gains,
-    people,
-    protocol,
-    sensor_noise,
-    stability,
-    systems,
-)
+from frictionloop.report import arrivals, beyond, calibration, gains, people, protocol, sensor_noise, stability, systems
 
 
 def command_of(name: str) -> str:

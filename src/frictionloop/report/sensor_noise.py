@@ -21,7 +21,7 @@ from frictionloop.loop.simulate import simulate
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
 from frictionloop.report.numbers import number
-from frictionloop.report.systems import held
+from frictionloop.report.systems import at_means
 from frictionloop.report.tolerances import R2_STEP
 
 NOISE = "sensor.noise_rms_n"
@@ -89,7 +89,7 @@ TONE_HZ = 1.0
 
 def steady_noise(system: System) -> dict[str, float]:
     """Return the standard deviations of f_a and u (N) with set-point and disturbance held, from a simulation."""
-    run = simulate(held(system), HELD_S)
+    run = simulate(at_means(system), HELD_S)
     scored = run.isel(time=slice(-round(SCORED_S * system.controller.rate_hz), None))
     return {name: float(scored[name].std()) for name in ("f_a", "u")}
 
@@ -120,7 +120,7 @@ def noise_gain(system: System) -> xr.Dataset:
 
 def linear_gain(system: System) -> dict[str, float]:
     """Return sigma_f / sigma_n, sigma_u / sigma_n and |G/(1+G)| at 1 Hz of the linear loop, N/N."""
-    loop, sigma = linearise(held(system)), system.sensor.noise_rms_n
+    loop, sigma = linearise(at_means(system)), system.sensor.noise_rms_n
     tone = float(equation_3_rms_n(loop, [TONE_HZ])[0])
     return {
         "f_a": output_noise_rms_n(loop) / sigma,

@@ -54,7 +54,7 @@ def in_both_units(systems: Mapping[str, System]) -> dict[str, System]:
     return {**systems, **{f"{name}, {PER_SAMPLE}": per_sample(system) for name, system in systems.items()}}
 
 
-def held(system: System) -> System:
+def at_means(system: System) -> System:
     """Return a system with set-point and disturbance held at their means, as equation (3) assumes."""
     return system.evolve(
         {

@@ -4,7 +4,7 @@ An amplitude is commanded through the open loop, u = f_r = f0 e^(-tau a^2) of th
 as e^(-tau a^2) of the finger, so from the mean of one sweep the next amplitude follows; the third sweep is the result.
 Its residual is f_a less its own mean: a constant disturbance, which an open loop does not see, takes the set-point's
 place. A drift slower than a stroke is left in; the filter of the index passes little below 1 Hz
-(`loop.felt.relative_index` takes a line out of each stroke).
+(`loop.reference_runs.relative_index` takes a line out of each stroke).
 """
 
 from __future__ import annotations
