@@ -18,7 +18,7 @@ import serial
 import frictionloop as fl
 from frictionloop.device.errors import Unplugged
 from frictionloop.device.serial_pipe import SerialPipe
-from frictionloop.loop.spool import Spool
+from frictionloop.loop.growing_file import Spool
 
 
 class Served:

@@ -15,7 +15,7 @@ from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import margins, protocol
 from frictionloop.design.comparison.run import plain_strokes
 from frictionloop.design.comparison.scores import Moments, answering, dead_times_s, pooled, pooled_rms, spread
-from frictionloop.loop.felt import plain_stroke
+from frictionloop.loop.reference_runs import plain_stroke
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 import frictionloop as fl
-from frictionloop.loop.recorded_findings import of_recorded
+from frictionloop.loop.signal_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.doubts import doubts_of
 from frictionloop.recordings.read import read_recording

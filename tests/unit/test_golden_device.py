@@ -12,7 +12,7 @@ import frictionloop as fl
 from frictionloop.device import serial_pipe
 from frictionloop.findings.render import LINES, WIDTH
 from frictionloop.firmware import image
-from frictionloop.loop.spool import Column, Spool
+from frictionloop.loop.growing_file import Column, Spool
 
 RINGING = {"controller.kp": 0.04, "controller.ki": 90.0}
 TICK = {"tick": 3200, "interrupts": 900, "background": 2100, "sum": 6200, "flood": 4000, "longest_interrupt": 610,

@@ -15,25 +15,13 @@ EXAMPLES = (
     "",
     "--out my-report --json",
     "--only fig-5a,closed-loop-r2",
-    "--only fig-5a --sensor.resonance_hz 200",
 )
-
-Changed = Annotated[
-    list[str] | None,
-    Parameter(
-        name=flags.DOTTED,
-        metavar="VALUE",
-        help="Another bench, or PI gains, for --only fig-5a.",
-        group=flags.RESULT,
-    ),
-]
 
 
 def command(
     *,
     out: flags.Result[Path] = Path("report"),
     only: Annotated[flags.Result[str | None], Parameter(metavar="NAME,...")] = None,
-    overrides: Changed = None,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Rebuild the paper's figures and check its numbers.
@@ -48,4 +36,4 @@ def command(
     """
     checks.check_drawing()
     names = [name.strip() for name in only.split(",")] if only else []
-    shown.show(fl.reproduce(out, names, flags.overrides_of(overrides)))
+    shown.show(fl.reproduce(out, names))

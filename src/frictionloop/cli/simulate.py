@@ -13,7 +13,7 @@ EXAMPLES = (
     "--setpoint.kind sine --plot forces.svg",
     "--preset feasible --save-system my-bench.toml",
     "my-bench.toml --duration-s 2 --out run.h5",
-    "my-bench.toml --plot bench.png --disturbance.kind recording --disturbance.path slide.csv --disturbance.column force_n --disturbance.remove_mean true",
+    "my-bench.toml --disturbance.kind recording --disturbance.path slide.csv --disturbance.column force_n",
     "my-bench.toml --setpoint.kind recording --setpoint.path wanted.csv --setpoint.column force_n",
 )
 

@@ -15,9 +15,9 @@ from frictionloop.analysis.stability import NEAR
 from frictionloop.design.corners import peak_of
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, frame, plain
-from frictionloop.loop.kept import runs_done
-from frictionloop.loop.open_loop import OPEN_ERROR
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import OPEN_ERROR
+from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
 from frictionloop.parameters.unit_sanity import of_axes, of_ceiling
 from frictionloop.quantities import FrictionloopError

@@ -1,6 +1,6 @@
 """What a controller has to fight: the spectrum of the friction force at an operating point, and a filter that makes it.
 
-Identified, not assumed: plain strokes under a constant amplitude (loop/felt) give the fluctuation of the force, Welch
+Identified, not assumed: plain strokes under a constant amplitude give the fluctuation of the force, Welch
 its spectrum, and a fit of low order (SLICOT's SB10YD) the filter that a synthesis takes as its weight.
 """
 
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from frictionloop.analysis.operating import force_band, operating_amplitude_um, reach_at
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.slicot import Quadruple, slicot
-from frictionloop.loop.felt import plain_stroke
+from frictionloop.loop.reference_runs import plain_stroke
 from frictionloop.parameters import Strokes, System, check_system
 from frictionloop.quantities import FrictionloopError
 

@@ -21,10 +21,10 @@ from frictionloop.design.population_margins import unlike
 from frictionloop.findings import Finding, shown
 from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
-from frictionloop.loop.kept import runs_done
-from frictionloop.loop.open_loop import OPEN_ERROR, OPENED
 from frictionloop.loop.record import save
+from frictionloop.loop.reference_runs import OPEN_ERROR, OPENED
 from frictionloop.loop.sweep import SweepInterrupted, sweep
+from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
 from frictionloop.parameters.unit_sanity import of_ceiling
 from frictionloop.physics.fingers import Fingers, coefficient_of, fingers_for

@@ -16,7 +16,6 @@ from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, frame
 from frictionloop.loop import run_findings
-from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, TURNS, metrics
 from frictionloop.loop.band_split import (
     Band,
     DisturbanceSplit,
@@ -28,13 +27,12 @@ from frictionloop.loop.band_split import (
     split_edges,
 )
 from frictionloop.loop.metrics import rms_error, scored_from
-from frictionloop.loop.open_loop import open_loop_of
 from frictionloop.loop.record import system_of
-from frictionloop.loop.recorded_findings import of_recorded, recordings
+from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing, unseen
-from frictionloop.loop.signal_warnings import signal_findings
-from frictionloop.loop.step_times import StepTime, step_times
+from frictionloop.loop.signal_findings import of_recorded, recordings, signal_findings
+from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.parameters.law_values import gains_said
 from frictionloop.parameters.summary import listed, summary

@@ -12,9 +12,8 @@ import numpy as np
 from frictionloop.analysis.limits import headroom
 from frictionloop.analysis.stability import LARGEST
 from frictionloop.design.operating_grid import at_speed
-from frictionloop.loop.felt import relative_index
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.open_loop import OPENED
+from frictionloop.loop.reference_runs import OPENED, relative_index
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, Recording, Sine, Strokes, System

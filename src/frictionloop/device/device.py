@@ -28,7 +28,7 @@ from frictionloop.device.tuning import told_controller, tuned_words
 from frictionloop.device.waveform import checked, table, table_of, with_setpoint
 from frictionloop.findings import Finding
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.spool import DiskFull
+from frictionloop.loop.growing_file import DiskFull
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.brief import Brief

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.device.live_engine import CHANNELS, opened
 from frictionloop.device.live_path import FASTEST_MM_S
-from frictionloop.loop.guided import Guided
+from frictionloop.loop.live_loop import Guided
 from frictionloop.parameters import System
 from frictionloop.physics.reach import Reach
 

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from frictionloop.loop.guided import Guided
 from frictionloop.loop.kernel.structure import structure
+from frictionloop.loop.live_loop import Guided
 from frictionloop.parameters import System
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.source import EffectSource

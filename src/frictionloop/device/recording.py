@@ -13,8 +13,8 @@ import xarray as xr
 from frictionloop.device.counted import counted
 from frictionloop.device.link import Link
 from frictionloop.device.recorder import CHANNELS, FLAGS, SCALES, TICK_HZ, Recorder
+from frictionloop.loop.growing_file import Column, DiskFull, Spool
 from frictionloop.loop.record import VARIABLES, load, provenance
-from frictionloop.loop.spool import Column, DiskFull, Spool
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.quantities.version import package_version
 

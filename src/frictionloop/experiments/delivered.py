@@ -10,8 +10,8 @@ import xarray as xr
 
 from frictionloop.experiments.protocol import Protocol, Stimulus
 from frictionloop.experiments.timeline import Validity
-from frictionloop.loop.felt import perceptual_index
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import perceptual_index
 from frictionloop.quantities.checks import Array
 
 DECLARED = {

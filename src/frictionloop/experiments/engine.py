@@ -14,8 +14,8 @@ from frictionloop.experiments.respondent import Live, Presented, Respondent, Res
 from frictionloop.experiments.timeline import Timeline
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
+from frictionloop.loop.parallel_runs import shared_out, worker_count
 from frictionloop.loop.simulate import traced
-from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System
 
 SHOWN_S = 0.03

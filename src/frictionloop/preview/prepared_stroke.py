@@ -6,7 +6,7 @@ import math
 import os
 from typing import Any
 
-from frictionloop.loop.open_loop import OPENED
+from frictionloop.loop.reference_runs import OPENED
 from frictionloop.parameters import Skin, Strokes, System, check_system
 from frictionloop.parameters.timing import Model
 from frictionloop.quantities import FrictionloopError, must_be

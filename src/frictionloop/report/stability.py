@@ -14,8 +14,8 @@ from frictionloop.analysis.operating import reach_at
 from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 
 
 class Stability(NamedTuple):
@@ -56,8 +56,8 @@ def _largest(peaks: Mapping[float, float]) -> float:
     return max(peaks.values(), default=math.nan)
 
 
-def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_SINES) -> System:
-    """Return the bench, with what is changed of it, under the finger that Fig. 5a draws, asked for all its forces.
+def asked_for(gains: Mapping[str, float], sines: protocol.Sines = protocol.THE_SINES) -> System:
+    """Return the bench with these gains under the finger that Fig. 5a draws, asked for all its forces.
 
     It lifts between strokes as there, so that contact upon contact leaves it as moist as the last stroke does.
     """
@@ -68,9 +68,7 @@ def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_S
         frequency_hz=sines.frequency_hz,
     )
     lifts = {"motion.contact_s": protocol.STROKE_S, "motion.lifted_s": protocol.EVERY_S - protocol.STROKE_S}
-    there = protocol.finger_system(the_finger()).evolve({**lifts, **protocol.with_path(changed), "setpoint": asked})
-    if lifts.keys() & changed.keys():
-        return there
+    there = protocol.finger_system(the_finger()).evolve({**lifts, **gains, "setpoint": asked})
     motion: Any = there.motion
     strokes = motion.in_contacts()
     plate_mm = max(strokes["motion.stroke_mm"], there.touch.load.length_mm)

@@ -26,7 +26,7 @@ def page(found: Study) -> str:
     }
     if name in ("threshold", "JND"):
         figures["functions"] = (functions(protocol, trials, fitted), "Psychometric functions by condition")
-        figures["convergence"] = (converging(protocol, trials), f"{name} and its interval from trial to trial")
+        figures["convergence"] = (converging(protocol, trials), f"{name} from trial to trial")
     else:
         figures["answers"] = (answers(protocol, trials), "Answers over levels")
     drawn = {name: inline(svg(figure, name), label) for name, (figure, label) in figures.items()}

@@ -11,7 +11,7 @@ from threading import Lock
 
 MODULES = (
     "scipy.signal",
-    "frictionloop.loop.felt",
+    "frictionloop.loop.reference_runs",
     "frictionloop.studio.effect_feasibility",
     "frictionloop.studio.uploads",
 )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from frictionloop.loop.felt import weighted
+from frictionloop.loop.reference_runs import weighted
 from frictionloop.parameters import Strokes, System
 from frictionloop.physics.reach import Reach
 from frictionloop.preview.effect_preview import Preview, preview

@@ -93,7 +93,7 @@ def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> tuple[flo
     # Only here: all of it takes as long to load as what opens the page (`studio.background`).
     from scipy.signal import butter, sosfilt
 
-    from frictionloop.loop.felt import weighted
+    from frictionloop.loop.reference_runs import weighted
     from frictionloop.perception.weighting import RATES_HZ
 
     if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:

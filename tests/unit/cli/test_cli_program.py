@@ -113,19 +113,6 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
     assert not Path("report").exists()
 
 
-@pytest.mark.slow
-def test_reproduce_of_a_figure_gives_its_numbers_and_what_was_changed(frictionloop):
-    changes = {"sensor.resonance_hz": 200, "plate.max_amplitude_um": 3}
-    flags = [word for path, value in changes.items() for word in (f"--{path}", value)]
-    found = frictionloop("reproduce", *flags, "--only", "fig-5a-printed", "--json").json()
-    (figure,) = found["figures"]
-    numbers, before = figure["numbers"]["printed gains"], figure["changed"]["unchanged"]["printed gains"]
-    assert figure["changes"] == changes and numbers["error_n"] != before["error_n"]
-    assert figure["changed"]["places"]["printed gains"] == {"held": 0, "unstable": 6, "places": 6}
-    (believed,) = (each for each in found["findings"] if each["code"] == "BELIEF-DIFFERS")
-    assert believed["remedy"] == {"controller.model.max_amplitude_um": 3.0}
-
-
 def test_reproduce_of_an_unknown_name_is_one_line(frictionloop):
     answer = frictionloop("reproduce", "--only", "resonances")
     assert (answer.code, answer.out) == (2, "")

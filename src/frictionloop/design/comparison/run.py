@@ -18,12 +18,12 @@ from frictionloop.design.comparison.entrants import DESIGN_S, DESIGNED, Entrant,
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
 from frictionloop.loop.blocks import outside_digest
-from frictionloop.loop.kept import CLOCK, Timely, computing
-from frictionloop.loop.points import fingerprint, points_of, structures_of
+from frictionloop.loop.parallel_runs import worker_count
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
-from frictionloop.loop.workers import worker_count
+from frictionloop.loop.sweep_checkpoint import CLOCK, Timely, computing
+from frictionloop.loop.sweep_points import fingerprint, points_of, structures_of
 from frictionloop.parameters import Constant, FingerFriction, System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.physics.friction import is_gaussian

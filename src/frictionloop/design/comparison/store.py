@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.comparison.protocol import METRICS, TASKS, Condition
-from frictionloop.loop.formulas import METRICS as MEANING
-from frictionloop.loop.kept import computing
+from frictionloop.loop.metrics import METRICS as MEANING
 from frictionloop.loop.record import load, save
+from frictionloop.loop.sweep_checkpoint import computing
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, why_unwritable
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.identification.rigs.sensor_rig import OWN_STREAM, reading, spring_noise, to_dataset
-from frictionloop.loop.timing import check_seed
+from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities import must_be

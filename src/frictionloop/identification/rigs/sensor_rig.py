@@ -21,7 +21,7 @@ from scipy.constants import g as STANDARD_GRAVITY
 from scipy.linalg import eigh, expm, solve_continuous_lyapunov
 from scipy.signal import lfilter
 
-from frictionloop.loop.timing import check_seed
+from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters import SCHEMA
 from frictionloop.parameters.rigs import CalibrationBench
 from frictionloop.quantities.checks import number

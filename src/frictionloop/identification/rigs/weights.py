@@ -29,7 +29,7 @@ from frictionloop.identification.rigs.sensor_rig import (
     spring_noise,
     to_dataset,
 )
-from frictionloop.loop.timing import check_seed
+from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters.rigs import CalibrationBench, Pulley
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number

@@ -1,28 +1,132 @@
-"""From Systems to the numbers of a bench: finger, motion, contact, suspension."""
+"""From the blocks of Systems to numbers: signals, a period of plate and sensor, a bench with its finger."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
 
 from frictionloop.loop.kernel.columns import Slab, column
+from frictionloop.loop.kernel.ends import TERMS, segment_ends
+from frictionloop.loop.kernel.quadrature import segment_nodes, segment_weights
+from frictionloop.loop.kernel.signals import FORMULAS
+from frictionloop.loop.kernel.slab import SEGMENT_ROWS
 from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
-from frictionloop.parameters import FingerFriction, Skin, Strokes, System
+from frictionloop.parameters import (
+    ColouredNoise,
+    Constant,
+    FingerFriction,
+    LogSweep,
+    Sine,
+    Skin,
+    Source,
+    Steps,
+    Strokes,
+    System,
+)
 from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
 from frictionloop.physics.finger_step import Motion
 from frictionloop.physics.friction_limit import ageing_coefficients, limit_coefficients, occlusion_coefficients
 from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
 from frictionloop.physics.plate import plate_coefficients
 from frictionloop.physics.roughness import cells_per_m, roughness_table
+from frictionloop.physics.sources import Sampler, sampler, sweep_turns
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
 from frictionloop.rendering.program import START
 from frictionloop.rendering.source import EffectSource
 from frictionloop.sensing.force_sensor import converter, noise_coefficients, suspension_coefficients
 from frictionloop.sensing.touch import touch_coefficients
+
+_HOW = {Constant: "sine", Sine: "sine", LogSweep: "log_sweep", Steps: "held"}
+"""How signals are made; all others are linear between samples."""
+
+
+class Signal(NamedTuple):
+    """How the kernel makes a signal."""
+
+    how: str
+    """A formula of `FORMULAS` (signals), or how samples are taken: "linear" or "held"."""
+    shared: bool
+    """One column serves all lanes."""
+    take: Sampler
+    """(start, stop) -> samples of a chunk, [period][column], empty for a formula."""
+
+
+def lower_signal(
+    slab: Slab, rows: str, sources: Sequence[Source], seeds: np.ndarray, stream: int, rate_hz: float, nodes_alike: bool
+) -> Signal:
+    """Set the formula rows of a signal, one source per lane; ``nodes_alike`` says that lanes may share it."""
+    first = sources[0]
+    if isinstance(first, EffectSource):  # made tick by tick (loop/kernel/foreign_tile)
+        return Signal("effect", False, lambda start, stop: np.zeros(0))
+    alike = all(s is first or s == first for s in sources)
+    slab.view(rows)[:] = np.array([_formula(s) for s in (sources[:1] if alike else sources)]).T
+    drawn = isinstance(first, ColouredNoise) and bool(np.any(seeds != seeds[0]))
+    shared = nodes_alike and alike and not drawn
+    how = _HOW.get(type(first), "linear")
+    sampled = [] if how in FORMULAS else sources[: 1 if shared else len(sources)]
+    takes = [sampler(s, rate_hz, int(seed), stream) for s, seed in zip(sampled, seeds, strict=False)]
+
+    def take(start: int, stop: int) -> np.ndarray:
+        return np.ascontiguousarray(np.array([one(start, stop) for one in takes if one]).T).ravel()
+
+    return Signal(how, shared, take)
+
+
+def _formula(source: Source) -> tuple[float, float, float, float]:
+    if isinstance(source, Sine):
+        return source.offset_n, source.amplitude_n, source.frequency_hz, 0.0
+    if isinstance(source, LogSweep):
+        return source.offset_n, source.amplitude_n, *sweep_turns(source)
+    return getattr(source, "offset_n", 0.0), 0.0, 0.0, 0.0
+
+
+def lower_plant(slab: Slab, systems: Sequence[System], switch_s: np.ndarray, before: int, after: int) -> int:
+    """Set the rows of plate and sensor, for periods of so many segments; return the nodes of a period."""
+    period = 1.0 / systems[0].controller.rate_hz
+    plate_hz = column([s.plate for s in systems], lambda plate: plate.cutoff_hz)
+    sensor_hz, noise = column([s.sensor for s in systems], lambda sensor: (sensor.cutoff_hz, sensor.noise_rms_n))
+    plants = np.broadcast(plate_hz, sensor_hz, switch_s)
+    rows = np.array([period_rows(*map(float, plant), period, before, after) for plant in plants]).T
+    segments = (before + after) * SEGMENT_ROWS
+    nodes = (len(rows) - segments - 1) // 2
+    slab.view("node_time")[:nodes] = rows[:nodes]
+    slab.view("weight")[:nodes] = rows[nodes : 2 * nodes]
+    slab.view("segment")[:segments] = rows[2 * nodes : -1]
+    of_ends = slab.view("segment").reshape(-1, SEGMENT_ROWS, slab.width)[: before + after, 1 + TERMS :]
+    of_ends *= slab.view("nominal")[0]  # the end's friction is counted in f0
+    slab.view("sensor_decay")[0] = rows[-1]
+    slab.view("noise_gain")[0] = noise * (1.0 - rows[-1])
+    return nodes
+
+
+@lru_cache(maxsize=4096)
+def period_rows(
+    plate_hz: float, sensor_hz: float, switch_s: float, period_s: float, before: int, after: int
+) -> np.ndarray:
+    """Return node times, their weights, each segment's decay and terms of both ends, and the sensor's decay.
+
+    One plant at a time: sums over arrays of lanes would round differently in a tile and alone.
+    """
+    times = segment_nodes(switch_s, period_s, before, after)
+    weights = segment_weights(sensor_hz, switch_s, period_s, before, after)
+    decay, ends = segment_ends(plate_hz, sensor_hz, switch_s, period_s, before, after)
+    segments = np.concatenate([decay[:, None], ends.reshape(len(decay), 2 * TERMS)], axis=1)
+    return np.concatenate([times, weights, segments.ravel(), [math.exp(-2.0 * math.pi * sensor_hz * period_s)]])
+
+
+def lower_swing(slab: Slab, nodes: int) -> None:
+    """Set what a sine of the disturbance adds to the reading: its sum over the nodes, by the addition theorem."""
+    offset, amplitude, frequency_hz, _ = slab.view("disturbance_signal")
+    weight = slab.view("weight")[:nodes]
+    turn = 2.0 * np.pi * frequency_hz * slab.view("node_time")[:nodes]
+    shares = np.stack([weight * offset, weight * amplitude * np.cos(turn), weight * amplitude * np.sin(turn)])
+    slab.view("swing")[:] = np.cumsum(shares, axis=1)[:, -1]  # one node after the other: the same bits for any width
+
 
 _PERSON = 0x9E3779B97F4A7C15
 """2^64 over the golden ratio, odd: people with numbers 0, 1, ... get keys that are far apart."""

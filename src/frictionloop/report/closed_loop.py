@@ -1,10 +1,9 @@
-"""Fig. 5a: force against set-point over five strokes at three levels, and the same for a population."""
+"""Fig. 5a: its numbers, force against set-point over five strokes at three levels, and the same for a population."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,51 +11,69 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionloop.analysis.linear import check_pi
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
-from frictionloop.parameters import bench
+from frictionloop.parameters import System
+from frictionloop.report import protocol
 from frictionloop.report.claims.claim import Value
-from frictionloop.report.device import IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
-from frictionloop.report.figures.tracking import GROUND
 from frictionloop.report.numbers import number
-from frictionloop.report.stroke_numbers import Table
+from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import AMPLITUDE_N, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.results import Results
+from frictionloop.report.stability import Stability, stability
+from frictionloop.report.systems import GROUND
+
+Row = dict[str, Value]
+Table = dict[str, Row]
+
+
+def strokes(names: Iterable[str], results: Results) -> Table:
+    """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
+    base = protocol.finger_system(the_finger())
+    return {name: _gains(name, base.evolve(CONTROLLERS[name])) | _fit(results.tracked[name]) for name in names}
+
+
+def _gains(name: str, system: System) -> Row:
+    if name == OPEN:
+        return {"kp": None, "ki": None, **dict.fromkeys(Stability._fields)}
+    controller = check_pi(system)
+    return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
+
+
+def _fit(runs: xr.Dataset) -> Row:
+    found = fit(runs)
+    return {
+        "r2_regression": found.regression,
+        "r2_identity": found.identity,
+        "slope": found.slope,
+        "spread_n": found.spread_n,
+        "error_n": found.rms_n,
+    }
+
 
 DOTS = 100
 """Points of one stroke."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 LEVEL_LOOKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"))
-LIMITS_N, ROOM_N = (0.25, 0.95), 0.05
-"""Ends of the axis of set-points of several levels, which is the same for all benches, and the room beside them."""
-NOT_ASKED: Mapping[str, str] = MappingProxyType({})
-"""Of the report's own figure, whose panels do not say where else gains hold."""
+LIMITS_N = (0.25, 0.95)
+"""Ends of the axis of set-points."""
 ABOVE = 1.7
 """Axis over the forces that the scores stand above."""
 LEAST_TOP_N = 1.3
 """Upper end of the axis of forces where no force is as large: the scores stand above the forces then."""
-HERE = "re-tuned here"
-"""Gains found for a bench that is not the paper's."""
-GIVEN = "gains as given"
-"""Gains of one's own."""
-HOLDS = "hold everywhere"
-"""Gains that hold at all slip lengths and speeds that a check looks at."""
 TITLES = {
     OPEN: "open loop: the lookup alone",
     PRINTED: "closed loop, printed gains",
     RETUNED_GAINS: "closed loop, re-tuned gains",
     IDEAL: "ideal sensor, no delay",
-    HERE: "re-tuned here,\nfor one slip length and speed",
-    GIVEN: GIVEN,
-    HOLDS: "hold at all slip lengths\nand speeds checked",
 }
 
 
 @styled
-def figure_closed_loop(
-    tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table, held: Mapping[str, str] = NOT_ASKED
-) -> Figure:
+def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], rows: Table) -> Figure:
     """Return force against set-point for some controllers, a panel each, with the regression and both kinds of R2.
 
-    Each panel says the gains, and how stable their loop is, from ``rows`` by controller (`of_strokes`), and where else
-    they hold, from ``held``.
+    Each panel says the gains, and how stable their loop is, from ``rows`` by controller (`strokes`).
     The axis of forces is that of all controllers, so that figures can stand side by side.
     """
     figure = new_figure(2.3 * len(names), 3.5)
@@ -64,11 +81,10 @@ def figure_closed_loop(
     top_n = max(LEAST_TOP_N, *(_top_n(tracked[name]) for name in tracked if name in TITLES))
     for axes, name in zip(panels, names, strict=True):
         row = rows[name]
-        _cloud(axes, tracked[name], top_n, "\n".join(filter(None, [_stable(row), held.get(name, "")])))
+        _cloud(axes, tracked[name], top_n, _stable(row))
         kp, ki = row["kp"], row["ki"]
         gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp, 4)}, $K_i$ {number(ki, 4)} 1/s"
-        title = "printed gains" if name == GIVEN and _printed(kp, ki) else TITLES[name]
-        axes.set_title(title + gains, fontsize=8.5)
+        axes.set_title(TITLES[name] + gains, fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
     handles, words = panels[0].get_legend_handles_labels()
@@ -76,41 +92,31 @@ def figure_closed_loop(
     return figure
 
 
-def _printed(kp: Value, ki: Value) -> bool:
-    printed: Any = bench().controller
-    return (kp, ki) == (printed.kp, printed.ki)
-
-
 def _top_n(runs: xr.Dataset) -> float:
     """Return an upper end of the axis that holds the forces, those of the lower levels below the scores."""
-    forces, levels = runs["f_a"], runs.sizes["level"]
-    left = forces.isel(level=slice(0, max(1, levels - 1)))
+    forces, left = runs["f_a"], runs["f_a"].isel(level=slice(0, -1))
     return max(1.05 * float(forces.quantile(0.999)), ABOVE * float(left.quantile(0.99)))
 
 
 def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     # Multiples of the golden ratio: spread evenly over the stroke and over the period of the set-point.
     some = np.sort((np.arange(DOTS) * GOLDEN % 1.0 * runs.sizes["time"]).astype(int))
-    size = float(np.ptp(runs["f_r"].isel(level=0).values) / 2.0)
     for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=False):
         part = runs.sel(level=level_n).isel(time=some)
         look: dict[str, Any] = {"ms": 1.6, "mew": 0, "alpha": 0.55, "color": color}
         axes.plot(
             part["f_r"].values.ravel(),
-            part["f_a"].where(part["scored"]).values.ravel(),
+            part["f_a"].values.ravel(),
             marker,
             ls="none",
             **look,
-            label=f"{level_n:g} ± {size:.3g} N",
+            label=f"{level_n:g} ± {AMPLITUDE_N:g} N",
         )
     found = fit(runs)
     r = runs["f_r"].values.ravel()
     offset = float(runs["f_a"].mean()) - found.slope * r.mean()
     ends = np.array([r.min(), r.max()])
-    limits = r.min() - ROOM_N, r.max() + ROOM_N
-    if runs.sizes["level"] > 1:
-        limits = min(LIMITS_N[0], limits[0]), max(LIMITS_N[1], limits[1])
-    axes.plot(limits, limits, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
+    axes.plot(LIMITS_N, LIMITS_N, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
     axes.plot(ends, offset + found.slope * ends, color=BLACK, lw=1.6, label="regression")
     scores = [
         f"regression $R^2$ {found.regression:.3f}",
@@ -120,7 +126,7 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     ]
     look = {"va": "top", "linespacing": 1.4, "fontsize": 8, "bbox": GROUND}
     axes.text(0.04, 0.97, "\n".join(scores), transform=axes.transAxes, **look)
-    axes.set(xlim=limits, ylim=(0, top_n))
+    axes.set(xlim=LIMITS_N, ylim=(0, top_n))
 
 
 def _stable(row: Mapping[str, Value]) -> str:
@@ -154,8 +160,8 @@ def figure_people(people: Mapping[str, xr.Dataset]) -> Figure:
         axes.plot(place[~able], error_mn[~able], marker, color=color, mfc="white", ms=5)
     axes.axhline(20, color=BLACK, ls=":", lw=1.1)
     axes.text(order.size + 0.6, 19, "20 mN", fontsize=7.5, ha="right", va="top")
-    axes.plot([], [], "o", color=BLACK, mfc="white", label="hollow: does not reach\n0.3 and 0.9 N")
-    axes.set(yscale="log", xlim=(0.2, order.size + 0.8), xlabel="finger, sorted by its error with the re-tuned gains")
+    axes.plot([], [], "o", color=BLACK, mfc="white", label="hollow: not from\n0.3 to 0.9 N")
+    axes.set(yscale="log", xlim=(0.2, order.size + 0.8), xlabel="finger, by its re-tuned error")
     axes.set_xticks([1, *range(5, order.size + 1, 5)])
     axes.set_ylabel("error $f_a - f_r$ (mN rms)")
     axes.set_yticks([10, 20, 50, 100, 200, 500, 1000], ["10", "20", "50", "100", "200", "500", "1000"])

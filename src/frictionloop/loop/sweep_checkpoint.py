@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.formulas import METRICS
-from frictionloop.loop.points import Points
+from frictionloop.loop.metrics import METRICS
 from frictionloop.loop.record import HDF5, load, save
+from frictionloop.loop.sweep_points import Points
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
 from frictionloop.quantities.version import code_version
@@ -22,8 +22,10 @@ SAVE_EVERY_S = 5.0
 """Time between two savings of what is done; a tile may last as long before the next one, 10 s in all (assumed)."""
 CLOCK = time.monotonic  # noqa: TID251
 """It decides when a file is saved, never a number."""
-_ROOMS = "quantities findings parameters physics sensing control perception recordings rendering loop firmware"
-COMPUTING = tuple(_ROOMS.split())
+COMPUTING = (
+    *("quantities", "findings", "parameters", "physics", "sensing", "control"),
+    *("perception", "recordings", "rendering", "loop", "firmware"),
+)
 """Folders whose code decides the numbers of a run, with the C core beside them."""
 
 
@@ -54,16 +56,14 @@ def resumed(
 ) -> np.ndarray:
     """Return the values already done in a file, NaN for the rest."""
     if path is None:
-        raise FrictionloopError("resume: needs the path of the file to continue")
+        raise FrictionloopError("resume: needs a path")
     if not Path(path).exists():
         return np.full((len(names), int(np.prod(grid.shape))), np.nan)
     kept = load(path)
     if kept.attrs.get("fingerprint") != key:
-        raise FrictionloopError(f"{path}: holds another sweep; choose another")
+        raise FrictionloopError(f"{path}: holds another sweep")
     if kept.attrs.get("code") != code:
-        raise FrictionloopError(
-            f"{path}: computed by other code (frictionloop {kept.attrs.get('version')}); start over"
-        )
+        raise FrictionloopError(f"{path}: of other code, {kept.attrs.get('version')}")
     for name in names:
         if name not in kept or kept[name].shape != grid.shape or kept[name].dtype.kind != "f":
             raise FrictionloopError(f"{path}: is damaged (metric {name})")
@@ -87,7 +87,7 @@ def check_not_unfinished(path: str | os.PathLike[str] | None) -> None:
     except FrictionloopError:
         return
     if "fingerprint" in there.attrs and runs_done(there) < np.prod(list(there.sizes.values())):
-        raise FrictionloopError(f"{path}: keeps an unfinished sweep; --resume (resume=True) continues it")
+        raise FrictionloopError(f"{path}: unfinished; --resume or resume=True")
 
 
 class Result:
@@ -97,7 +97,7 @@ class Result:
         self, values: np.ndarray, names: tuple[str, ...], grid: Points, attrs: dict[str, Any], path: Any
     ) -> None:
         if path is not None and Path(path).suffix.lower() not in HDF5:
-            raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(HDF5)}, to be resumed")
+            raise FrictionloopError(f"path = {str(path)!r}: must end in {' or '.join(HDF5)}")
         self.values, self.names, self.grid, self.attrs, self.path = values, names, grid, attrs, path
         self.done = int(np.sum(~np.isnan(values).all(axis=0)))
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
-from frictionloop.loop.step_times import STEP_TIMES
-from frictionloop.loop.timing import check_seed, is_finite, periods_in
+from frictionloop.loop.metrics import METRICS
+from frictionloop.loop.simulate import check_seed, is_finite, periods_in
+from frictionloop.loop.transients import STEP_TIMES
 from frictionloop.parameters import Recording, System
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError, must_be, unit_of
@@ -71,7 +71,7 @@ def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
     elif isinstance(seeds, int | np.integer) and not isinstance(seeds, bool):
         found = tuple(range(seeds))
     if not found or len(set(found)) < len(found):
-        raise must_be("seeds", seeds, "a positive count or a list of different whole numbers >= 0")
+        raise must_be("seeds", seeds, "a count or different numbers")
     return found
 
 
@@ -81,7 +81,7 @@ def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: in
     A list may name its dimension with an attribute ``dim``.
     """
     if not isinstance(points, (Mapping, Sequence)):
-        raise must_be("points", points, "{path: values, ...} or a list of such overrides")
+        raise must_be("points", points, "{path: values, ...} or a list")
     if len(points) == 0:
         raise FrictionloopError("points: needs one at least")
     if isinstance(points, Mapping):
@@ -123,7 +123,7 @@ def structures_of(
         periods = periods_in(changed, duration_s)
         scored = is_finite(score_from_s) and 0 <= score_from_s < duration_s
         if not (scored and round(score_from_s * changed.controller.rate_hz) < periods):
-            raise must_be("score_from_s", score_from_s, f"at least 0 and below duration_s = {duration_s!r} s", "s")
+            raise must_be("score_from_s", score_from_s, f"0 to below duration_s = {duration_s!r}", "s")
         stepped = [name for name in names if getattr(METRICS[name], "tally", None) is STEP_TIMES]
         if stepped and changed.setpoint.kind != "steps":
             raise FrictionloopError(f"metric {stepped[0]}: needs setpoint.kind 'steps', not {changed.setpoint.kind!r}")

@@ -14,8 +14,7 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, ROW, law_rows
 from frictionloop.loop.kernel.structure import moves, structure
 from frictionloop.loop.kernel.traces import traces_of
-from frictionloop.loop.simulate import no_number
-from frictionloop.loop.timing import check_seed
+from frictionloop.loop.simulate import check_seed, no_number
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.compiled import keep_compiled
@@ -145,9 +144,9 @@ def _checked(system: System | Sequence[System]) -> tuple[System, ...]:
         if not moves(each):
             raise FrictionloopError('motion.kind = "sliding": must be "strokes"')
     if not 0 < len(systems) <= LANES:
-        raise FrictionloopError(f"systems: {len(systems)} of them; must be 1 to {LANES}")
+        raise FrictionloopError(f"systems: {len(systems)}; must be 1 to {LANES}")
     if len(systems) > 1 and any(structure(each) != structure(systems[0]) for each in systems[1:]):
-        raise FrictionloopError("systems: must differ in numbers alone")
+        raise FrictionloopError("systems: may differ in numbers")
     return systems
 
 

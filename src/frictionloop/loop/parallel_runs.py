@@ -120,10 +120,10 @@ def _run(
 ) -> tuple[list[int], list[xr.Dataset]]:
     """Run one tile and return its lanes and their runs."""
     systems, seeds = zip(*jobs, strict=True)
-    return lanes, [_kept(run, keep, from_s) for run in traced(systems, seeds, duration_s)]
+    return lanes, [_part_of(run, keep, from_s) for run in traced(systems, seeds, duration_s)]
 
 
-def _kept(run: xr.Dataset, keep: tuple[str, ...], from_s: float) -> xr.Dataset:
+def _part_of(run: xr.Dataset, keep: tuple[str, ...], from_s: float) -> xr.Dataset:
     rate_hz = 1.0 / float(run["time"][1] - run["time"][0])
     part = run[list(keep)].isel(time=slice(round(from_s * rate_hz), None))
     # A view would keep the traces of the whole tile.
