@@ -11,8 +11,8 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.loop.blocks import forget
 from frictionloop.studio.commands import obey
 from frictionloop.studio.gallery import gallery

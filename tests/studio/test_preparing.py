@@ -10,8 +10,8 @@ import pytest
 from live_engines import GRATING, Echo
 
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio import preparing
 from frictionloop.studio.commands import obey

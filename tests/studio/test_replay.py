@@ -13,8 +13,8 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import CHANNELS
+from frictionloop.live.session import Session
 from frictionloop.parameters.written import to_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.guest import Guest

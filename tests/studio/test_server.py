@@ -17,8 +17,8 @@ import frictionloop as fl
 from frictionloop import studio
 from frictionloop.cli.effect import LAW
 from frictionloop.cli.studio import _given as opened_with
-from frictionloop.device.live_engine import CHANNELS, TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import CHANNELS, TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.studio.frames import unpack
 from frictionloop.studio.guest import WAITING, Guest
 from frictionloop.studio.room import Room

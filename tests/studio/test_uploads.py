@@ -10,7 +10,7 @@ from live_engines import GRATING, Echo
 from studio_files import png, wav
 
 import frictionloop as fl
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.tables import Map
 from frictionloop.studio.guest import Guest

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.studio import background
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.device.live_crowd import CROWD, Crowd
-from frictionloop.device.live_session import Block, Session
+from frictionloop.live.engines import CROWD, Crowd
+from frictionloop.live.session import Block, Session
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers

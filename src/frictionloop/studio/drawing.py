@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.parameters import System
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.plate import map_of

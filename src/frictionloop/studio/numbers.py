@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frictionloop.device.live_engine import CHANNELS
+from frictionloop.live.engines import CHANNELS
 from frictionloop.rendering.effect import TURNS_MM_S
 
 WINDOW_S = 2.0

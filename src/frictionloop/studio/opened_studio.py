@@ -15,8 +15,8 @@ from frictionloop.quantities import must_be, replacing
 from frictionloop.quantities.extra import all_needed, needed
 
 if TYPE_CHECKING:
-    from frictionloop.device.live_session import Session
     from frictionloop.experiments.protocol import Protocol
+    from frictionloop.live.session import Session
     from frictionloop.studio.experiment.desk import Desk
     from frictionloop.studio.experiment.serving import Addresses
 
@@ -140,15 +140,15 @@ def _serve(
 def _session(system: System, seed: int, device: str | None) -> Iterator[Session]:
     """Yield the session, whose device is switched off at its end."""
     if device is None:
-        from frictionloop.device.live_engine import TwinEngine
-        from frictionloop.device.live_session import Session
+        from frictionloop.live.engines import TwinEngine
+        from frictionloop.live.session import Session
 
         yield Session(TwinEngine(system, seed))
         return
     all_needed("cobs", "fastcrc", *SIMULATED.get(device.partition(":")[0], ()))
     from frictionloop.device.device import connect
-    from frictionloop.device.device_session import DeviceSession
-    from frictionloop.device.live_device import DeviceEngine
+    from frictionloop.live.device_engine import DeviceEngine
+    from frictionloop.live.device_session import DeviceSession
 
     with connect(device, system, seed) as found:
         yield DeviceSession(DeviceEngine(found, system))

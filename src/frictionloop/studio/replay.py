@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_record import BESIDE, RUN
+from frictionloop.live.engines import CHANNELS
+from frictionloop.live.session import BESIDE, RUN
 from frictionloop.loop.record import load, system_of
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError

@@ -10,7 +10,7 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
-from frictionloop.device.live_session import SPARSE, Block, Session
+from frictionloop.live.session import SPARSE, Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.counting import Counting

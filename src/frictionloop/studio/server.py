@@ -15,8 +15,8 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_record import recorded
+from frictionloop.live.engines import CHANNELS
+from frictionloop.live.session import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.written import to_toml
 from frictionloop.studio import background

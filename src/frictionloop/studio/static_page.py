@@ -10,9 +10,8 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_record import recorded
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session, recorded
 from frictionloop.parameters import System
 
 STEP_S = 0.02

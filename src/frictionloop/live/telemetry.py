@@ -1,15 +1,17 @@
-"""Telemetry as the channels of a live session, tick by tick; what is missing is NaN, and counted."""
+"""Telemetry as the channels of a live session, tick by tick, and what a device says of itself."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from frictionloop.device.codec import Message
-from frictionloop.device.live_engine import CHANNELS
+from frictionloop.device.fault_codes import fault_line, reading_of
+from frictionloop.device.link import Link
 from frictionloop.device.pipe import Pipe
 from frictionloop.device.recorder import ALL, SCALES, state_of
 from frictionloop.device.recorder import CHANNELS as TOLD
-from frictionloop.device.running import STATES
+from frictionloop.device.running import NAMES, NO_SESSION, RESETS, STATES
+from frictionloop.live.engines import CHANNELS
 
 LONGEST_GAP = 10_000
 """Ticks that may be missing in one piece (2 s, after which a device is given up); a longer way is another beginning."""
@@ -84,3 +86,48 @@ def channels_of(told: np.ndarray, felt_n: np.ndarray) -> np.ndarray:
         rows[_AT[f"{name}_um"]] = np.where(runs, told[_FROM["a"]], np.nan)
     rows[_AT["saturated"]] = closed & (flags >> 1 & 1 == 1)
     return rows
+
+
+class News:
+    """What came in from a device that was asked for every sample.
+
+    Parameters
+    ----------
+    link : Link
+        The line to it.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self.fault = ""
+        """The fault that is in force, in a line; empty without one."""
+        self.listen()
+
+    @property
+    def state(self) -> str:
+        """State of the board as its last sample tells it."""
+        return NAMES.get(self.rows.state, "unknown")
+
+    def listen(self) -> None:
+        """Ask for every sample from now on, of a device that may have forgotten whom it tells."""
+        status = self._link.listen(1, ALL)
+        self._note_fault(status)
+        self.rows = Rows(status["tick"])
+
+    def take(self, message: Message) -> str:
+        """Take a message; return why the device has to be set up anew, empty where it has not."""
+        if message.name == "telemetry":
+            self.rows.take(message)
+        elif message.name == "status":
+            self._note_fault(message)
+            if self.rows.began_anew(message["tick"]):
+                return f"reset: {RESETS.get(message['reset'], 'unknown')}"
+        elif message.name == "fault":
+            self.fault = fault_line(message["fault"], reading_of(message))
+        elif message.name == "refused" and message["reason"] == NO_SESSION:
+            return "session ended"
+        return ""
+
+    def _note_fault(self, status: Message) -> None:
+        if status["state"] == STATES["fault"] and not self.fault:
+            self.fault = fault_line(status["fault"])

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from frictionloop.device.live_device import DeviceEngine
-from frictionloop.device.live_session import BLOCKS_HZ, GONE_S, Block, Session
+from frictionloop.live.device_engine import DeviceEngine
+from frictionloop.live.session import BLOCKS_HZ, GONE_S, Block, Session
 
 SILENT_S = 0.15
 """A driving page that says nothing for so long is gone: with the 0.1 s of the board's ramp it is at rest in 0.3 s."""
