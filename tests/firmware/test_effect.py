@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.device.host_board import Sample
+from frictionloop.device.bench_boards import Sample
 from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.effect_pieces import TOLERANCE_N
 from frictionloop.firmware.effect_tables import STEP, effect_tables

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device.boards import Emulated
+from frictionloop.device.bench_boards import Emulated
 from frictionloop.firmware import revision
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder

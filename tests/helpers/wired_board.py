@@ -10,8 +10,7 @@ import time
 from collections import deque
 from contextlib import contextmanager, suppress
 
-from frictionloop.device.boards import Simulated
-from frictionloop.device.simulated_pipe import BenchPipe
+from frictionloop.device.bench_boards import BenchPipe, Simulated
 from frictionloop.live.finger import Ghost
 from frictionloop.loop.stepper import Movement
 

@@ -10,7 +10,7 @@ import pytest
 
 from frictionloop.device.device import Device
 from frictionloop.device.link import Link
-from frictionloop.device.recorder import ALL, SCALES
+from frictionloop.device.recording import ALL, SCALES
 from frictionloop.live.telemetry import Rows
 
 

@@ -11,12 +11,12 @@ from studio_pages import opened, seen, until
 
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
-from frictionloop.device.boards import Simulated
+from frictionloop.device.bench_boards import Simulated
 from frictionloop.device.codec import Message
 from frictionloop.device.device import connect
-from frictionloop.device.fault_codes import fault_code
-from frictionloop.device.recorder import ALL
-from frictionloop.device.recorder import CHANNELS as TOLD
+from frictionloop.device.errors import fault_code
+from frictionloop.device.recording import ALL
+from frictionloop.device.recording import CHANNELS as TOLD
 from frictionloop.findings import CATALOGUE
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.live.device_engine import DeviceEngine

@@ -16,7 +16,7 @@ import pytest
 from message_branches import branches_on_messages
 
 import frictionloop as fl
-from frictionloop.device.fault_codes import FAULTS, fault_code
+from frictionloop.device.errors import FAULTS, fault_code
 from frictionloop.findings import CATALOGUE, Condition, Finding, Result, entry, shown
 from frictionloop.findings.catalogue import SEVERITIES
 from frictionloop.findings.render import LINES, WIDTH, WORST, lines

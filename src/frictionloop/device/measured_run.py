@@ -14,10 +14,10 @@ import xarray as xr
 
 from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.stability import rings
-from frictionloop.device.addressed import opened
-from frictionloop.device.counted import away_from_turns
+from frictionloop.device.board_info import opened
 from frictionloop.device.device import Device
-from frictionloop.device.effects import played
+from frictionloop.device.recording import away_from_turns
+from frictionloop.device.waveform import upload_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.findings.shown import shown
@@ -178,7 +178,7 @@ def play(
     """
     check_duration(duration_s, out)
     with opened(where, system) as device:
-        made = played(system.setpoint, system, device.info.waveform)
+        made = upload_of(system.setpoint, system, device.info.waveform)
         if made is None:
             raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         _load(device, system)

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from frictionloop.device import effects
+from frictionloop.device.bench_boards import ENDS, BenchPipe
 from frictionloop.device.codec import Message
 from frictionloop.device.device import Device
 from frictionloop.device.errors import DeviceError, Refused, Unplugged
-from frictionloop.device.recorder import TICK_HZ
-from frictionloop.device.simulated_pipe import ENDS, BenchPipe
+from frictionloop.device.recording import TICK_HZ
+from frictionloop.device.waveform import EffectUpload, upload_of
 from frictionloop.live.telemetry import News
 from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
@@ -95,7 +95,7 @@ class SetUp:
         self.ceiling_um = 0.0
         """Largest amplitude that the board allows."""
         self._plays: np.ndarray | None = None
-        self._played: dict[object, effects.Played] = {}
+        self._played: dict[object, EffectUpload] = {}
         self.again()
         for _ in self._steps:
             pass
@@ -127,7 +127,7 @@ class SetUp:
         """Make the tables of a System's effect, which takes a second for a rough one; may run in another thread."""
         if self.ready(system):
             return
-        played = effects.played(system.setpoint, system, self._device.info.waveform)
+        played = upload_of(system.setpoint, system, self._device.info.waveform)
         if played is None:
             raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         kept = dict(list(self._played.items())[1 - KEPT_EFFECTS :])
@@ -149,7 +149,7 @@ class SetUp:
             self._steps, self.wanted = iter(()), self._in_force
             raise
 
-    def _writing(self, system: System, played: effects.Played) -> Iterator[None]:
+    def _writing(self, system: System, played: EffectUpload) -> Iterator[None]:
         device = self._device
         yield from device.uploading(system)
         words = played.tables.words

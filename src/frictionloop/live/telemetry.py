@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from frictionloop.device.codec import Message
-from frictionloop.device.fault_codes import fault_line, reading_of
-from frictionloop.device.link import Link
-from frictionloop.device.pipe import Pipe
-from frictionloop.device.recorder import ALL, SCALES, state_of
-from frictionloop.device.recorder import CHANNELS as TOLD
-from frictionloop.device.running import NAMES, NO_SESSION, RESETS, STATES
+from frictionloop.device.errors import fault_line, reading_of
+from frictionloop.device.link import RESETS, Link
+from frictionloop.device.recording import ALL, SCALES, state_of
+from frictionloop.device.recording import CHANNELS as TOLD
+from frictionloop.device.running import NAMES, NO_SESSION, STATES
+from frictionloop.device.transport import Pipe
 from frictionloop.live.engines import CHANNELS
 
 LONGEST_GAP = 10_000
