@@ -10,7 +10,7 @@ from studio_pages import opened, room_of, seen, until
 
 import frictionloop as fl
 from frictionloop.live.engines import TwinEngine
-from frictionloop.studio.safe import Doors
+from frictionloop.studio.connections import Doors
 
 pytestmark = pytest.mark.slow
 LOST = "WebSocket", "ERR_CONNECTION", "403", "404"

@@ -27,7 +27,7 @@ from frictionloop.live.telemetry import Rows
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 from frictionloop.studio.commands import obey
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.numbers import numbers_of
 from frictionloop.studio.room import Room
 

@@ -18,7 +18,7 @@ from frictionloop.live.device_engine import DeviceEngine
 from frictionloop.live.device_session import DeviceSession
 from frictionloop.live.engines import CHANNELS
 from frictionloop.studio.commands import obey
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow

@@ -1,15 +1,185 @@
-"""What a page can ask for, by name; every command is checked here, and none reaches the file system."""
+"""What a page can ask for, by name, and how another System is put in force; every value is checked.
+
+None reaches the file system. A loop that has to be compiled is compiled beside the session, and put in force when it is
+ready.
+"""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
+from frictionloop.parameters import System
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.asked import flag, number
-from frictionloop.studio.changes import CHANGES
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Guest
+from frictionloop.studio.crowd import POPULATION_SEED
+from frictionloop.studio.effect_pictures import effects
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
+
+
+def number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
+    """Return a number within its limits."""
+    value = asked.get(name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
+        raise FrictionloopError(f"{name} = {value!r:.40}: must be {low:g} to {high:g}")
+    return float(value)
+
+
+def flag(asked: dict[str, Any], name: str) -> bool:
+    """Return yes or no."""
+    if not isinstance(value := asked.get(name), bool):
+        raise FrictionloopError(f"{name} = {value!r:.40}: must be true or false")
+    return value
+
+
+class Preset(NamedTuple):
+    """What a button puts in force."""
+
+    name: str
+    told: str
+    values: dict[str, Any]
+
+
+LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
+PRESETS = (
+    Preset("Recommended law", "PI with notch and feed-forward.", LAW),
+    Preset("Paper's gains", "The printed gains: it rings.", {
+        "controller.kind": "pi", "controller.kp": 10.0, "controller.ki": 2.0}),
+    Preset("Gains that hold", "PI retuned for this bench.", {
+        "controller.kind": "pi", **RETUNED}),
+    Preset("Usual finger", "0.95 N, as the controller believes.", {
+        "friction.nominal_n": 0.95}),
+    Preset("Sticky finger", "1.3 N, the controller believes 0.95.", {
+        "friction.nominal_n": 1.3}),
+    Preset("Slippery finger", "0.35 N, little for most wishes.", {
+        "friction.nominal_n": 0.35}),
+    Preset("Weak plate", "Half of the paper's amplitude.", {
+        "plate.max_amplitude_um": 1.2}),
+    Preset("Full plate", "2.5 um, as the paper's plate.", {
+        "plate.max_amplitude_um": 2.5}),
+)  # fmt: skip
+BY_NAME = {each.name: each for each in PRESETS}
+
+
+SOON_S = 0.4
+"""A loop that is ready so soon is not spoken of."""
+WAITS = "Compiling, once."
+
+
+def is_ready(room: Room, system: System) -> bool:
+    """Tell whether the engine can take a System at once; one that compiles nothing always can."""
+    ready = getattr(room.session.engine, "ready", None)
+    return ready is None or bool(ready(system))
+
+
+async def put_when_ready(room: Room, make: Callable[[System], System], put: Callable[[System], None]) -> None:
+    """Let the engine compile what a System needs, and put in force what ``make`` then makes of the System there is.
+
+    Pages are told that it takes its time, and why it cannot be if it cannot.
+    """
+    engine: Any = room.session.engine
+    try:
+        system = make(engine.system)
+        work = asyncio.ensure_future(asyncio.to_thread(engine.prepare, system))
+        done, _ = await asyncio.wait({work}, timeout=SOON_S)
+        if not done:
+            room.tell({"type": "said", "why": WAITS})
+        await work
+        put(make(engine.system))
+        room.tell_status()
+    except FrictionloopError as error:
+        room.tell({"type": "refused", "why": str(error)})
+    except Exception as error:  # what does not compile must not take the session with it
+        room.tell({"type": "refused", "why": f"{type(error).__name__}: {error}"})
+
+
+def change(room: Room, make: Callable[[System], System], remember: bool = True) -> None:
+    """Put a System in force, made of the one that is: at once, or when its loop has been compiled."""
+    system = make(room.session.engine.system)
+    if is_ready(room, system):
+        put(room, system, remember)
+    else:
+        room.later(put_when_ready(room, make, lambda made: put(room, made, remember)))
+
+
+def put(room: Room, system: System, remember: bool) -> None:
+    """Put a System in force, and tell every page; what was there can be had again by undo."""
+    before = room.session.engine.system
+    went_on = room.session.change(system)
+    if remember:
+        room.before.append(before)
+    room.redraw()
+    room.tell(system_message(system) | {"restarted": not went_on})
+
+
+def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    known = effects()
+    if not isinstance(name, str) or name not in known:
+        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(known)}")
+    change(room, lambda system: system.evolve({"setpoint.effect": known[name]}))
+
+
+def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    values = asked.get("values")
+    if not isinstance(values, dict) or not 0 < len(values) <= 64:
+        raise FrictionloopError("values: must be at most 64")
+    check_no_file(values)
+    change(room, lambda system: system.evolve(values))
+
+
+def check_no_file(values: Any) -> None:
+    """Refuse what would read a file: recordings, and effects by the name of one. Nothing else of a System is a path."""
+    for name, value in values.items() if isinstance(values, dict) else enumerate(values):
+        if str(name).rpartition(".")[2] == "path" or (isinstance(value, str) and set(value) & set("./\\")):
+            raise FrictionloopError(f"{name} = {value!r:.40}: must not be a file")
+        if isinstance(value, (dict, list)):
+            check_no_file(value)
+
+
+def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    if not room.before:
+        raise FrictionloopError("undo: nothing has been changed")
+    before = room.before.pop()
+    change(room, lambda _: before, remember=False)
+
+
+def _tour(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Remember what is in force before a tour, and put it in force again after it."""
+    if flag(asked, "on"):
+        room.before_tour = room.session.engine.system
+    elif (before := room.before_tour) is not None:
+        room.before_tour = None
+        change(room, lambda _: before)
+
+
+def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    if not isinstance(name, str) or name not in BY_NAME:
+        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(BY_NAME)}")
+    change(room, lambda system: system.evolve(BY_NAME[name].values))
+
+
+def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Another finger of the population: of number n, the same one each time."""
+    which = int(number(asked, "number", 0, 999))
+    person = fingers(which + 1, POPULATION_SEED)[which]
+    change(room, lambda system: system.evolve(person))
+
+
+CHANGES: dict[str, Callable[[Room, Guest, dict[str, Any]], None]] = {
+    "effect": _effect,
+    "set": _set,
+    "undo": _undo,
+    "tour": _tour,
+    "preset": _preset,
+    "finger": _finger,
+}
+
 
 FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""

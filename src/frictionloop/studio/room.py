@@ -13,14 +13,13 @@ from typing import Any
 from frictionloop.live.session import SPARSE, Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.counting import Counting
+from frictionloop.studio.background import Counting, Drawing
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.crowd import Twelve
-from frictionloop.studio.drawing import Drawing
+from frictionloop.studio.effect_pictures import read_along
 from frictionloop.studio.frames import events_in, frame_of, pack
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.plate import read_along
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.reach import Reach
-from frictionloop.studio.share import system_message
 
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""

@@ -20,18 +20,12 @@ from frictionloop.live.session import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.written import to_toml
 from frictionloop.studio import background
-from frictionloop.studio.commands import obey
-from frictionloop.studio.filing import file_answer
-from frictionloop.studio.gallery import gallery
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.opening import Answer, opener, runs_answer
-from frictionloop.studio.plate import HEIGHT_MM, PAINT_MM, PAINT_MOST_N
-from frictionloop.studio.presets import PRESETS
+from frictionloop.studio.commands import PRESETS, obey
+from frictionloop.studio.connections import HEADERS, Doors, Guest, file_answer, talk
+from frictionloop.studio.effect_pictures import HEIGHT_MM, PAINT_MM, PAINT_MOST_N, gallery
+from frictionloop.studio.page_files import Answer, opener, runs_answer, taken_in
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import HEADERS, Doors
-from frictionloop.studio.share import system_message
-from frictionloop.studio.taking_in import taken_in
-from frictionloop.studio.talking import talk
 
 STATIC = Path(__file__).parent / "static"
 FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}

@@ -20,7 +20,7 @@ from frictionloop.rendering.effect_summary import summary
 from frictionloop.rendering.images import read_image
 from frictionloop.rendering.sounds import read_texture, read_wave
 from frictionloop.rendering.tables import MOST_CELLS, Map
-from frictionloop.studio.plate import PAINT_MM, PAINT_MOST_N
+from frictionloop.studio.effect_pictures import PAINT_MM, PAINT_MOST_N
 
 MOST_BYTES = 4 * 1024 * 1024
 """Length of what a page may bring (assumed: a picture of the pixels below, or 20 s of sound)."""

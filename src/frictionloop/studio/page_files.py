@@ -1,4 +1,4 @@
-"""Files that a page opens: a bench as TOML, which is put in force, and recorded runs, which are played."""
+"""Files that a page brings: a bench as TOML, which is put in force, runs, which are played, and effects."""
 
 from __future__ import annotations
 
@@ -10,19 +10,63 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from frictionloop.parameters import System, preset
 from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
-from frictionloop.studio.changes import change, check_no_file
-from frictionloop.studio.guest import Guest
+from frictionloop.studio import background
+from frictionloop.studio.commands import change, check_no_file
+from frictionloop.studio.connections import HEADERS, Guest
 from frictionloop.studio.replay import read_run
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import HEADERS
-from frictionloop.studio.taking_in import PAGE, content_of
+
+PAGE = "x-studio-page"
+"""Header that tells which page asks; no page from elsewhere can send it, for browsers ask us first."""
+
+
+async def taken_in(room: Room, request: Request, reading: asyncio.Lock) -> Response:
+    """Put the effect of a request in force, and answer what was made of it, or why not."""
+    try:
+        _check(room, request)
+        if reading.locked():
+            raise FrictionloopError("effect: another one is being read")
+        async with reading:
+            await asyncio.to_thread(background.load)
+            from frictionloop.studio.uploads import MOST_BYTES, brought
+
+            content = await content_of(request, MOST_BYTES)
+            asked = dict(request.query_params)
+            made = await asyncio.to_thread(brought, asked.get("kind", ""), content, asked)
+        _check(room, request)
+        change(room, lambda system: system.evolve({"setpoint.effect": made.effect}))
+        room.tell_status()
+    except ClientDisconnect:
+        return JSONResponse({"why": "effect: the page has gone"}, 400, headers=HEADERS)
+    except FrictionloopError as error:
+        return JSONResponse({"why": str(error)}, 400, headers=HEADERS)
+    return JSONResponse({"told": made.told}, headers=HEADERS)
+
+
+def _check(room: Room, request: Request) -> None:
+    key = request.headers.get(PAGE, "")
+    if room.driver is None or key != room.driver.key:
+        raise FrictionloopError("effect: another page drives")
+    if room.session.engine.system.setpoint.kind != "effect":
+        raise FrictionloopError("setpoint.kind: must be effect")
+
+
+async def content_of(request: Request, most: int) -> bytes:
+    """Return the body of a request, and refuse it as soon as it has more than so many bytes."""
+    parts, size = [], 0
+    async for part in request.stream():
+        parts.append(part)
+        if (size := size + len(part)) > most:
+            raise FrictionloopError(f"file: over {most} bytes; must be smaller")
+    return b"".join(parts)
+
 
 MOST_BYTES = {"toml": 256 * 1024, "h5": 64 * 1024 * 1024}
 """Length of a file by its kind: of a run a minute of every signal at 5 kHz (assumed)."""
