@@ -16,24 +16,19 @@ from typing import Any
 from frictionloop.quantities.lazily import lazily
 
 HOMES = {
-    "bayes": "Psi Quest",
-    "dry_run": "ProtocolCheck check",
-    "function_fit": "fit",
-    "folder": "read_session",
-    "keyboard": "Keyboard",
-    "kept_sessions": "read_trials",
+    "adaptive_methods": "Psi Quest Staircase",
+    "folder": "read_session read_trials",
     "lsl": "Streams",
-    "methods": "ConstantStimuli Walk",
+    "methods": "Adjustment ConstantStimuli Interleaved Walk",
     "own_reach": "reaches",
     "participant": "Observer",
-    "planning": "Power power",
+    "planning": "Power ProtocolCheck check power",
     "protocol": "NewProtocol Protocol new read_protocol",
-    "respondent": "Respondent",
+    "psychometric": "fit",
+    "respondent": "Keyboard Respondent",
     "running": "Ran resume run",
     "session_export": "Exported export",
-    "several": "Adjustment Interleaved",
-    "staircase": "Staircase",
-    "study_result": "Study report simulate",
+    "study": "Study report simulate",
     "summary": "fits funnel groups pooled",
 }
 __all__ = [name for names in HOMES.values() for name in names.split()]

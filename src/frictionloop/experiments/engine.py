@@ -8,10 +8,10 @@ from typing import NamedTuple, Protocol
 
 import xarray as xr
 
-from frictionloop.experiments.delivered import force_of
 from frictionloop.experiments.reach import Reach, simulated_reach
 from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
 from frictionloop.experiments.timeline import Timeline
+from frictionloop.experiments.trials import force_of
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.simulate import traced

@@ -1,4 +1,4 @@
-"""The folder of a session: what is written once, and what is only ever appended to and synced."""
+"""Sessions in folders: what is written once, what is only ever appended to and synced, and which there are."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import json
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import pandas  # type: ignore[import-untyped]
 import xarray as xr
 
 from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
-from frictionloop.experiments.table import header, line_of, read_rows
+from frictionloop.experiments.trials import COLUMNS, header, line_of, read_rows
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
 from frictionloop.quantities import FrictionloopError, replacing
@@ -228,3 +229,39 @@ def _padded(run: xr.Dataset, time: xr.DataArray) -> xr.Dataset:
     filled = {name: np.nan if line.dtype.kind == "f" else False for name, line in run.data_vars.items()}
     padded = run.pad(time=(0, time.size - run.sizes["time"]), constant_values=filled, keep_attrs=True)
     return padded.assign_coords(time=time)
+
+
+def sessions_in(path: Path) -> list[Path]:
+    """Return the folders of sessions: the folder itself, or those in it.
+
+    Raises
+    ------
+    FrictionloopError
+        If there is none.
+    """
+    found = [path] if (path / ABOUT).is_file() else sorted(each.parent for each in path.glob(f"*/{ABOUT}"))
+    if not found:
+        raise FrictionloopError(f"{path}: has no session")
+    return found
+
+
+def once_each(sessions: Sequence[Path]) -> None:
+    """Refuse two sessions of one participant: their rows could not be told apart.
+
+    Raises
+    ------
+    FrictionloopError
+        Naming both folders.
+    """
+    first: dict[str, Path] = {}
+    for each in sessions:
+        code = str(read_session(each)[2]["participant"])
+        if code in first:
+            raise FrictionloopError(f"{each}: is of participant {code}, as is {first[code]}")
+        first[code] = each
+
+
+def read_trials(path: Path) -> pandas.DataFrame:
+    """Return the trials of a session's folder, or of all sessions in a folder."""
+    rows = [row for each in sessions_in(path) for row in read_rows(each / TABLE)]
+    return pandas.DataFrame(rows, columns=list(COLUMNS))

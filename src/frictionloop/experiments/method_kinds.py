@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from frictionloop.experiments.bayes import Psi, Quest
-from frictionloop.experiments.methods import ConstantStimuli, Handler, Walk
-from frictionloop.experiments.several import Adjustment, Interleaved
-from frictionloop.experiments.staircase import Staircase
+from frictionloop.experiments.adaptive_methods import Psi, Quest, Staircase
+from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Handler, Interleaved, Walk
 from frictionloop.experiments.timeline import Stop
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.kinds import Kinds

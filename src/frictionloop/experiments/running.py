@@ -19,7 +19,7 @@ from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.sequence import MOST_MARKED
 from frictionloop.experiments.session import Session, guided, one
 from frictionloop.experiments.study import about, hash_of, simulated_respondent, study_system
-from frictionloop.experiments.table import read_rows
+from frictionloop.experiments.trials import read_rows
 from frictionloop.findings import Finding, Result
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
@@ -81,7 +81,7 @@ def engine_at(address: str, system: System, time_s: float = 0.0, keep: Path | No
     """
     if address == BENCH:
         return BenchEngine(time_s)
-    from frictionloop.experiments.device_engine import DeviceEngine
+    from frictionloop.experiments.device_strokes import DeviceEngine
 
     return DeviceEngine(address, system, keep)
 

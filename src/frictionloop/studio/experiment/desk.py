@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.experiments.delivered import force_of
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Aborted, Live, Presented, Respondent, Response
 from frictionloop.experiments.sequence import Trial
+from frictionloop.experiments.trials import force_of
 from frictionloop.studio.experiment.hearing import EXPERIMENTER, PARTICIPANT, Hearing
 
 OPEN = ("trial", "block", "phase", "valid", "counted", "again", "repeat_of")

@@ -12,7 +12,7 @@ from typing import Any
 
 from frictionloop.experiments.folder import now
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.table import number_of
+from frictionloop.experiments.trials import number_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.connections import Guest
 
