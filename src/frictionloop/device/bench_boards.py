@@ -15,10 +15,10 @@ from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.recording import TICK_HZ
 from frictionloop.device.transport import Pipe
+from frictionloop.firmware.built_in import other_sources, revision_here
 from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.image import FLASHED
 from frictionloop.firmware.parameter_words import firmware_words, n_per_count
-from frictionloop.firmware.revision import other_sources, revision_here
 from frictionloop.loop.stepper import Movement, Stepper
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, must_be

@@ -269,7 +269,7 @@ def info(where: str | Device, system: System | None = None) -> DeviceInfo:
         ceiling_um = float(parameters["drive.ceiling_um"])
 
     from frictionloop.control.laws import LAWS
-    from frictionloop.firmware.values import differing, fingerprint
+    from frictionloop.firmware.words import differing, fingerprint
 
     counts["longest_us"] = counts["longest_us"] or math.nan  # of a board without a counter
     others = tuple(Differing(*each) for each in differing(words, wanted)) if wanted is not None else ()

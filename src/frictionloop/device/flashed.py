@@ -12,8 +12,7 @@ from typing import ClassVar
 
 from frictionloop.findings import Result
 from frictionloop.findings.result import Row
-from frictionloop.firmware.image_checks import check_teensy
-from frictionloop.firmware.image_files import read_hex
+from frictionloop.firmware.image_files import check_teensy, read_hex
 from frictionloop.quantities import FrictionloopError, must_be
 
 

@@ -21,8 +21,7 @@ from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.findings.shown import shown
 from frictionloop.firmware.board_fit import board_findings
-from frictionloop.firmware.effect_files import write_tables
-from frictionloop.firmware.effect_tables import EffectTables
+from frictionloop.firmware.effect_tables import EffectTables, write_tables
 from frictionloop.loop.metrics import r2_identity, saturation_index
 from frictionloop.loop.progress import step
 from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing

@@ -23,8 +23,7 @@ from frictionloop.parameters.block import Block, NotNegative, Number, Positive
 from frictionloop.parameters.motion import Strokes
 from frictionloop.perception import force_threshold_n, weighting_sos
 from frictionloop.quantities.checks import Array
-from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.track import Track
+from frictionloop.rendering.effect import Effect, Track
 
 UNCLEAR, FAINTEST = 0.5, 1e-3
 """Spread of a spacing at the threshold of its pattern, relative, and the least strength that it grows to (assumed)."""

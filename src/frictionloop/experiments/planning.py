@@ -25,8 +25,8 @@ from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array
-from frictionloop.rendering.compiling import program_of
-from frictionloop.rendering.track import Track
+from frictionloop.rendering.effect import Track
+from frictionloop.rendering.player import program_of
 
 MOST_TRIALS = 20_000
 """Trials of a dry run, after which a protocol is taken to have no end (assumed)."""

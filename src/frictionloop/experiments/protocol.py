@@ -28,7 +28,7 @@ from frictionloop.parameters.files import read_tree
 from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, replacing
 from frictionloop.rendering.effect import AnyEffect, Effect
-from frictionloop.rendering.files import effect_of
+from frictionloop.rendering.effect_toml import effect_of
 from frictionloop.rendering.library import LIBRARY
 
 Task = Literal["2ifc", "2afc", "yes_no", "same_different", "magnitude", "adjustment", "tracking"]

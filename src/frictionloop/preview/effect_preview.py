@@ -14,10 +14,9 @@ from frictionloop.findings import Finding, Result, shown
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Strokes, System
 from frictionloop.parameters.timing import Model
+from frictionloop.preview.arrivals import People, people
 from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
-from frictionloop.preview.people import People, people
-from frictionloop.preview.prepared_stroke import both, duration_s, prepared, skin_n_mm
-from frictionloop.preview.stroke_forces import StrokeForces, playable_forces
+from frictionloop.preview.prepared_stroke import StrokeForces, both, duration_s, playable_forces, prepared, skin_n_mm
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect

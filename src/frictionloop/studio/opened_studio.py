@@ -90,7 +90,7 @@ def on_plate(system: System, effect: str | None) -> System:
     """Return a system with an effect of the library or of a file as its set-point; None leaves it."""
     if effect is None:
         return system
-    from frictionloop.rendering.files import find
+    from frictionloop.rendering.effect_toml import find
 
     return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
 

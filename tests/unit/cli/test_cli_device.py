@@ -16,7 +16,7 @@ from frictionloop.analysis.stability import rings_if_linear
 from frictionloop.device import bench_boards, measured_run, transport
 from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.values import fingerprint
+from frictionloop.firmware.words import fingerprint
 from frictionloop.quantities.schema import schema, table_hash
 
 LOOKUP = ("--controller.kind", "lookup")

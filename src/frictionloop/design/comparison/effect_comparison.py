@@ -15,7 +15,7 @@ from frictionloop.findings.shown import between
 from frictionloop.parameters import System
 from frictionloop.quantities import must_be
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.files import find
+from frictionloop.rendering.effect_toml import find
 from frictionloop.rendering.source import EffectSource
 
 if TYPE_CHECKING:

@@ -14,12 +14,11 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
-from frictionloop.preview.people import delivered_to, spread_n
-from frictionloop.preview.prepared_stroke import prepared
-from frictionloop.preview.stroke_forces import playable_forces
+from frictionloop.preview.arrivals import delivered_to, spread_n
+from frictionloop.preview.prepared_stroke import playable_forces, prepared
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.files import find
+from frictionloop.rendering.effect_toml import find
 
 SEED = 0
 """Seed of all noise: the same for every finger, law and effect."""

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionloop.device.emulator.registers import FLASH, PAGE, PAGES, RAM, Bank
-from frictionloop.firmware.image_checks import FLASH_BYTES, RAM_BYTES, check_teensy
-from frictionloop.firmware.image_files import loaded
+from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES, check_teensy, loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 

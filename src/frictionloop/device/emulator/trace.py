@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.device.emulator.registers import FLASH, RAM
 from frictionloop.device.emulator.teensy import BACKGROUND, TICK, TeensyEmulator
-from frictionloop.firmware.image_checks import FLASH_BYTES
+from frictionloop.firmware.image_files import FLASH_BYTES
 from frictionloop.quantities.extra import needed
 
 REFILL = 3

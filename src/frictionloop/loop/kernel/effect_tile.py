@@ -1,6 +1,6 @@
 """The tile of an effect: its program runs at the place that the controller knows of, and at the true place beside it.
 
-The program is what `rendering.playing` says. Lanes of a tile share it; each has its own state.
+The program is what `rendering.program` says. Lanes of a tile share it; each has its own state.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.rendering.playing import build_play
+from frictionloop.rendering.program import build_play
 
 
 def build_effect(lifting: Lifting, plain: bool) -> Any:

@@ -1,14 +1,178 @@
-"""Effects of how one touches: by direction, by the slope of a height, by a trigger with hysteresis."""
+"""Effects made of others: mixed, moved, turned, scaled, repeated, or chosen by how one touches."""
 
 from __future__ import annotations
 
+import math
+from functools import reduce
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import Number, Positive
+from frictionloop.parameters.block import Number, Positive, Whole
 from frictionloop.rendering.effect import AnyEffect, Effect, Touch
+
+Several = Annotated[tuple[AnyEffect, ...], Field(min_length=1)]
+
+
+class _Mix(Effect):
+    of: Several
+    """The effects that are mixed."""
+
+    @property
+    def period_mm(self) -> float | None:
+        """The period that all parts share."""
+        return common(*(part.period_mm for part in self.of))
+
+
+class Sum(_Mix):
+    """f = f1 + f2 + ..."""
+
+    kind: Literal["sum"] = "sum"
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        return sum(part.asked(touch) for part in self.of)
+
+
+class Product(_Mix):
+    """f = f1 f2 ..., each counted in N: one of them is a force, the others factors."""
+
+    kind: Literal["product"] = "product"
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        return math.prod(part.asked(touch) for part in self.of)
+
+
+class Largest(_Mix):
+    """f = max(f1, f2, ...)."""
+
+    kind: Literal["max"] = "max"
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        return reduce(np.maximum, (part.asked(touch) for part in self.of))
+
+
+class Mask(Effect):
+    """f = w effect + (1 - w) outside, w limited to 0 to 1."""
+
+    kind: Literal["mask"] = "mask"
+    effect: AnyEffect
+    """What is felt where ``where`` is 1."""
+    where: AnyEffect
+    """w, counted in N."""
+    outside: AnyEffect
+    """What is felt where ``where`` is 0."""
+
+    @property
+    def period_mm(self) -> float | None:
+        """The period that all parts share."""
+        return common(*(part.period_mm for part in self.parts))
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        share = np.clip(self.where.asked(touch), 0.0, 1.0)
+        return share * self.effect.asked(touch) + (1.0 - share) * self.outside.asked(touch)
+
+
+def common(*periods: float | None) -> float | None:
+    """Return the one period of several, 0 where nothing varies, None where they differ."""
+    found = {period for period in periods if period != 0.0}
+    return (found.pop() if found else 0.0) if len(found) <= 1 else None
+
+
+class Placed(Effect):
+    """An effect in coordinates of its own."""
+
+    effect: AnyEffect
+    """What is placed."""
+
+    def inside(self, touch: Touch) -> Touch:
+        """Return the touch as the effect that is placed sees it."""
+        raise NotImplementedError
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        return self.effect.asked(self.inside(touch))
+
+
+class At(Placed):
+    """An effect whose origin is moved."""
+
+    kind: Literal["at"] = "at"
+    x_mm: Number = 0.0
+    """Where its origin is along the plate."""
+    y_mm: Number = 0.0
+    """Where it is across."""
+
+    @property
+    def period_mm(self) -> float | None:
+        """Unchanged."""
+        return self.effect.period_mm
+
+    def inside(self, touch: Touch) -> Touch:
+        """Return the touch as the effect sees it."""
+        return touch._replace(x_mm=touch.x_mm - self.x_mm, y_mm=touch.y_mm - self.y_mm)
+
+
+class Rotate(Placed):
+    """An effect turned anticlockwise about the origin."""
+
+    kind: Literal["rotate"] = "rotate"
+    angle_deg: Number = 0.0
+    """Angle."""
+
+    def inside(self, touch: Touch) -> Touch:
+        """Return the touch as the effect sees it."""
+        c, s = math.cos(math.radians(self.angle_deg)), math.sin(math.radians(self.angle_deg))
+        x, y = touch.x_mm, touch.y_mm
+        return touch._replace(x_mm=c * x + s * y, y_mm=c * y - s * x, heading_deg=touch.heading_deg - self.angle_deg)
+
+
+class Scale(Placed):
+    """An effect with another force and another size."""
+
+    kind: Literal["scale"] = "scale"
+    factor: Number = 1.0
+    """Factor on the force."""
+    stretch: Positive = 1.0
+    """Factor on lengths."""
+
+    @property
+    def period_mm(self) -> float | None:
+        """Stretched."""
+        return None if self.effect.period_mm is None else self.effect.period_mm * self.stretch
+
+    def inside(self, touch: Touch) -> Touch:
+        """Return the touch as the effect sees it."""
+        return touch._replace(x_mm=touch.x_mm / self.stretch, y_mm=touch.y_mm / self.stretch)
+
+    def asked(self, touch: Touch) -> Any:
+        """Return the force in N."""
+        return self.factor * super().asked(touch)
+
+
+class Repeat(Placed):
+    """What an effect is from x = 0 to ``every_mm``, again and again."""
+
+    kind: Literal["repeat"] = "repeat"
+    every_mm: Positive
+    """Way after which it begins anew."""
+    count: Annotated[Whole, Field(ge=0)] = 0
+    """How often, from x = 0 on; 0: without end, in both directions."""
+
+    @property
+    def period_mm(self) -> float | None:
+        """The way after which it begins anew, if that has no end."""
+        return None if self.count else self.every_mm
+
+    def inside(self, touch: Touch) -> Touch:
+        """Return the touch as the effect sees it; before the first and after the last as at their ends."""
+        turns = np.floor(np.asarray(touch.x_mm) / self.every_mm)
+        turns = np.clip(turns, 0, self.count - 1) if self.count else turns
+        return touch._replace(x_mm=touch.x_mm - turns * self.every_mm)
 
 
 class Directed(Effect):
