@@ -15,7 +15,7 @@ from frictionloop.identification.part import Sensor
 from frictionloop.identification.project import Take
 from frictionloop.identification.quiet import quiet_told
 from frictionloop.identification.weights_entry import weights_told
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 RATE = 5000.0
 CLEAN = CalibrationBench().evolve({"errors.gain_error": 0.0, "errors.nonlinearity": 0.0, "hammer.gain_error": 0.0})

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import frictionloop as fl
 from frictionloop import identification as find
 from frictionloop.identification import rigs
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 from frictionloop.quantities import FrictionloopError
 
 RATE_HZ = 5000.0

@@ -30,7 +30,7 @@ from frictionloop.findings.result import Row, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
 from frictionloop.parameters import System
-from frictionloop.parameters.law_values import gains_said
+from frictionloop.parameters.summary import gains_said
 from frictionloop.perception.thresholds import LOWEST_HZ
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.parameters import System, write_toml
 from frictionloop.parameters.files import DESIGNED, read_tree
-from frictionloop.parameters.law_values import own_values
+from frictionloop.parameters.summary import own_values
 
 if TYPE_CHECKING:
     from frictionloop.design.controller_check import Check

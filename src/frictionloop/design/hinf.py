@@ -26,7 +26,7 @@ from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, sy
 from frictionloop.design.weighted_plant import Weights, check_order, weighted_plant
 from frictionloop.findings import Finding
 from frictionloop.parameters import LowpassSensor, Skin, System
-from frictionloop.parameters.filtered import FILTERS
+from frictionloop.parameters.controller import FILTERS
 from frictionloop.quantities import FrictionloopError
 
 GAINS = (0.65, 2.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionloop.design.corners import at_mean
 from frictionloop.parameters import System
-from frictionloop.parameters.law_values import own_values
+from frictionloop.parameters.summary import own_values
 from frictionloop.quantities import FrictionloopError
 
 ROUNDING = 2e-3

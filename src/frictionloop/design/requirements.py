@@ -12,7 +12,7 @@ from frictionloop.design.leaning import Lean
 from frictionloop.design.over import Over
 from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.parameters.filtered import LONGEST_DELAY
+from frictionloop.parameters.controller import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
 from frictionloop.quantities import FrictionloopError, must_be
 

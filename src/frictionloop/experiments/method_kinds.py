@@ -10,8 +10,7 @@ from pydantic import Field, model_validator
 from frictionloop.experiments.adaptive_methods import Psi, Quest, Staircase
 from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Handler, Interleaved, Walk
 from frictionloop.experiments.timeline import Stop
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
 
 MOST_TRIALS = 10_000
 """Trials of a method that time alone ends: more than a session has (assumed)."""

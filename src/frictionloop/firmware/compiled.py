@@ -30,7 +30,7 @@ from frictionloop.parameters import (
     Timing,
     Touch,
 )
-from frictionloop.parameters.filtered import FeedForward
+from frictionloop.parameters.controller import FeedForward
 from frictionloop.parameters.represented import Represented
 from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed

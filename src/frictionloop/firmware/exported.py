@@ -20,7 +20,7 @@ from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import fingerprint, write_table
 from frictionloop.parameters import ResonantPlate, System
-from frictionloop.parameters.law_values import gains_said
+from frictionloop.parameters.summary import gains_said
 from frictionloop.quantities.extra import all_needed
 from frictionloop.quantities.schema import table_hash
 

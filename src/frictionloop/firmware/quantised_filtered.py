@@ -1,4 +1,4 @@
-"""The filtered PI's numbers in the firmware (firmware/core/law_filtered_pi.c), and the places that fit what is in them."""
+"""The filtered PI's numbers in the firmware (firmware/core/law_filtered_pi.c), and places that fit what is in them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frictionloop.control.expected import expected_gains
 from frictionloop.control.filtered_pi import FREE, hold_gain, sections_of
 from frictionloop.control.notch import Section
 from frictionloop.firmware.quantised import Gain, to_gain
-from frictionloop.parameters.filtered import FILTERS
+from frictionloop.parameters.controller import FILTERS
 from frictionloop.quantities import must_be
 
 LARGEST_N = 8.0

@@ -24,7 +24,7 @@ from frictionloop.identification.part import Part, Sensor, number_said
 from frictionloop.identification.people import LEAST_FINGERS, People
 from frictionloop.identification.project import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
-from frictionloop.parameters.wording import known_names
+from frictionloop.parameters.refusals import known_names
 from frictionloop.quantities import must_be, replacing, unit_of
 
 if TYPE_CHECKING:

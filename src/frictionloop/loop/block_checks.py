@@ -18,7 +18,7 @@ from frictionloop.loop.block_trial import (
 from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.metric import RunMetric, Sample, StreamingMetric
 from frictionloop.parameters import Signal
-from frictionloop.parameters.kinds import kind_of
+from frictionloop.parameters.block import kind_of
 from frictionloop.physics.sources import sampler
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities import FrictionloopError, trees

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, SuspendedSensor, System, bench, feasible, paper
-from frictionloop.parameters.still import stirring
+from frictionloop.parameters.presets import stirring
 
 if TYPE_CHECKING:
     from frictionloop.recordings.told import Found

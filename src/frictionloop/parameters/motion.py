@@ -6,8 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
 
 TURN_SHARE = 0.625
 """Distance covered in a reversal over that at full speed for as long, 5/8 (physics/motion)."""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.parameters.finger import FingerFriction
 from frictionloop.parameters.motion import Strokes
+from frictionloop.parameters.plant import FingerFriction
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.occlusion import occlusion_after

@@ -16,7 +16,7 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Strokes, System
-from frictionloop.parameters.timing import Model
+from frictionloop.parameters.controller import Model
 from frictionloop.preview.measures import Delivered, delivered
 from frictionloop.preview.prepared_stroke import both, duration_s, playable_forces, prepared
 from frictionloop.quantities import FrictionloopError

@@ -13,7 +13,7 @@ import numpy as np
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Strokes, System
-from frictionloop.parameters.timing import Model
+from frictionloop.parameters.controller import Model
 from frictionloop.preview.arrivals import People, people
 from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
 from frictionloop.preview.prepared_stroke import StrokeForces, both, duration_s, playable_forces, prepared, skin_n_mm

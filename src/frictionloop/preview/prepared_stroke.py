@@ -11,7 +11,7 @@ import numpy as np
 
 from frictionloop.loop.open_loop import OPENED
 from frictionloop.parameters import Skin, Strokes, System, check_system
-from frictionloop.parameters.timing import Model
+from frictionloop.parameters.controller import Model
 from frictionloop.perception.thresholds import HIGHEST_HZ
 from frictionloop.preview.measures import edges_mm
 from frictionloop.quantities import FrictionloopError, must_be

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters.block import Block, Number
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Block, Kinds, Number
 
 TURNS_MM_S = 2.0
 """Speed above which the direction of an effect is that of the motion (assumed: as ``touch.load.least_speed_mm_s``)."""

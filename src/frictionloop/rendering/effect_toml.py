@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from frictionloop.parameters import wording
 from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.refusals import explain
 from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, replacing
 from frictionloop.rendering.effect import EFFECTS, Effect
@@ -57,7 +57,7 @@ def effect_of(tree: dict[str, Any], where: str = "") -> Effect:
         effect = EFFECTS.read(tree)
     except ValidationError as error:
         model: Any = EFFECTS[tree["kind"]]
-        raise FrictionloopError(where + wording.explain(model, error, tree)) from None
+        raise FrictionloopError(where + explain(model, error, tree)) from None
     except FrictionloopError:
         raise
     except ValueError as error:

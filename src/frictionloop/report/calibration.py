@@ -9,7 +9,7 @@ import xarray as xr
 
 from frictionloop import identification as find
 from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 PRINTED_R2 = 0.95
 """Goodness of fit of Fig. 4a (paper, Sec. 3.3)."""

@@ -13,8 +13,8 @@ from pydantic.fields import FieldInfo
 
 from frictionloop.parameters import System, bench
 from frictionloop.parameters.block import Block
+from frictionloop.parameters.refusals import registry_of
 from frictionloop.parameters.sources import Steps
-from frictionloop.parameters.wording import registry_of
 from frictionloop.quantities import unit_of
 from frictionloop.rendering.effect import EFFECTS, Effect
 from frictionloop.rendering.library import LIBRARY

@@ -30,7 +30,7 @@ from frictionloop.identification.rigs.sensor import (
     to_dataset,
 )
 from frictionloop.loop.timing import check_seed
-from frictionloop.parameters.rigs import CalibrationBench, Pulley
+from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
@@ -117,7 +117,7 @@ def weights_rig(
 
     Notes
     -----
-    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/rigs.py).
+    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/calibration_bench.py).
     """
     bench = bench or CalibrationBench()
     masses = _masses(masses_kg, bench)
