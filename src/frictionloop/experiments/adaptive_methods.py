@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.experiments.methods import Handler, Told
 from frictionloop.experiments.psychometric import Shape, probability
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array, numbers, whole
 from frictionloop.quantities.extra import needed
 
@@ -57,11 +57,11 @@ class Staircase(Handler):
         self._steps = [float(each) for each in numbers("steps", steps, unit)]
         self.unit, self.up, self.down, self.weight = unit, whole("up", up, 1), whole("down", down, 1), weight
         if unit not in ("N", "ratio", "dB"):
-            raise FrictionloopError(f"unit = {unit!r}: must be N, ratio or dB")
+            raise must_be("unit", unit, "N, ratio or dB")
         if not self._steps or min(self._steps) <= (1.0 if unit == "ratio" else 0.0):
-            raise FrictionloopError(f"steps = {list(steps)}: must be above {1 if unit == 'ratio' else 0} {unit}")
+            raise must_be("steps", list(steps), f"above {(1 if unit == 'ratio' else 0)} {unit}")
         if unit != "N" and not start > 0:
-            raise FrictionloopError(f"start = {start:g}: must be above 0")
+            raise must_be("start", start, "above 0")
         if reversals is None and trials is None:
             raise FrictionloopError("reversals, trials: one is needed")
         self.least, self.most = -math.inf if least is None else least, math.inf if most is None else most

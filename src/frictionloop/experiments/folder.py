@@ -18,7 +18,7 @@ from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
 from frictionloop.experiments.trials import COLUMNS, header, line_of, read_rows
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.files import alone, sync
 from frictionloop.quantities.version import LIBRARIES, package_version, version_of
 
@@ -118,7 +118,7 @@ def new(
         For a folder with something in it, or one that cannot be made.
     """
     if not participant or not participant.isalnum() or not participant.isascii():
-        raise FrictionloopError(f"participant = {participant!r}: must be letters and digits")
+        raise must_be("participant", participant, "letters and digits")
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise FrictionloopError(f"{path}: must be a new folder, or experiment resume")
     about = {

@@ -11,6 +11,7 @@ from frictionloop.experiments.adaptive_methods import Psi, Quest, Staircase
 from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Handler, Interleaved, Walk
 from frictionloop.experiments.timeline import Stop
 from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 
 MOST_TRIALS = 10_000
 """Trials of a method that time alone ends: more than a session has (assumed)."""
@@ -88,7 +89,7 @@ class StaircaseMethod(MethodModel):
     @model_validator(mode="after")
     def _starts_inside(self) -> StaircaseMethod:
         if not self.least < self.most or not all(self.least <= each <= self.most for each in self.start):
-            raise ValueError(f"start = {list(self.start)}: must be within {self.least:g} to {self.most:g}")
+            raise must_be("start", list(self.start), f"within {self.least:g} to {self.most:g}")
         return self
 
     def extremes(self) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from frictionloop.experiments.folder import once_each, read_trials, sessions_in
 from frictionloop.experiments.trials import COLUMNS, force_of
 from frictionloop.findings import Result
 from frictionloop.loop.record import load, system_of
-from frictionloop.quantities import FrictionloopError, check_known, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.quantities.version import package_version
 
 FORCES = {
@@ -153,7 +153,7 @@ def _described(columns: Mapping[str, str]) -> dict[str, dict[str, str]]:
 
 def _new(out: Path) -> None:
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise FrictionloopError(f"out = {str(out)!r}: must be a new folder")
+        raise must_be("out", str(out), "a new folder")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

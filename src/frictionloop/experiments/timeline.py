@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 
 Share = Annotated[Number, Field(ge=0, le=1)]
 Count = Annotated[Whole, Field(ge=0, le=100_000)]
@@ -148,4 +149,4 @@ def check_guide(stroke: StrokeGuide, rules: Validity) -> None:
     for name in ("speed_mm_s", "load_n"):
         asked, (low, high) = getattr(stroke, name), getattr(rules, name)
         if not low <= asked <= high:
-            raise ValueError(f"timeline.stroke.{name} = {asked:g}: must be {low:g} to {high:g} (validity)")
+            raise must_be(f"timeline.stroke.{name}", asked, f"{low:g} to {high:g} (validity)")

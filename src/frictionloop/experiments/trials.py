@@ -15,7 +15,7 @@ from frictionloop.experiments.protocol import Protocol, Stimulus
 from frictionloop.experiments.timeline import Validity
 from frictionloop.loop.felt import perceptual_index
 from frictionloop.loop.record import system_of
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array
 
 DECLARED = {
@@ -202,7 +202,7 @@ def number_of(task: str, response: str) -> float:
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and low <= value <= high) or (task == "magnitude" and value == 0.0):
-        raise FrictionloopError(f"answer = {response!r}: must be a number {said}")
+        raise must_be("answer", response, f"a number {said}")
     return value
 
 
@@ -264,4 +264,4 @@ def _value(path: Path, trial: int, name: str, cell: str) -> Any:
     try:
         return int(cell) if name in WHOLE else math.nan if cell == "n/a" else float(cell)
     except ValueError:
-        raise FrictionloopError(f"{path}: trial {trial}: {name} = {cell!r}: must be a number") from None
+        raise must_be(f"{path}: trial {trial}: {name}", cell, "a number") from None

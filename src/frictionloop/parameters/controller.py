@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 
 
 class Model(Block):
@@ -181,7 +182,7 @@ class NotchPiController(FeedForward):
     @model_validator(mode="after")
     def _below_nyquist(self) -> Self:
         if not self.notch_hz < self.rate_hz / 2:
-            raise ValueError(f"notch_hz = {self.notch_hz:g} Hz: must be below half of rate_hz, {self.rate_hz / 2:g} Hz")
+            raise must_be("notch_hz", self.notch_hz, f"below half of rate_hz, {self.rate_hz / 2:g} Hz", "Hz")
         return self
 
     @model_validator(mode="after")

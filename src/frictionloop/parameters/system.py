@@ -14,7 +14,7 @@ from frictionloop.parameters.description import Description
 from frictionloop.parameters.motion import Motion, Sliding, Touch
 from frictionloop.parameters.plant import AnyFriction, Finger, FrictionLaw, Plate, RigidFinger, Sensor, SuspendedSensor
 from frictionloop.parameters.sources import Source, largest_n
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 
 def _is_there(value: float) -> float:
@@ -107,9 +107,7 @@ class System(Description):
             return self
         fall = self.friction.susceptibility_per_um2 * (self.plate.max_amplitude_um * self.plate.max_amplitude_um)
         if not fall <= _STEEPEST:
-            raise ValueError(
-                f"friction.susceptibility_per_um2 * plate.max_amplitude_um^2 = {fall:g}: must be at most {_STEEPEST:g}"
-            )
+            raise must_be("friction.susceptibility_per_um2 * plate.max_amplitude_um^2", fall, f"at most {_STEEPEST:g}")
         return self
 
     @model_validator(mode="after")
@@ -143,4 +141,4 @@ def check_system(system: Any) -> None:
     """Refuse what is not a System where one is needed."""
     if not isinstance(system, System):
         given = " ".join(reprlib.repr(system).split())
-        raise FrictionloopError(f"system = {given}: must be a System, e.g. fl.paper()")
+        raise must_be("system", given, "a System, e.g. fl.paper()")

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from frictionloop.parameters.files import read_tree
 from frictionloop.parameters.refusals import explain
 from frictionloop.parameters.written import block_toml
-from frictionloop.quantities import FrictionloopError, check_known, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.rendering.effect import EFFECTS, Effect
 from frictionloop.rendering.library import LIBRARY
 
@@ -92,7 +92,7 @@ def changed(effect: Effect, values: Mapping[str, Any]) -> Effect:
 def to_toml(effect: Effect) -> str:
     """Return an effect as TOML text, each key with its unit and meaning as a comment."""
     if not isinstance(effect, Effect):
-        raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect")
+        raise must_be("effect", effect, "an effect")
     return block_toml(effect)
 
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.shown import between
 from frictionloop.parameters import Recording
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.composing import Relief
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.effect_toml import write_effect
@@ -181,7 +181,7 @@ def write(effect: Effect, path: Path) -> tuple[str, ...]:
         return (f"{_what(effect)}; {WIDTH_MM:g} mm of it", *write_hjif(rasterise(effect, WIDTH_MM, 0.0, 0.05), path))
     if ending == ".wav":
         if not isinstance(effect, Wave):
-            raise FrictionloopError(f"{path}: effect.kind = {effect.kind!r}: must be wave")
+            raise must_be(f"{path}: effect.kind", effect.kind, "wave")
         write_wave(effect, path)
         return ("that it loops",) if effect.loops else ()
     raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(ENDINGS)}")

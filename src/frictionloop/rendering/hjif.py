@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.images import rasterise
 from frictionloop.rendering.recorded import read_json
@@ -219,7 +219,7 @@ def write_hjif(effect: Effect, path: str | os.PathLike[str], length_mm: float = 
             wave = _band("VectorialWave", start, ends, [1.0, 1.0], per_m, effect)
             channels.append(_channel(1, effect.amplitude_n, wave))
     else:
-        raise FrictionloopError(f"effect.kind = {effect.kind!r}: must be map of one row, grating or constant")
+        raise must_be("effect.kind", effect.kind, "map of one row, grating or constant")
     perception = {
         "id": 0, "avatar_id": 0, "description": "friction over place", "perception_modality": MODALITY,
         "unit_exponent": UNIT_EXPONENT, "perception_unit_exponent": 0, "effect_library": [], "channels": channels,

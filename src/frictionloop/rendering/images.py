@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError, check_known, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.quantities.checks import ABOVE_0, number
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect, Touch
@@ -75,7 +75,7 @@ def read_image(
     pitch = number("mm_per_pixel", scale["mm_per_pixel"], "mm", ABOVE_0)
     low, high = (float(scale.get(name, own)) for name, own in (("low_n", low_n), ("high_n", high_n)))
     if not low <= high:
-        raise FrictionloopError(f"low_n = {low:g}: must be at most {high:g}")
+        raise must_be("low_n", low, f"at most {high:g}")
     factor = 1
     while -(-grey.shape[0] // factor) * -(-grey.shape[1] // factor) > most_cells:
         factor += 1
@@ -108,7 +108,7 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
                 if width * height > MOST_PIXELS:
                     raise _too_many(path, width * height, f"{width} x {height}")
                 if image.mode not in MODES:
-                    raise FrictionloopError(f"{path}: mode = {image.mode!r}: must be grey")
+                    raise must_be(f"{path}: mode", image.mode, "grey")
                 own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
                 grey, white = np.asarray(image, dtype=float), MODES[image.mode]
                 if grey.min() < 0 or grey.max() > white:
@@ -150,7 +150,7 @@ def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "b
     import json
 
     if not isinstance(made, Map):
-        raise FrictionloopError(f"map = {made!r:.60}: must be a Map")
+        raise must_be("map", made, "a Map")
     check_known("polarity", [polarity], POLARITIES)
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     info: Any = needed("PIL.PngImagePlugin", "Pillow", "rendering").PngInfo()
@@ -173,7 +173,7 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
     if not (columns >= 2 and columns * rows <= MOST_CELLS):
         raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: {columns} x {rows} values; at most {MOST_CELLS}")
     if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
-        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: must be at most {0.5 * effect.period_mm:g}")
+        raise must_be("pitch_mm", pitch_mm, f"at most {0.5 * effect.period_mm:g}", "mm")
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
     y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))
     grid = np.meshgrid(x, y)

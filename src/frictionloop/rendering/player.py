@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from frictionloop.parameters.block import Block
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.composing import At, Directed, Largest, Mask, Placed, Product, Relief, Scale, Sum, Trigger
 from frictionloop.rendering.effect import TOUCHES_N, Effect, Touch, Track
 from frictionloop.rendering.program import FAR_S, KEPT, MOST_TRIGGERS, STACK, WIDTH, Do, Program, build_play
@@ -228,9 +228,9 @@ class Player:
         length_mm: float = PLATE_MM,
     ) -> None:
         if not isinstance(effect, Block) or not isinstance(effect, Effect):
-            raise FrictionloopError(f"effect = {effect!r:.60}: must be an effect")
+            raise must_be("effect", effect, "an effect")
         if not band_n[0] <= band_n[1]:
-            raise FrictionloopError(f"band_n = {band_n!r}: must be two rising forces")
+            raise must_be("band_n", band_n, "two rising forces")
         self._begin(program_of(effect, track or Track(), length_mm), band_n)
 
     @classmethod

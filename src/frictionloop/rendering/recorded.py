@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from frictionloop.parameters.block import NotNegative, Number, Positive, Whole
 from frictionloop.parameters.sources import Recording
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.checks import ABOVE_0, number, numbers, whole
 from frictionloop.quantities.normals import normals
 from frictionloop.recordings.read import read_recording
@@ -90,9 +90,9 @@ def write_wave(wave: Wave, path: str | os.PathLike[str]) -> None:
         For what is no wave, a rate that is not whole, or a file that cannot be written.
     """
     if not isinstance(wave, Wave):
-        raise FrictionloopError(f"wave = {wave!r:.60}: must be a Wave")
+        raise must_be("wave", wave, "a Wave")
     if wave.rate_hz != round(wave.rate_hz):
-        raise FrictionloopError(f"wave.rate_hz = {wave.rate_hz:g} Hz: must be whole")
+        raise must_be("wave.rate_hz", wave.rate_hz, "whole", "Hz")
     values = np.array(wave.values_n)
     offset = 0.5 * float(values.max() + values.min())
     scale = 0.5 * float(values.max() - values.min()) * 32768 / 32767 or 1.0

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from frictionloop.parameters import System
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.physics.fingers import fingers
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.studio.connections import Guest
 from frictionloop.studio.crowd import POPULATION_SEED
 from frictionloop.studio.effect_pictures import effects
@@ -25,14 +25,14 @@ def number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
     """Return a number within its limits."""
     value = asked.get(name)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        raise FrictionloopError(f"{name} = {value!r:.40}: must be {low:g} to {high:g}")
+        raise must_be(name, value, f"{low:g} to {high:g}")
     return float(value)
 
 
 def flag(asked: dict[str, Any], name: str) -> bool:
     """Return yes or no."""
     if not isinstance(value := asked.get(name), bool):
-        raise FrictionloopError(f"{name} = {value!r:.40}: must be true or false")
+        raise must_be(name, value, "true or false")
     return value
 
 
@@ -120,7 +120,7 @@ def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     known = effects()
     if not isinstance(name, str) or name not in known:
-        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(known)}")
+        raise must_be("name", name, f"one of {', '.join(known)}")
     change(room, lambda system: system.evolve({"setpoint.effect": known[name]}))
 
 
@@ -160,7 +160,7 @@ def _tour(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     name = asked.get("name")
     if not isinstance(name, str) or name not in BY_NAME:
-        raise FrictionloopError(f"name = {name!r:.40}: must be one of {', '.join(BY_NAME)}")
+        raise must_be("name", name, f"one of {', '.join(BY_NAME)}")
     change(room, lambda system: system.evolve(BY_NAME[name].values))
 
 
@@ -195,7 +195,7 @@ def obey(room: Room, guest: Guest, asked: Any) -> None:
     """
     name = asked.get("do") if isinstance(asked, dict) else None
     if not isinstance(name, str) or name not in COMMANDS:
-        raise FrictionloopError(f"do = {name!r:.40}: must be one of {', '.join(COMMANDS)}")
+        raise must_be("do", name, f"one of {', '.join(COMMANDS)}")
     if name not in FREE and guest is not room.driver:
         raise FrictionloopError(f"{name}: another page drives")
     COMMANDS[name](room, guest, asked)

@@ -71,7 +71,7 @@ def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> flo
     except (KeyError, ValueError):
         raise FrictionloopError(f"{name} is missing: {low:g} to {high:g}") from None
     if not low <= value <= high:
-        raise FrictionloopError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+        raise must_be(name, value, f"from {low:g} to {high:g}")
     return value
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from frictionloop.experiments.folder import now
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.trials import number_of
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.studio.connections import Guest
 
 PARTICIPANT, EXPERIMENTER = "participant", "experimenter"
@@ -101,7 +101,7 @@ class Hearing:
         elif what == "answer":
             self._take(message)
         elif role != EXPERIMENTER:
-            raise FrictionloopError(f"do = {what!r}: must be ready, answer or clock")
+            raise must_be("do", what, "ready, answer or clock")
         elif what == "pause":
             self.going.clear()
             self.status("paused")
@@ -123,7 +123,7 @@ class Hearing:
         elif what == "masking":
             self._mask(message.get("db"))
         else:
-            raise FrictionloopError(f"do = {what!r}: must be pause, go, note, abort or masking")
+            raise must_be("do", what, "pause, go, note, abort or masking")
 
     def connected(self) -> None:
         """Tell the experimenter whether the participant's page is there."""
@@ -147,7 +147,7 @@ class Hearing:
 
     def _mask(self, level: Any) -> None:
         if level is not None and not (isinstance(level, (int, float)) and -60.0 <= level <= 0.0):
-            raise FrictionloopError(f"masking: db = {level!r}: must be -60 to 0, or none")
+            raise must_be("masking: db", level, "-60 to 0, or none")
         self._log("adjusted", time=now(), what="masking_db", value=level, before=self.masking_db, why="experimenter")
         self.masking_db = level
         for role in (PARTICIPANT, EXPERIMENTER):
