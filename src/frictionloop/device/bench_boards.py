@@ -63,11 +63,6 @@ class HostBoard:
 
     reset : int
         What it tells that its last reset came from: a number of the schema's ``resets``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a table of another size, or without a C compiler.
     """
 
     def __init__(self, words: np.ndarray, serial: int = 0, library: Path | None = None, reset: int = 0) -> None:

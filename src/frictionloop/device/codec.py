@@ -149,11 +149,6 @@ def encode(name: str, sequence: int, stamp: int = 0, /, **fields: Any) -> bytes:
         The host's session, 0 without one; from a device its microseconds.
     **fields
         Its fields, whole numbers or bytes; of a repeated one a list or array.
-
-    Raises
-    ------
-    FrictionloopError
-        For an unknown message, missing or unknown fields, or a value that does not fit.
     """
     if name not in LAYOUTS:
         raise must_be("message", name, ", ".join(LAYOUTS), code="UNKNOWN-NAME")

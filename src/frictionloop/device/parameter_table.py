@@ -197,13 +197,7 @@ ELSE = "give the system, or upload() it"
 
 
 def told_controller(parameters: Parameters, rate_hz: float) -> PiController:
-    """Return the PI controller that a parameter table holds.
-
-    Raises
-    ------
-    FrictionloopError
-        Where it holds another law, whose words do not tell its gains.
-    """
+    """Return the PI controller that a parameter table holds."""
     number = int(parameters["law.number"])
     law = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
     if law != "pi":
@@ -214,13 +208,7 @@ def told_controller(parameters: Parameters, rate_hz: float) -> PiController:
 
 
 def tuned_words(base: System | PiController, values: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Return the words by name of a controller with other values, of a System or as a device tells it.
-
-    Raises
-    ------
-    FrictionloopError
-        For a value that is unknown, out of range, or not told by the device.
-    """
+    """Return the words by name of a controller with other values, of a System or as a device tells it."""
     if isinstance(base, System):
         tuned = base.evolve(values)
         firmware_words(tuned)  # also refuses what of the controller is not the firmware's, such as a rate

@@ -53,13 +53,7 @@ def check_decimation(decimation: Any) -> None:
 
 
 def rows_of(duration_s: Any, decimation: Any) -> int:
-    """Return the samples of a run: its duration over theirs, rounded up.
-
-    Raises
-    ------
-    FrictionloopError
-        For a duration that is not above 0, or a decimation that is not from 1 to 65535.
-    """
+    """Return the samples of a run: its duration over theirs, rounded up."""
     check_decimation(decimation)
     if number("duration_s", duration_s, ABOVE) <= 0:
         raise must_be("duration_s", duration_s, ABOVE)

@@ -169,13 +169,7 @@ _PORT = re.compile(r"COM\d+$|/dev/")
 
 
 def opener(address: str, system: System | None = None, seed: int = 0) -> Callable[[], Pipe]:
-    """Return what opens the pipe of an address, as often as it is called; `bench()` is behind a simulated one.
-
-    Raises
-    ------
-    FrictionloopError
-        For an address of no known form.
-    """
+    """Return what opens the pipe of an address, as often as it is called; `bench()` is behind a simulated one."""
     scheme, colon, rest = address.partition(":")
     if colon and scheme == "serial" and len(rest) > 2 and rest.startswith("//"):
         return lambda: SerialPipe(rest[2:])

@@ -98,13 +98,7 @@ def table(
 
 
 def checked(setpoint: Any) -> Signal | np.ndarray:
-    """Return the set-point of a run: a source as it is, a force as one that is held, forces as an array.
-
-    Raises
-    ------
-    FrictionloopError
-        For anything else, or a force that the device cannot play.
-    """
+    """Return the set-point of a run: a source as it is, a force as one that is held, forces as an array."""
     if isinstance(setpoint, Signal):
         return setpoint
     try:
@@ -121,13 +115,7 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
 
 
 def table_of(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Table:
-    """Return the table of a set-point for a run: a source, or forces at every tick.
-
-    Raises
-    ------
-    FrictionloopError
-        When the table does not hold it to 2 mN rms, or it ends before the run.
-    """
+    """Return the table of a set-point for a run: a source, or forces at every tick."""
     if isinstance(setpoint, Constant):
         return table([setpoint.offset_n], most, 1 / TICK_HZ, None, 0.0, False)
     if isinstance(setpoint, Sine):

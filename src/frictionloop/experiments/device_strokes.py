@@ -49,17 +49,7 @@ class ClockMap:
         self._readings: deque[tuple[float, float, float]] = deque(maxlen=KEPT)
 
     def add(self, device_s: float, host_s: float, trip_s: float) -> float:
-        """Take a reading and return by how much the clocks have jumped against each other before it, 0 if not, in s.
-
-        Parameters
-        ----------
-        device_s : float
-            Time that the device told.
-        host_s : float
-            Host's time between asking and hearing.
-        trip_s : float
-            Time between asking and hearing.
-        """
+        """Take a reading and return by how much the clocks have jumped against each other before it, 0 if not, in s."""
         jumped_s = 0.0
         if self._readings:
             before = self._readings[-1]
@@ -71,13 +61,7 @@ class ClockMap:
         return jumped_s
 
     def device_s(self, host_s: float) -> tuple[float, float]:
-        """Return a time of the host on the device's clock, and its standard deviation, both in s; NaN without readings.
-
-        Parameters
-        ----------
-        host_s : float
-            Time of the host.
-        """
+        """Return a time of the host on the device's clock and its standard deviation, in s; NaN without readings."""
         if not self._readings:
             return math.nan, math.nan
         device, host, trip = np.array(self._readings).T
@@ -103,20 +87,6 @@ class DeviceEngine:
 
     It plays the effect of a trial by its own tables (`Device.run`). How far these are from the effect is in the traces,
     as ``setpoint_error_n``.
-
-    Parameters
-    ----------
-    address : str
-        As of ``fl.connect``.
-    system : System
-        What it is set up from, and what a simulated board is.
-    keep : path, optional
-        Folder in which the traces of a stroke that ends early are kept; the working folder if not given.
-
-    Raises
-    ------
-    FrictionloopError
-        As ``fl.connect``.
     """
 
     def __init__(self, address: str, system: System, keep: Path | None = None) -> None:
@@ -128,14 +98,7 @@ class DeviceEngine:
         self._clock = ClockMap()
 
     def present(self, strokes: Sequence[Stroke], timeline: Timeline, shown: Respondent) -> list[Presented]:
-        """Play the strokes of a trial.
-
-        Raises
-        ------
-        FrictionloopError
-            For an effect that a device has no room for; DeviceError, which is one, when the device faults, is disarmed
-            or is gone: the trial is then lost, and those before it are kept.
-        """
+        """Play the strokes of a trial."""
         found: list[Presented] = []
         for interval, stroke in enumerate(strokes, 1):
             is_open = stroke.system.controller.kind == "lookup"

@@ -54,13 +54,7 @@ class Engine(Protocol):
 
 
 class BenchEngine:
-    """The simulated bench: a clock that is counted.
-
-    Parameters
-    ----------
-    time_s : float
-        Where the clock goes on.
-    """
+    """The simulated bench: a clock that is counted."""
 
     source = "simulated"
 

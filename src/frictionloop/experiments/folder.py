@@ -68,13 +68,7 @@ class Folder:
         return str(self.about["participant"])
 
     def add(self, row: Mapping[str, Any]) -> None:
-        """Append a row and have it on the disk.
-
-        Raises
-        ------
-        FrictionloopError
-            When it cannot be written, naming the trial; the rows before it are whole.
-        """
+        """Append a row and have it on the disk."""
         _append(self._table, line_of(row), self.path / TABLE, f"trial {row['trial']}")
         self.rows.append(dict(row))
 
@@ -232,13 +226,7 @@ def _padded(run: xr.Dataset, time: xr.DataArray) -> xr.Dataset:
 
 
 def sessions_in(path: Path) -> list[Path]:
-    """Return the folders of sessions: the folder itself, or those in it.
-
-    Raises
-    ------
-    FrictionloopError
-        If there is none.
-    """
+    """Return the folders of sessions: the folder itself, or those in it."""
     found = [path] if (path / ABOUT).is_file() else sorted(each.parent for each in path.glob(f"*/{ABOUT}"))
     if not found:
         raise FrictionloopError(f"{path}: has no session")
@@ -246,13 +234,7 @@ def sessions_in(path: Path) -> list[Path]:
 
 
 def once_each(sessions: Sequence[Path]) -> None:
-    """Refuse two sessions of one participant: their rows could not be told apart.
-
-    Raises
-    ------
-    FrictionloopError
-        Naming both folders.
-    """
+    """Refuse two sessions of one participant: their rows could not be told apart."""
     first: dict[str, Path] = {}
     for each in sessions:
         code = str(read_session(each)[2]["participant"])

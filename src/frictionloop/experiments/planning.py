@@ -267,13 +267,7 @@ def power(
 
 
 def another_day(protocol: Protocol, effect: float, observer: Observer | None = None) -> tuple[Protocol, Observer]:
-    """Return a protocol with other seeds, and an observer with all Weber fractions times 1 + effect.
-
-    Raises
-    ------
-    FrictionloopError
-        For an effect out of range.
-    """
+    """Return a protocol with other seeds, and an observer with all Weber fractions times 1 + effect."""
     if not effect > -1.0 or effect == 0.0:
         raise must_be("effect", effect, "above -1 and not 0")
     base = observer or Observer()
@@ -283,13 +277,7 @@ def another_day(protocol: Protocol, effect: float, observer: Observer | None = N
 
 
 def first_trials(trials: pandas.DataFrame, count: int) -> pandas.DataFrame:
-    """Return of each participant and condition the first trials that counted; 0 is all.
-
-    Raises
-    ------
-    FrictionloopError
-        Where there are fewer.
-    """
+    """Return of each participant and condition the first trials that counted; 0 is all."""
     counted = trials[trials["counted"] == 1]
     per = counted.groupby(["participant", "condition"])
     most = int(per.size().min()) if len(counted) else 0
@@ -309,19 +297,7 @@ def differences(plans: Sequence[Protocol], tables: Sequence[pandas.DataFrame]) -
 
 
 def shares(change: Array, n: int, studies: int, seed: int) -> tuple[float, float, float]:
-    """Return the share of studies of n that find a change, and its 95 % interval over pools of participants.
-
-    Parameters
-    ----------
-    change : array
-        Change of each participant of the pool.
-    n : int
-        Participants of a study.
-    studies : int
-        Studies that are drawn from a pool.
-    seed : int
-        Seed of what is drawn.
-    """
+    """Return the share of studies of n that find a change, and its 95 % interval over pools of participants."""
     rng = np.random.default_rng([seed, 7, n])
     share = _found(change[rng.integers(0, change.size, (studies, n))])
     anew = [change[rng.integers(0, change.size, change.size)] for _ in range(POOLS)]

@@ -72,13 +72,7 @@ def ran(path: Path) -> Ran:
 
 
 def engine_at(address: str, system: System, time_s: float = 0.0, keep: Path | None = None) -> Engine:
-    """Return what presents: the simulated bench at ``bench:``, whose clock goes on at a time, else a device.
-
-    Raises
-    ------
-    FrictionloopError
-        As ``fl.connect``.
-    """
+    """Return what presents: the simulated bench at ``bench:``, whose clock goes on at a time, else a device."""
     if address == BENCH:
         return BenchEngine(time_s)
     from frictionloop.experiments.device_strokes import DeviceEngine

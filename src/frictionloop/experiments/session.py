@@ -29,13 +29,7 @@ class Session:
         self._systems = {each.name: base.evolve(each.system) for each in protocol.conditions}
 
     def told(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Tell the rows of a session that goes on.
-
-        Raises
-        ------
-        FrictionloopError
-            For a row that is not of the trial that this protocol gives this participant, naming the trial.
-        """
+        """Tell the rows of a session that goes on."""
         for row in rows:
             trial = self.order.next()
             if trial is None or (trial.condition.name, trial.level) != (row["condition"], row["requested"]):

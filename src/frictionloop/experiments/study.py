@@ -236,21 +236,7 @@ def study_of(
     of_fingers: pandas.DataFrame | None = None,
     findings: Sequence[Finding] = (),
 ) -> Study:
-    """Return what trials have found.
-
-    Parameters
-    ----------
-    protocol : Protocol
-        What was asked.
-    trials : pandas.DataFrame
-        Rows as in ``trials.tsv``.
-    about : str
-        Where the trials are from, in words.
-    of_fingers : pandas.DataFrame, optional
-        As of `reaches`; none where it was not measured.
-    findings : sequence of Finding, optional
-        What is known of the trials besides.
-    """
+    """Return what trials have found."""
     fitted = fits(protocol, trials)
     return Study(
         protocol=protocol,

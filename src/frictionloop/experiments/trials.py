@@ -164,13 +164,7 @@ TEXT = ("participant", "condition", "phase", "track", "response", "reason", "met
 
 
 def scored(protocol: Protocol, level: float, comparison: int, response: str) -> tuple[float, float]:
-    """Return whether an answer was right (NaN where none is) and what the method is told of it.
-
-    Raises
-    ------
-    FrictionloopError
-        For an answer that the task does not have.
-    """
+    """Return whether an answer was right (NaN where none is) and what the method is told of it."""
     task, choices = protocol.task, protocol.choices
     if not choices:
         return math.nan, number_of(task, response)
@@ -189,13 +183,7 @@ def scored(protocol: Protocol, level: float, comparison: int, response: str) -> 
 
 
 def number_of(task: str, response: str) -> float:
-    """Return an answer that is a number.
-
-    Raises
-    ------
-    FrictionloopError
-        For what is none, or one that the task does not have: a magnitude is above 0, a place on the scale 0 to 100.
-    """
+    """Return an answer that is a number."""
     low, high, said = NUMBERS[task]
     try:
         value = float(response)
@@ -226,13 +214,7 @@ def header() -> str:
 
 
 def read_rows(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a table, numbers as numbers and NaN where nothing stands.
-
-    Raises
-    ------
-    FrictionloopError
-        For a file that cannot be read, or a row that does not fit the header, naming the trial.
-    """
+    """Return the rows of a table, numbers as numbers and NaN where nothing stands."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             rows = list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))

@@ -26,11 +26,6 @@ def law_bits(laws: Sequence[str] | None, table: Sequence[int]) -> int:
         Kinds of controller; None for all.
     table
         The words in force at reset.
-
-    Raises
-    ------
-    FrictionloopError
-        For a kind that the firmware has not, and when the table's law is not among them.
     """
     if laws is None:
         return _bits(KINDS)

@@ -66,13 +66,7 @@ FIRMWARE = Represented(
 
 
 def check_known(system: System, *blocks: str) -> None:
-    """Refuse a field of a System's blocks that no word of the firmware has.
-
-    Raises
-    ------
-    FrictionloopError
-        Naming the field.
-    """
+    """Refuse a field of a System's blocks that no word of the firmware has."""
     FIRMWARE.check({name: getattr(system, name) for name in blocks})
 
 
@@ -88,13 +82,7 @@ CELLS = 256
 
 
 def quantised_gains(controller: Any) -> list[Gain]:
-    """Return the gains of a controller's law as its C step takes them, each (mantissa, shift).
-
-    Raises
-    ------
-    FrictionloopError
-        When the firmware has no such law, or a gain does not fit it.
-    """
+    """Return the gains of a controller's law as its C step takes them, each (mantissa, shift)."""
     return list(_form(law_of(controller)).gains(controller))
 
 
@@ -161,11 +149,6 @@ def host_library(
         As `shared_library` takes them; the same bits come from all.
     built
         A library that was built otherwise, in the place of all that.
-
-    Raises
-    ------
-    FrictionloopError
-        Without cffi or a C compiler, or when the core does not compile.
     """
     ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(declarations())

@@ -15,13 +15,7 @@ END = ":00000001FF"
 
 
 def elf_file(file: IO[bytes]) -> Any:
-    """Return pyelftools' ELFFile of an open file.
-
-    Raises
-    ------
-    FrictionloopError
-        Without pyelftools, and for a file of another kind.
-    """
+    """Return pyelftools' ELFFile of an open file."""
     error = needed("elftools.common.exceptions", "pyelftools", "image").ELFError
     try:
         return needed("elftools.elf.elffile", "pyelftools", "image").ELFFile(file)
@@ -61,13 +55,7 @@ def seal(path: Path, name: str) -> None:
 
 
 def loaded(path: Path) -> list[tuple[int, bytes]]:
-    """Return what a programmer writes to the chip: (address, bytes) of each segment, at its load address.
-
-    Raises
-    ------
-    FrictionloopError
-        As `elf_file`, and when the file cannot be read.
-    """
+    """Return what a programmer writes to the chip: (address, bytes) of each segment, at its load address."""
     try:
         with path.open("rb") as file:
             segments = [part for part in elf_file(file).iter_segments() if part["p_type"] == "PT_LOAD"]
@@ -77,13 +65,7 @@ def loaded(path: Path) -> list[tuple[int, bytes]]:
 
 
 def read_hex(path: Path) -> list[tuple[int, bytes]]:
-    """Return what an Intel hex file puts where: (address, bytes), without gaps and in the order of addresses.
-
-    Raises
-    ------
-    FrictionloopError
-        Without intelhex, and for a file that cannot be read, that is no such file, or has a wrong check sum.
-    """
+    """Return what an Intel hex file puts where: (address, bytes), without gaps and in the order of addresses."""
     library = needed("intelhex", "intelhex")
     content = library.IntelHex()
     try:

@@ -38,13 +38,7 @@ OVERRUN_TICKS = 5
 
 
 def firmware_words(system: System) -> np.ndarray:
-    """Return the whole parameter table of the firmware, int32, in the order of protocol/frictionloop.toml.
-
-    Raises
-    ------
-    FrictionloopError
-        For a control rate that is not the firmware's, or a value outside the range of its word, naming both.
-    """
+    """Return the whole parameter table of the firmware, int32, in the order of protocol/frictionloop.toml."""
     return filled(controller_words(system) | device_words(system))
 
 

@@ -35,13 +35,7 @@ def word_at(index: int) -> Word:
 
 
 def to_words(word: Word, value: Any) -> np.ndarray:
-    """Return the words of a parameter's value: a number, or `count` of them.
-
-    Raises
-    ------
-    FrictionloopError
-        For a wrong count, or a number outside what the schema accepts.
-    """
+    """Return the words of a parameter's value: a number, or `count` of them."""
     try:
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
     except (TypeError, ValueError):
@@ -151,13 +145,7 @@ FINGERPRINT = "values.txt"
 
 
 def write_table(system: System, words: np.ndarray, folder: Path) -> None:
-    """Write parameters.bin (little-endian int32), parameters.csv, values.txt and system.toml into a folder.
-
-    Raises
-    ------
-    FrictionloopError
-        For a folder that cannot be made or written.
-    """
+    """Write parameters.bin (little-endian int32), parameters.csv, values.txt and system.toml into a folder."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(Number._fields)

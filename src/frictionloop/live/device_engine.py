@@ -72,20 +72,7 @@ KEPT_EFFECTS = 32
 
 
 class SetUp:
-    """What a device is set up from, and what of it has still to be written.
-
-    Parameters
-    ----------
-    device : Device
-        What is driven.
-    system : System
-        Description of its bench, with a controller and an effect; written before this returns.
-
-    Raises
-    ------
-    FrictionloopError
-        For a set-point that is no effect, or what the device refuses.
-    """
+    """What a device is set up from, and what of it has still to be written."""
 
     def __init__(self, device: Device, system: System) -> None:
         self._device = device
@@ -106,13 +93,7 @@ class SetUp:
         self.begin(self.wanted)
 
     def begin(self, system: System) -> None:
-        """Let a System be written from now on, in place of what is on its way.
-
-        Raises
-        ------
-        FrictionloopError
-            For another bench, a set-point that is no effect, and an effect that the device has no room for.
-        """
+        """Let a System be written from now on, in place of what is on its way."""
         for name in type(system).model_fields:
             if name not in CHANGEABLE and getattr(system, name) != getattr(self._in_force, name):
                 raise FrictionloopError(f"{name}: fixed; accepted: {', '.join(CHANGEABLE)}")
@@ -134,13 +115,7 @@ class SetUp:
         self._played = kept | {_effect_of(system): played}
 
     def go_on(self) -> None:
-        """Send one more frame of what has still to be written.
-
-        Raises
-        ------
-        FrictionloopError
-            For what the device refuses: what was in force before is then wanted again. `Unplugged` changes nothing.
-        """
+        """Send one more frame of what has still to be written."""
         try:
             next(self._steps, None)
         except Unplugged:
@@ -171,18 +146,6 @@ class DeviceEngine:
 
     The board is set up from the System, plays its effect, and is idle until it is armed. Behind a simulated or emulated
     board the bench is simulated too: the finger of the page moves on it, and the force on the finger is known.
-
-    Parameters
-    ----------
-    device : Device
-        What is driven.
-    system : System
-        Description of its bench; its controller and effect are written to the device.
-
-    Raises
-    ------
-    FrictionloopError
-        For a set-point that is no effect, or what the device refuses.
     """
 
     def __init__(self, device: Device, system: System) -> None:

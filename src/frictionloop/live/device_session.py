@@ -23,13 +23,7 @@ WITHIN = 0.95
 
 
 class DeviceSession(Session):
-    """A session whose ticks come from a device.
-
-    Parameters
-    ----------
-    engine : DeviceEngine
-        The device.
-    """
+    """A session whose ticks come from a device."""
 
     engine: DeviceEngine
 

@@ -52,20 +52,7 @@ class Engine(Protocol):
 
 
 class TwinEngine:
-    """Open and closed loop on the same finger, noise and touch.
-
-    Parameters
-    ----------
-    system : System
-        The closed loop; the open one has the lookup table alone, and all else of it.
-    seed : int
-        Seed of the noise of both.
-
-    Raises
-    ------
-    FrictionloopError
-        For a System whose finger does not move, or a bad seed.
-    """
+    """Open and closed loop on the same finger, noise and touch."""
 
     source = "simulated"
 
@@ -155,11 +142,6 @@ class Crowd:
         Overrides of each, such as ``fl.fingers(12, seed)``: at most 32.
     seed : int
         Seed of all noise.
-
-    Raises
-    ------
-    FrictionloopError
-        For people that do not fit the System, or Systems that do not run together.
     """
 
     def __init__(self, system: System, people: Sequence[Mapping[str, Any]], seed: int = 0) -> None:

@@ -40,13 +40,7 @@ class Block(NamedTuple):
 
 
 class Session:
-    """A finger that is moved by a pointer, or by itself, over an engine; time is an argument of `step`.
-
-    Parameters
-    ----------
-    engine : Engine
-        What computes.
-    """
+    """A finger that is moved by a pointer, or by itself, over an engine; time is an argument of `step`."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine, self.finger, self.ghost = engine, LiveFinger(), Ghost()

@@ -20,13 +20,7 @@ _FROM = {name: row for row, name in enumerate(TOLD)}
 
 
 class Rows:
-    """Samples of every tick as they come in.
-
-    Parameters
-    ----------
-    tick : int
-        Tick of the device after which they count.
-    """
+    """Samples of every tick as they come in."""
 
     def __init__(self, tick: int) -> None:
         self.next_tick, self.lost, self.state = (tick + 1) % 2**32, 0, 0
@@ -89,13 +83,7 @@ def channels_of(told: np.ndarray, felt_n: np.ndarray) -> np.ndarray:
 
 
 class News:
-    """What came in from a device that was asked for every sample.
-
-    Parameters
-    ----------
-    link : Link
-        The line to it.
-    """
+    """What came in from a device that was asked for every sample."""
 
     def __init__(self, link: Link) -> None:
         self._link = link

@@ -120,19 +120,7 @@ class Meant(NamedTuple):
 
 
 def meant(path: str, given: Any, names: list[str], block: Mapping[str, Any]) -> Meant | None:
-    """Return the parameter that a name stands for, None if it is none of those that people try.
-
-    Parameters
-    ----------
-    path
-        The name that is unknown.
-    given
-        Its value, converted where it is a number; otherwise the conversion is told.
-    names
-        Those that are there.
-    block
-        The other values beside it.
-    """
+    """Return the parameter that a name stands for, None if it is none of those that people try."""
     above, _, leaf = path.rpartition(".")
     leaf = leaf.lower()
     word, unit = _parts(leaf)

@@ -64,13 +64,7 @@ class Population(Description):
 
 
 def read_population(source: Population | Mapping[str, Any] | str | os.PathLike[str]) -> Population:
-    """Return a population from itself, from a mapping, or from a TOML file.
-
-    Raises
-    ------
-    FrictionloopError
-        For a file that cannot be read, or a field that is unknown or out of range.
-    """
+    """Return a population from itself, from a mapping, or from a TOML file."""
     if isinstance(source, Population):
         return source
     if isinstance(source, Mapping):

@@ -153,17 +153,7 @@ def _shown(value: Any) -> str:
 
 
 def refusal(strangers: Mapping[str, Any], system: type[BaseModel], tree: Mapping[str, Any]) -> str:
-    """Return one line for a name that is unknown, a line each below a heading for several.
-
-    Parameters
-    ----------
-    strangers
-        The names with the values given to them.
-    system
-        What has no such parameters.
-    tree
-        Its values, with which a value is converted to that of another parameter.
-    """
+    """Return one line for a name that is unknown, a line each below a heading for several."""
     believed = _believed(strangers, system, tree)
     hints = {path: _hint(path, given, system, believed) for path, given in strangers.items()}
     if len(hints) == 1:

@@ -128,14 +128,7 @@ def _while_waves_play(system: System, fine: Array) -> Array:
 
 
 def playable_forces(system: System) -> StrokeForces:
-    """Return what the effect of a system asks for, refusing one of which nothing can be given or felt.
-
-    Raises
-    ------
-    FrictionloopError
-        For forces that are out of reach everywhere, and for a period that is too short to be felt or played at the
-        stroke's speed.
-    """
+    """Return what the effect of a system asks for, refusing one of which nothing can be given or felt."""
     source, motion, model = system.setpoint, system.motion, system.controller.model
     assert isinstance(source, EffectSource)
     assert isinstance(motion, Strokes)

@@ -67,13 +67,7 @@ def effect_of(tree: dict[str, Any], where: str = "") -> Effect:
 
 
 def changed(effect: Effect, values: Mapping[str, Any]) -> Effect:
-    """Return an effect with values of its own or of its parts, by dotted name: ``spacing_mm``, ``of.1.height_mm``.
-
-    Raises
-    ------
-    FrictionloopError
-        For a name that it does not have, with those that are there, or a value that it does not accept.
-    """
+    """Return an effect with values of its own or of its parts, by dotted name: ``spacing_mm``, ``of.1.height_mm``."""
     tree = effect.model_dump(mode="json")
     for path, value in values.items():
         *way, last = path.split(".")

@@ -71,15 +71,7 @@ SETTLES_S = 0.5
 
 
 class Counting:
-    """Counts when asked to, unless it does so already.
-
-    Parameters
-    ----------
-    session : Session
-        Whose numbers they are.
-    tell : callable
-        Takes the message.
-    """
+    """Counts when asked to, unless it does so already."""
 
     def __init__(self, session: Session, tell: Callable[[dict[str, Any]], None]) -> None:
         self._session, self._tell = session, tell
@@ -87,13 +79,7 @@ class Counting:
         self._asked_s = math.inf
 
     def renew(self, now_s: float) -> None:
-        """Count what there is now; nothing for `SETTLES_S` after it was asked first.
-
-        Raises
-        ------
-        Exception
-            What ended the count before.
-        """
+        """Count what there is now; nothing for `SETTLES_S` after it was asked first."""
         self._asked_s = min(self._asked_s, now_s)
         if now_s - self._asked_s < SETTLES_S or (self._task is not None and not self._task.done()):
             return
@@ -113,15 +99,7 @@ def _numbers(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, fl
 
 
 class Drawing:
-    """Keeps the map of a session's effect; while one is drawn, only the newest of those that come waits.
-
-    Parameters
-    ----------
-    session : Session
-        Whose effect it is.
-    tell : callable
-        Takes a map that is new, as a message.
-    """
+    """Keeps the map of a session's effect; while one is drawn, only the newest of those that come waits."""
 
     def __init__(self, session: Session, tell: Callable[[bytes], None]) -> None:
         self._session, self._tell = session, tell

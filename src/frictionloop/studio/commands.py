@@ -186,13 +186,7 @@ FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 
 
 def obey(room: Room, guest: Guest, asked: Any) -> None:
-    """Do what a page asks for.
-
-    Raises
-    ------
-    FrictionloopError
-        For what is no command, another page's affair, or a value that does not fit.
-    """
+    """Do what a page asks for."""
     name = asked.get("do") if isinstance(asked, dict) else None
     if not isinstance(name, str) or name not in COMMANDS:
         raise must_be("do", name, f"one of {', '.join(COMMANDS)}")

@@ -124,18 +124,6 @@ def listening(host: str, port: int) -> socket.socket:
 
     It sends at once what is written: asyncio asks for that only where a socket names TCP as its protocol. Else a frame
     waits until the page acknowledges the one before it, which it does with its next pointer event.
-
-    Parameters
-    ----------
-    host : str
-        Name or number of the interface.
-    port : int
-        Number of the port, 0 for a free one.
-
-    Raises
-    ------
-    FrictionloopError
-        For an address that cannot be listened at.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)

@@ -25,13 +25,7 @@ _ASKED, _OPEN, _CLOSED, _BEYOND = range(len(CROWD))
 
 
 class Twelve:
-    """The first twelve fingers of the population under the stroke of a session.
-
-    Parameters
-    ----------
-    session : Session
-        Whose stroke it is.
-    """
+    """The first twelve fingers of the population under the stroke of a session."""
 
     def __init__(self, session: Session) -> None:
         self._session, self._people = session, fingers(PEOPLE, POPULATION_SEED)

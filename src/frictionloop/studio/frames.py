@@ -50,13 +50,7 @@ def frame_of(block: Block, number: int, rate_hz: float, every: int) -> Frame:
 
 
 def unpack(data: bytes) -> Frame:
-    """Return the frame that bytes hold.
-
-    Raises
-    ------
-    FrictionloopError
-        For bytes that are no frame.
-    """
+    """Return the frame that bytes hold."""
     if len(data) < HEAD.size or data[0] != FRAME:
         raise FrictionloopError(f"frame: {len(data)} bytes that are no frame")
     _, number, time_s, reached_ms, spacing_s, rows, channels = HEAD.unpack_from(data)
@@ -76,13 +70,7 @@ def pack_map(force_n: np.ndarray, left: float, right: float, bottom: float, top:
 
 
 def events_in(data: bytes) -> np.ndarray:
-    """Return the pointer events of a message, shape (events, 4); load is NaN where the pointer has none.
-
-    Raises
-    ------
-    FrictionloopError
-        For another length, too many events, or a number that is not finite.
-    """
+    """Return the pointer events of a message, shape (events, 4); load is NaN where the pointer has none."""
     if not data or len(data) % (8 * EVENT) or len(data) > 8 * EVENT * MOST_EVENTS:
         raise FrictionloopError(f"pointer: {len(data)} bytes; must be 1 to {MOST_EVENTS} events")
     events = np.frombuffer(data, "<f8").reshape(-1, EVENT)

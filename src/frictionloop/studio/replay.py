@@ -38,20 +38,7 @@ LEVEL = 9
 
 
 def read_run(path: str | os.PathLike[str], name: str = "") -> dict[str, Any]:
-    """Return what a page plays of a recorded run.
-
-    Parameters
-    ----------
-    path : path
-        A run as ``fl.save`` writes it.
-    name : str
-        What the page calls it; the name of the file by default.
-
-    Raises
-    ------
-    FrictionloopError
-        For a file that is no run, or a run without samples.
-    """
+    """Return what a page plays of a recorded run."""
     run = load(path, until_s=LONGEST_S)
     try:
         return played(run, name or Path(path).name)
@@ -160,13 +147,6 @@ def page_of(runs: list[dict[str, Any]], title: str = "frictionloop: recorded run
     """Return a page that plays runs, as HTML in one piece.
 
     Modules keep their text: an import map names each by an address that holds it.
-
-    Parameters
-    ----------
-    runs : list
-        What `read_run` returns of each.
-    title : str
-        Title of the page.
     """
     page = (STATIC / "replay.html").read_text()
     for name in _LINKED.findall(page):

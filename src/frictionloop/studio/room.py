@@ -30,15 +30,7 @@ UNDONE = 100
 
 
 class Room:
-    """The session and its guests.
-
-    Parameters
-    ----------
-    session : Session
-        What runs.
-    clock : callable
-        Seconds that only grow.
-    """
+    """The session and its guests."""
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
         self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)

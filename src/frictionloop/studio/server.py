@@ -36,15 +36,7 @@ MOST_TEXT = 20_000
 
 
 def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
-    """Return the application that serves a room.
-
-    Parameters
-    ----------
-    room : Room
-        Session and guests.
-    doors : Doors
-        Who may come in; this machine alone by default.
-    """
+    """Return the application that serves a room."""
     doors = doors or Doors()
 
     def page(name: str) -> Answer:

@@ -52,11 +52,6 @@ def brought(kind: str, content: bytes, asked: Mapping[str, str]) -> Brought:
         Of a picture ``mm_per_pixel``, ``polarity``, ``low_n`` and ``high_n``; of a recording ``scale_n``, ``offset_n``,
         whether it is played over ``place`` or over ``time`` (``over``), and for the first ``speed_mm_s``; of a painting
         ``columns`` and ``rows``.
-
-    Raises
-    ------
-    FrictionloopError
-        For another kind, what is too large or cannot be read, and for a number that is missing or does not fit.
     """
     if kind not in _READERS:
         raise must_be("kind", kind[:40], ", ".join(_READERS))

@@ -167,13 +167,7 @@ class Budget:
 
 
 def traced(image_path: str | os.PathLike[str]) -> Budget:
-    """Run an image of a Teensy on strokes of a finger and on edges, then on a line that is full both ways.
-
-    Raises
-    ------
-    FrictionloopError
-        As `TeensyEmulator`, and without capstone.
-    """
+    """Run an image of a Teensy on strokes of a finger and on edges, then on a line that is full both ways."""
     interrupts, ports, floods = _flooded(image_path, PROMPT)
     longest = _told(image_path, effect=True)[0]
     return Budget(*_told(image_path), interrupts + _flooded(image_path, QUEUE)[0], ports, floods, longest)

@@ -53,13 +53,7 @@ class Clocks:
         return INTERNAL if wanted == 1 else FLL
 
     def frequencies(self) -> Frequencies:
-        """Return the frequencies of core, bus and flash now.
-
-        Raises
-        ------
-        FrictionloopError
-            When the PLL is fed with what it does not take.
-        """
+        """Return the frequencies of core, bus and flash now."""
         source = {FLL: INTERNAL_HZ, INTERNAL: 32_768.0, EXTERNAL: CRYSTAL_HZ}.get(self._source(), 0.0) or self._pll()
         dividers = self._values["SIM_CLKDIV1"]
         return Frequencies(*(source / ((dividers >> shift & 15) + 1) for shift in (28, 24, 16)))

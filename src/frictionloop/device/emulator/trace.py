@@ -125,11 +125,6 @@ class CycleTrace:
 
     Every block of instructions is taken apart once (capstone), and costed by `costs`. An interrupt of the port that
     comes during a tick on a board comes here after it.
-
-    Parameters
-    ----------
-    emulator
-        The board that runs; its ticks are slower from now on.
     """
 
     def __init__(self, emulator: TeensyEmulator) -> None:

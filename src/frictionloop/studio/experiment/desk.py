@@ -85,17 +85,7 @@ WAIT_S = 0.1
 
 
 class Desk(Respondent):
-    """The session's thread calls it as a respondent; the server's loop tells `heard`.
-
-    Parameters
-    ----------
-    protocol : Protocol
-        What is asked.
-    participant : str
-        Code.
-    source : str
-        What the forces are of.
-    """
+    """The session's thread calls it as a respondent; the server's loop tells `heard`."""
 
     paced = True
 

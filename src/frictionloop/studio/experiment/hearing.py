@@ -69,15 +69,7 @@ LONGEST_NOTE = 500
 
 
 class Hearing:
-    """Answers, and what the experimenter does.
-
-    Parameters
-    ----------
-    protocol : Protocol
-        What is asked.
-    log : callable
-        Writes what happened into the session.
-    """
+    """Answers, and what the experimenter does."""
 
     def __init__(self, protocol: Protocol, log: Callable[..., None]) -> None:
         self.protocol, self.hub, self._log = protocol, Hub(), log
@@ -88,13 +80,7 @@ class Hearing:
         self.aborted, self.trial, self.masking_db = False, 0, protocol.masking_db
 
     def hear(self, role: str, message: Mapping[str, Any]) -> None:
-        """Take what a page says.
-
-        Raises
-        ------
-        FrictionloopError
-            For what a page may not say, or what makes no sense.
-        """
+        """Take what a page says."""
         what = message.get("do")
         if what == "ready":
             self.ready.set()

@@ -36,15 +36,7 @@ ROLES = {"drive": (EXPERIMENTER, PARTICIPANT), "watch": (PARTICIPANT,)}
 
 
 def experiment_app(desk: Desk, doors: Doors) -> Starlette:
-    """Return the application that serves an experiment.
-
-    Parameters
-    ----------
-    desk : Desk
-        The session.
-    doors : Doors
-        Who may come in: ``token`` opens the experimenter's page, ``watch_token`` the participant's alone.
-    """
+    """Return the application that serves an experiment."""
 
     def allowed(request: Any, role: str) -> bool:
         return role in ROLES.get(doors.role(request), ())
@@ -116,22 +108,7 @@ class Addresses(NamedTuple):
 
 @contextmanager
 def served(desk: Desk, host: str = "127.0.0.1", port: int = 0) -> Iterator[Addresses]:
-    """Serve the pages of a session, and yield their addresses.
-
-    Parameters
-    ----------
-    desk : Desk
-        The session's pages.
-    host : str
-        Address to listen at; any but this machine's own lets the two pages be on other machines.
-    port : int
-        Port; 0 takes a free one.
-
-    Raises
-    ------
-    FrictionloopError
-        For an address that cannot be listened at, or a missing extra.
-    """
+    """Serve the pages of a session, and yield their addresses."""
     uvicorn = needed("uvicorn", "uvicorn", "studio")
     needed("starlette", "starlette", "studio")
 
