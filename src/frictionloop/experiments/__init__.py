@@ -10,9 +10,6 @@ report  write_page  export    what sessions found, as an answer and as a page, a
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
-
 from frictionloop.quantities.lazily import lazily
 
 HOMES = {
@@ -30,17 +27,10 @@ HOMES = {
     "session_export": "Exported export",
     "study": "Study report simulate",
     "summary": "fits funnel groups pooled",
+    ".report.study_page": "write_page",
 }
+__getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]
-__all__ += ["write_page"]
-_find = lazily(__name__, HOMES)
-
-
-def __getattr__(name: str) -> Any:
-    """Import a name when it is first used; a page is drawn in the room above."""
-    if name == "write_page":
-        return importlib.import_module("frictionloop.report.study_page").write_page
-    return _find(name)
 
 
 def __dir__() -> list[str]:

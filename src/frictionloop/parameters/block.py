@@ -108,6 +108,16 @@ OWN = ", or a kind of your own (fl.register, --use FILE)"
 """What else a block may be."""
 
 
+class Kinded(Block):
+    """A block that is of one of several kinds."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str:
+            """Name of the kind."""
+
+
 class Kinds:
     """The parameter classes of one block, by the value of their ``kind``; an annotation that pydantic reads."""
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import sys
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
+from frictionloop.parameters.block import Block, Kinded, Kinds, NotNegative, Number, Positive, Whole
 from frictionloop.quantities import must_be
 
 
@@ -68,14 +68,8 @@ class Model(Block):
         return self.nominal_n * math.exp(-self.susceptibility_per_um2 * (self.max_amplitude_um * self.max_amplitude_um))
 
 
-class Timing(Block):
+class Timing(Kinded):
     """What all controllers have: when they run, and what they believe of the plant."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the law."""
 
     rate_hz: Annotated[Number, Field(gt=0, le=1e9)] = 5000.0
     """Rate of the control periods (paper, Sec. 4.1: "5 kHz timer")."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
+from frictionloop.parameters.block import Block, Kinded, Kinds, NotNegative, Number, Positive, Whole
 
 
 def _halved(ticks: int) -> int:
@@ -19,16 +19,11 @@ def _halved(ticks: int) -> int:
 PulseTicks = Annotated[Whole, Field(ge=0, le=65536), AfterValidator(_halved)]
 
 
-class FrictionLimit(Block):
+class FrictionLimit(Kinded):
     """What every friction law has, also one from outside: the friction force without vibration."""
 
     nominal_n: Positive = 0.8
     """Nominal friction force f0 at rest of the plate (paper, Sec. 2.1)."""
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the law."""
 
 
 class FrictionLaw(FrictionLimit):

@@ -6,13 +6,13 @@ import math
 import os
 from collections.abc import Mapping
 from numbers import Real
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive
+from frictionloop.parameters.block import Kinded, Kinds, NotNegative, Number, Positive
 from frictionloop.quantities.steps import uneven_in
 from frictionloop.quantities.units import UNITS, known_unit
 
@@ -95,14 +95,8 @@ def _seconds(time: Any, given_hz: Any) -> np.ndarray:
     return factor * np.asarray(times, dtype=float)
 
 
-class Signal(Block):
+class Signal(Kinded):
     """A force over time. One from outside is a subclass with a ``kind`` and a function ``force_n(time_s)``."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the signal."""
 
     @property
     def longest_s(self) -> float:

@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters.block import Block, Kinds, Number
+from frictionloop.parameters.block import Block, Kinded, Kinds, Number
 
 TURNS_MM_S = 2.0
 """Speed above which the direction of an effect is that of the motion (assumed: as ``touch.load.least_speed_mm_s``)."""
@@ -48,17 +48,11 @@ class Touch(NamedTuple):
         return np.where(np.asarray(self.speed_mm_s) < 0.0, -1.0, 1.0)
 
 
-class Effect(Block):
+class Effect(Kinded):
     """A friction force over place, time and touch.
 
     ``a + b``, ``a * b`` and ``a.max(b)`` mix two; ``mask``, ``at``, ``rotate``, ``scale`` and ``repeat`` place one.
     """
-
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the effect."""
 
     def asked(self, touch: Touch) -> Any:
         """Return the force in N, of the shape of the touch."""

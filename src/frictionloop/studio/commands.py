@@ -171,16 +171,6 @@ def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     change(room, lambda system: system.evolve(person))
 
 
-CHANGES: dict[str, Callable[[Room, Guest, dict[str, Any]], None]] = {
-    "effect": _effect,
-    "set": _set,
-    "undo": _undo,
-    "tour": _tour,
-    "preset": _preset,
-    "finger": _finger,
-}
-
-
 FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""
 
@@ -195,34 +185,6 @@ def obey(room: Room, guest: Guest, asked: Any) -> None:
     COMMANDS[name](room, guest, asked)
     if name != "here":
         room.tell_status()
-
-
-def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.stop()
-
-
-def _go(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.go()
-
-
-def _here(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    """Nothing but that the page is there, which the room takes note of with every message."""
-
-
-def _arm(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.arm(asked.get("state", "closed"))
-
-
-def _clear(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.clear()
-
-
-def _take(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.take(guest)
-
-
-def _lift(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.lift()
 
 
 def _ghost(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -251,20 +213,24 @@ def _reach(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
         guest.put(room.reach.told)
 
 
-Command = Callable[[Room, Guest, dict[str, Any]], None]
-COMMANDS: dict[str, Command] = {
-    "stop": _stop,
-    "go": _go,
-    "here": _here,
-    "arm": _arm,
-    "clear": _clear,
-    "take": _take,
-    "lift": _lift,
+COMMANDS: dict[str, Callable[[Room, Guest, dict[str, Any]], None]] = {
+    "stop": lambda room, guest, asked: room.session.stop(),
+    "go": lambda room, guest, asked: room.session.go(),
+    "here": lambda room, guest, asked: None,
+    "arm": lambda room, guest, asked: room.session.arm(asked.get("state", "closed")),
+    "clear": lambda room, guest, asked: room.session.clear(),
+    "take": lambda room, guest, asked: room.take(guest),
+    "lift": lambda room, guest, asked: room.session.lift(),
     "ghost": _ghost,
     "ghost_speed": _ghost_speed,
     "load": _load,
     "sound": _sound,
     "crowd": _crowd,
     "reach": _reach,
-    **CHANGES,
+    "effect": _effect,
+    "set": _set,
+    "undo": _undo,
+    "tour": _tour,
+    "preset": _preset,
+    "finger": _finger,
 }

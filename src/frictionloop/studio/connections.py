@@ -9,9 +9,10 @@ import mimetypes
 import secrets
 import selectors
 import socket
+import tempfile
 from collections import deque
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
@@ -147,6 +148,18 @@ def prompt_loop() -> asyncio.AbstractEventLoop:
 def file_answer(path: Path) -> Response:
     """Return one of our files, read at once: a thread that reads it takes three times as long, and a page has forty."""
     return Response(path.read_bytes(), media_type=mimetypes.guess_type(path.name)[0], headers=HEADERS)
+
+
+@contextmanager
+def as_file(content: bytes, file: str, name: str) -> Iterator[Path]:
+    """Yield the path of a file with what a page has sent, which errors call by a name."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / file
+        path.write_bytes(content)
+        try:
+            yield path
+        except FrictionloopError as error:
+            raise FrictionloopError(str(error).replace(str(path), name)) from None
 
 
 async def talk(socket: WebSocket, guest: Guest, hear: Callable[[Any], None], most: int) -> None:

@@ -23,7 +23,7 @@ from frictionloop.studio import background
 from frictionloop.studio.commands import PRESETS, obey
 from frictionloop.studio.connections import HEADERS, Doors, Guest, file_answer, talk
 from frictionloop.studio.effect_pictures import HEIGHT_MM, PAINT_MM, PAINT_MOST_N, gallery
-from frictionloop.studio.page_files import Answer, opener, runs_answer, taken_in
+from frictionloop.studio.page_files import Answer, effect_in, file_in, runs_answer, taking
 from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
 
@@ -81,17 +81,18 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         await asyncio.to_thread(background.load)
         return save_answer(room, request.path_params["name"])
 
-    reading = asyncio.Lock()
+    def driving(answer: Answer) -> Answer:
+        async def gated(request: Request) -> Response:
+            return await answer(request) if doors.role(request) == "drive" else refused()
 
-    async def effect(request: Request) -> Response:
-        return await taken_in(room, request, reading) if doors.role(request) == "drive" else refused()
+        return gated
 
     routes = [
         Route("/", page("index.html")),
         Route("/replay", page("replay.html")),
         Route("/runs.json", runs),
-        Route("/open", opener(room, lambda request: doors.role(request) == "drive", refused), methods=["POST"]),
-        Route("/effect", effect, methods=["POST"]),
+        Route("/open", driving(taking(room, "file", file_in)), methods=["POST"]),
+        Route("/effect", driving(taking(room, "effect", effect_in)), methods=["POST"]),
         Route("/save/{name}", saved),
         Route("/static/{name:path}", file),
         WebSocketRoute("/live", socket),

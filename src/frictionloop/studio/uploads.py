@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-import tempfile
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +18,7 @@ from frictionloop.rendering.images import read_image
 from frictionloop.rendering.library import summary
 from frictionloop.rendering.recorded import read_texture, read_wave
 from frictionloop.rendering.tables import MOST_CELLS, Map
+from frictionloop.studio.connections import as_file
 from frictionloop.studio.effect_pictures import PAINT_MM, PAINT_MOST_N
 
 MOST_BYTES = 4 * 1024 * 1024
@@ -77,36 +76,31 @@ def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
         raise must_be("polarity", polarity[:20], "'bright' or 'dark'")
     low, high = (_number(asked, name, 0.0, 5.0) for name in ("low_n", "high_n"))
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
-    with tempfile.TemporaryDirectory() as folder:
-        path, told = Path(folder) / "picture.png", ""
-        try:
-            with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
-                width, height = image.size
-                if width * height > MOST_PIXELS:
-                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS}")
-                coloured = image.mode in ("RGB", "RGBA", "P", "LA", "PA")
-                if coloured:
-                    _grey(image).save(path)
-                    told = ", colours in grey"
-        except FrictionloopError:
-            raise
-        except Exception:  # on a damaged picture the library raises anything
-            raise FrictionloopError("picture: is no PNG") from None
-        if not coloured:
-            path.write_bytes(content)
-        try:
-            made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
-        except FrictionloopError as error:
-            raise FrictionloopError(str(error).replace(str(path), "picture")) from None
+    grey, told = content, ""
+    try:
+        with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
+            width, height = image.size
+            if width * height > MOST_PIXELS:
+                raise must_be("picture", f"{width} x {height} pixels", f"at most {MOST_PIXELS}")
+            if image.mode in ("RGB", "RGBA", "P", "LA", "PA"):
+                grey, told = _grey(image), ", colours in grey"
+    except FrictionloopError:
+        raise
+    except Exception:  # on a damaged picture the library raises anything
+        raise FrictionloopError("picture: is no PNG") from None
+    with as_file(grey, "picture.png", "picture") as path:
+        made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
     return Brought(made.map, summary(made.map) + told)
 
 
-def _grey(image: Any) -> Any:
-    """Return a picture in grey, on white where it is transparent."""
+def _grey(image: Any) -> bytes:
+    """Return a picture in grey, on white where it is transparent, as PNG."""
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     full = image.convert("RGBA")
     ground = image_module.new("RGBA", full.size, "white")
-    return image_module.alpha_composite(ground, full).convert("L")
+    saved = io.BytesIO()
+    image_module.alpha_composite(ground, full).convert("L").save(saved, "PNG")
+    return saved.getvalue()
 
 
 def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
@@ -119,17 +113,12 @@ def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
         raise must_be("over", over[:20], "'place' or 'time'")
     per_s = _number(asked, "speed_mm_s", 1.0, 1000.0) / PITCH_MM if over == "place" else WAVE_HZ
     _check_length(content, per_s)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "recording.wav"
-        path.write_bytes(content)
-        try:
-            recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
-            if over == "time":
-                wave = read_wave(recording, per_s).model_copy(update={"loops": True})
-                return Brought(wave, summary(wave))
-            effect = read_texture(recording, per_s * PITCH_MM, PITCH_MM)
-        except FrictionloopError as error:
-            raise FrictionloopError(str(error).replace(str(path), "recording")) from None
+    with as_file(content, "recording.wav", "recording") as path:
+        recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
+        if over == "time":
+            wave = read_wave(recording, per_s).model_copy(update={"loops": True})
+            return Brought(wave, summary(wave))
+        effect = read_texture(recording, per_s * PITCH_MM, PITCH_MM)
     return Brought(effect, summary(effect))
 
 
