@@ -77,7 +77,7 @@ def _taken(code: str) -> str:
     if code.endswith("s"):
         return f"{code[1:-1]} bytes"
     info = np.iinfo(np.dtype(code))
-    return f"a whole number from {info.min} to {info.max}"
+    return f"whole, {info.min} to {info.max}"
 
 
 def _layout(entry: Mapping[str, Any]) -> Layout:

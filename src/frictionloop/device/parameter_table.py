@@ -139,7 +139,7 @@ class Parameters(Mapping[str, Any]):
     def writing(self, table: np.ndarray) -> Iterator[None]:
         """As `write`, with a pause after each frame, for who has to listen to the device meanwhile."""
         if table.shape != (word_count(),):
-            raise DeviceError(f"table = {table.size} words: must be {word_count()}", "BAD-VALUE")
+            raise must_be("table", table.size, str(word_count()), "words")
         self._waiting = table.astype(np.int32)
         for at in range(0, len(table), WORDS_A_FRAME):
             self._write(at, table[at : at + WORDS_A_FRAME])

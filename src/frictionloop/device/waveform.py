@@ -106,7 +106,7 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
     except (TypeError, ValueError):
         force = np.empty((0, 0))
     if force.ndim > 1:
-        raise must_be("setpoint", type(setpoint).__name__, "a source, a force in N, or one a tick")
+        raise must_be("setpoint", type(setpoint).__name__, "a source or forces, N")
     if force.ndim == 0:
         _in_range(np.atleast_1d(force), "setpoint")
         return Constant(offset_n=float(force))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import numbers, whole
 
 Result = bool | int | float
@@ -77,7 +77,7 @@ class Handler:
             raise FrictionloopError("add_response: the method has finished")
         given = self.level if delivered is None else delivered
         if not (math.isfinite(result) and math.isfinite(given)):
-            raise FrictionloopError(f"result, delivered = {result}, {given}: must be finite")
+            raise must_be("result, delivered", (result, given), "finite")
         self.told.append(Told(self.level, float(given), float(result), self.track))
         self._next(self.told[-1])
 
@@ -167,7 +167,7 @@ class Interleaved(Handler):
     def __init__(self, tracks: Mapping[str, Handler], seed: Any = 0) -> None:
         super().__init__()
         if not tracks:
-            raise FrictionloopError("tracks: must be methods by name")
+            raise must_be("tracks", tracks, "methods by name")
         self.tracks, self._rng = dict(tracks), np.random.default_rng(seed)
         self._draw()
 

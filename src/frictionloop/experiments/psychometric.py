@@ -11,7 +11,7 @@ from scipy.special import expit, ndtr, ndtri
 from scipy.stats import beta as beta_law
 from scipy.stats import chi2
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array, numbers
 
 Shape = Literal["normal", "logistic", "weibull"]
@@ -109,7 +109,7 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     """
     x, r = numbers("level", level, ""), numbers("result", result, "", 0.0, 1.0)
     if x.size != r.size or x.size < 5 or np.ptp(x) <= 0:
-        raise FrictionloopError(f"fit: {x.size} trials; must be 5 at two levels")
+        raise must_be("fit", x.size, "5 at two levels", "trials")
     if np.ptp(r) <= 0:
         raise FrictionloopError(f"fit: {x.size} answers, all alike")
     grids = _grids(x, guess, low)

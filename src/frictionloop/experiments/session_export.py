@@ -157,7 +157,7 @@ def _new(out: Path) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FrictionloopError(f"out = {str(out)!r}: cannot be made ({error.strerror})") from None
+        raise FrictionloopError(f"{out}: cannot be made ({error.strerror})") from None
 
 
 def _json(path: Path, told: Mapping[str, Any]) -> None:

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import JND_Z, POINTS, fit, jnd, probability
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 LAPSE = 0.02
 """Lapse rate that is taken as known here (assumed); the fits leave it free."""
@@ -145,7 +145,7 @@ def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
 
 def _slope(x: Any, y: Any) -> dict[str, Any]:
     if x.size < 3 or np.ptp(x) <= 0:
-        raise FrictionloopError(f"{x.size} trials; must be 3 at two levels")
+        raise must_be("slope", x.size, "3 at two levels", "trials")
     line = linregress(x, y)
     half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
     slope = float(line.slope)

@@ -114,7 +114,7 @@ class Validity(Block):
     @classmethod
     def _rises(cls, value: Range) -> Range:
         if not value[0] < value[1]:
-            raise ValueError(f"{list(value)}: must be two rising values")
+            raise must_be("ends", value, "rising")
         return value
 
 
@@ -135,7 +135,7 @@ def check_stop(stop: Stop, method: str) -> None:
         if value is not None and method != only:
             raise ValueError(f'stop.{name} = {value:g}: goes with method.kind = "{only}"')
     if method not in ENDS_ITSELF and not stop.model_dump(exclude_none=True):
-        raise ValueError("stop: must have trials, reversals, width or time_s")
+        raise must_be("stop", None, "trials, reversals, width or time_s")
 
 
 def check_guide(stroke: StrokeGuide, rules: Validity) -> None:

@@ -225,7 +225,7 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
     found = []
     for number, cells in enumerate(rows[1:], 1):
         if len(cells) != len(COLUMNS):
-            raise FrictionloopError(f"{path}: trial {number}: must have {len(COLUMNS)} columns")
+            raise must_be(f"{path}: trial {number}", len(cells), str(len(COLUMNS)), "columns")
         found.append({name: _value(path, number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True)})
     return found
 

@@ -103,7 +103,7 @@ def _touch(system: System) -> dict[str, Any]:
     else:
         for name in ("load_n_per_count", "position_m_per_count"):
             if getattr(board, name) == 0:
-                raise must_be(f"board.{name}", 0.0, 'other than 0, or motion.kind = "sliding"')
+                raise must_be(f"board.{name}", 0.0, "other than 0")
     return {
         "touch.zero_counts": board.load_zero_counts,
         "touch.n_per_count": board.load_n_per_count,
@@ -119,7 +119,7 @@ def _safety(system: System) -> dict[str, Any]:
     range_n = abs(n_per_count(system)) * 2 ** (ADC_BITS - 1)
     limit_n = system.board.force_limit_n or LIMIT_SHARE * range_n
     if limit_n >= (largest_n := _largest_reading_n(system)):
-        accepted = f"below {largest_n:.4g}, the largest reading; {LIMIT_SHARE * range_n:.4g} if left out"
+        accepted = f"below {largest_n:.4g}, the largest reading"
         raise must_be("board.force_limit_n", limit_n, accepted, "N")
     return {
         "safety.force_limit_n": limit_n,

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from frictionloop.parameters.refusals import explain
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import FrictionloopError, must_be, unit_of
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -23,7 +23,7 @@ else:
 
 def _no_bool(value: Any) -> Any:
     if isinstance(value, bool):
-        raise ValueError("must be a number, no boolean")
+        raise ValueError("must be a number")
     return value
 
 
@@ -171,7 +171,7 @@ class Kinds:
             For a class that is not of this block, without a kind, or with the kind of a class of this package.
         """
         if not (isinstance(model, type) and issubclass(model, self.base)):
-            raise FrictionloopError(f"{model!r}: must be a subclass of fl.{self.base.__name__}")
+            raise must_be("class", model, f"of fl.{self.base.__name__}")
         kind = kind_of(model)
         if kind in self.names and kind not in self.outside:
             raise FrictionloopError(f'{model.__name__}.kind = "{kind}": taken; choose another name')

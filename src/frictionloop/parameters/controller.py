@@ -44,7 +44,7 @@ class Model(Block):
     @model_validator(mode="after")
     def _table(self) -> Self:
         if self.table_size == 1:
-            raise ValueError("table_size must be 0 or at least 2")
+            raise must_be("table_size", 1, "0 or at least 2")
         if self.table_um2:
             table = self.table_um2
             if len(table) < 2 or table[-1] != 0 or any(b >= a for a, b in pairwise(table)):
@@ -107,15 +107,15 @@ def _stable(section: tuple[float, ...]) -> tuple[float, ...]:
     *_, a1, a2 = section
     largest = max(section, key=abs)
     if abs(largest) > 2.0:
-        raise ValueError(f"coefficient {largest:g}: must be from -2 to 2")
+        raise must_be("coefficient", largest, "from -2 to 2")
     if not (abs(a2) < 1.0 and abs(a1) < 1.0 + a2):
-        raise ValueError(f"a1 = {a1:g}, a2 = {a2:g}: unstable, needs |a2| < 1, |a1| < 1 + a2")
+        raise must_be("a1, a2", (a1, a2), "stable")
     return section
 
 
 def _few(sections: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(sections) > FILTERS:
-        raise ValueError(f"must be at most {FILTERS} sections, not {len(sections)}")
+        raise ValueError(f"must be at most {FILTERS} sections")
     return sections
 
 
@@ -182,7 +182,7 @@ class NotchPiController(FeedForward):
     @model_validator(mode="after")
     def _is_a_notch(self) -> Self:
         if self.notch_depth > self.notch_width:
-            raise ValueError(f"notch_depth = {self.notch_depth:g}: at most notch_width, {self.notch_width:g}")
+            raise must_be("notch_depth", self.notch_depth, f"at most notch_width, {self.notch_width:g}")
         return self
 
 

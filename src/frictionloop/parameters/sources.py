@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from frictionloop.parameters.block import Kinded, Kinds, NotNegative, Number, Positive
+from frictionloop.quantities import must_be
 from frictionloop.quantities.steps import uneven_in
 from frictionloop.quantities.units import UNITS, known_unit
 
@@ -30,7 +31,7 @@ def in_newtons(values: Any) -> Any:
     unit = getattr(values, "attrs", {}).get("units", "N")
     of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
     if of != "N":
-        raise ValueError(f"in {unit}: accepted N, mN, cN, uN, kN, gf, kgf, lbf")
+        raise must_be("unit", unit, ", ".join(name for name, (kind, _) in UNITS.items() if kind == "N"))
     if array.ndim != 1 or array.dtype.kind not in "iuf":
         over = f" over {', '.join(map(repr, values.dims))}" if hasattr(values, "dims") else ""
         raise ValueError(f"{array.dtype} of shape {array.shape}{over}: needs numbers, one dimension")
@@ -54,7 +55,7 @@ def with_rate(values: Mapping[str, Any]) -> Mapping[str, Any]:
         return values
     rate_hz = _rate_of(array, given_hz)
     if known and abs(given_hz - rate_hz) > EVEN * rate_hz:
-        raise ValueError(f"rate_hz = {given_hz:g}: the array's own is {rate_hz:g}")
+        raise must_be("rate_hz", given_hz, f"the array's own, {rate_hz:g}")
     return {**values, "rate_hz": rate_hz}
 
 
@@ -62,12 +63,12 @@ def _rate_of(array: Any, given_hz: Any) -> float:
     """Return the rate in Hz of the times of a variable over one dimension."""
     (dimension,) = array.dims
     if dimension != "time":
-        raise ValueError(f"an array over {dimension!r}: must be over 'time'")
+        raise must_be("array: dimension", dimension, "'time'")
     if "time" not in array.coords:
         raise ValueError("an array over 'time' without times: array.assign_coords(time=times_s)")
     time_s = _seconds(array.coords["time"], given_hz)
     if time_s.size < 2:
-        raise ValueError("an array of less than two samples")
+        raise must_be("array", time_s.size, "two samples or more")
     usual_s = float(np.median(np.diff(time_s)))
     uneven = uneven_in(time_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None:
@@ -82,11 +83,11 @@ def _seconds(time: Any, given_hz: Any) -> np.ndarray:
     if times.dtype.kind in "mM":
         return np.asarray((times - times[:1]) / np.timedelta64(1, "s"), dtype=float)
     if times.dtype.kind not in "iuf":
-        raise ValueError(f"times are {times.dtype}: accepted numbers, datetime64, timedelta64")
+        raise must_be("times", str(times.dtype), "numbers, datetime64, timedelta64")
     said = time.attrs.get("units")
     of, factor = UNITS.get(known_unit(str(said or "s")) or "", ("", 1.0))
     if of != "s":
-        raise ValueError(f"times in {said}: accepted s, ms, us, ns, min")
+        raise must_be("times: units", said, "s, ms, us, ns, min")
     step = float(np.median(np.diff(times))) if times.size > 1 else 0.0
     if said is None and step >= SLOWEST_S:
         if given_hz is not None:
@@ -171,7 +172,7 @@ class Steps(Signal):
                 f"times_s ({len(self.times_s)}) and levels_n ({len(self.levels_n)}) need one level per time"
             )
         if self.times_s[0] != 0 or any(b <= a for a, b in zip(self.times_s, self.times_s[1:], strict=False)):
-            raise ValueError("times_s must start at 0 and rise")
+            raise must_be("times_s", self.times_s, "rising from 0")
         return self
 
 

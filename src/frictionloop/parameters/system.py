@@ -120,9 +120,9 @@ class System(Description):
     @model_validator(mode="after")
     def _has_a_place(self) -> Self:
         if self.disturbance.kind == "effect":
-            raise ValueError('disturbance.kind = "effect": is a set-point')
+            raise must_be("disturbance.kind", "effect", "no effect")
         if self.setpoint.kind == "effect" and self.motion.kind == "sliding":
-            raise ValueError('setpoint.kind = "effect": needs motion.kind = "strokes"')
+            raise must_be("motion.kind", "sliding", "strokes, for an effect")
         return self
 
     @model_validator(mode="after")

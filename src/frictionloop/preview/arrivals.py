@@ -19,7 +19,7 @@ from frictionloop.parameters import Strokes, System
 from frictionloop.parameters.controller import Model
 from frictionloop.preview.measures import Delivered, delivered
 from frictionloop.preview.prepared_stroke import both, duration_s, playable_forces, prepared
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.effect_toml import find
@@ -110,7 +110,7 @@ def people(
 def check_fingers(fingers: Sequence[Mapping[str, Any]]) -> None:
     """Refuse an empty population."""
     if not fingers:
-        raise FrictionloopError("fingers: must be at least one")
+        raise must_be("fingers", 0, "at least one")
 
 
 def delivered_to(systems: Sequence[System], seed: int) -> list[Delivered]:
@@ -212,5 +212,5 @@ def _for_each(law: str, given: Any, fingers: Sequence[Mapping[str, Any]]) -> lis
     """Return what a law and a finger change together, for each finger."""
     own = [given] * len(fingers) if isinstance(given, Mapping) else list(given)
     if len(own) != len(fingers):
-        raise FrictionloopError(f"laws: {law!r} must have values for each finger")
+        raise must_be(f"laws: {law}", len(own), f"{len(fingers)}, as fingers", "values")
     return [{**finger, **each} for finger, each in zip(fingers, own, strict=True)]

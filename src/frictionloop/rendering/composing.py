@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionloop.parameters.block import Number, Positive, Whole
+from frictionloop.quantities import must_be
 from frictionloop.rendering.effect import AnyEffect, Effect, Touch
 
 Several = Annotated[tuple[AnyEffect, ...], Field(min_length=1)]
@@ -216,7 +217,7 @@ class Relief(Effect):
     @model_validator(mode="after")
     def _is_a_height(self) -> Self:
         if not self.height.is_static:
-            raise ValueError(f'height.kind = "{self.height.kind}": must be of place alone')
+            raise must_be("height.kind", self.height.kind, "of place alone")
         return self
 
     def asked(self, touch: Touch) -> Any:
@@ -278,11 +279,11 @@ class Trigger(Effect):
             raise ValueError(f"needs one pair of on_* and off_* of {', '.join(_PAIRS.values())}")
         name, on, off = self.condition
         if on == off:
-            raise ValueError(f"{name}: on and off must differ")
+            raise must_be(f"{name}: on, off", (on, off), "two values")
         for field in ("starts", "ends"):
             wave = getattr(self, field)
             if wave is not None and wave.kind != "wave":
-                raise ValueError(f'{field}.kind = "{wave.kind}": must be "wave"')
+                raise must_be(f"{field}.kind", wave.kind, "wave")
         return self
 
     def _has(self, name: str) -> bool:

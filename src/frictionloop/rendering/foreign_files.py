@@ -122,7 +122,7 @@ def import_effect(
         effect, left = read_hjif(path)
     else:
         if full_n is None:
-            raise FrictionloopError(f"{file}: full_n is missing: must be a force in N")
+            raise must_be(f"{file}: full_n", None, "a force", "N")
         effect, left = read_envelope(path, full_n)
     findings += [Finding("EFFECT-LEFT", value=", ".join(left))] if left else []
     low, high = range_n(effect)

@@ -35,9 +35,9 @@ def program_of(effect: Effect, path: Track, length_mm: float) -> Program:
     compiler = _Compiler(path, length_mm)
     compiler.lower(effect, lambda touch: touch, 0)
     if compiler.triggers > MOST_TRIGGERS:
-        raise FrictionloopError(f"effect: has {compiler.triggers} triggers; at most {MOST_TRIGGERS}")
+        raise must_be("effect", compiler.triggers, f"at most {MOST_TRIGGERS}", "triggers")
     if compiler.deepest > STACK:
-        raise FrictionloopError(f"effect: is mixed {compiler.deepest} deep; at most {STACK}")
+        raise must_be("effect: depth", compiler.deepest, f"at most {STACK}")
     values = np.concatenate(compiler.tables) if compiler.tables else np.zeros(1)
     return Program(
         tuple(compiler.code), values.tobytes(), compiler.triggers, compiler.error_n, float(values.min()),
@@ -83,7 +83,7 @@ class _Compiler:
         elif isinstance(effect, Trigger):
             self.trigger(effect, chart, depth)
         else:
-            raise FrictionloopError(f"effect.kind = {effect.kind!r}: must depend on the place alone")
+            raise must_be("effect.kind", effect.kind, "of place alone")
 
     def mix(self, effect: Sum | Product | Largest, chart: Chart, depth: int) -> None:
         """Add the parts, those of place alone as one table."""

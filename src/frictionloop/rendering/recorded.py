@@ -67,7 +67,7 @@ def _read(recording: Recording, rate_hz: float) -> np.ndarray:
         recording = recording.model_copy(update={"scale": scale, "offset_n": recording.offset_n + offset})
     force = read_recording(recording, rate_hz)
     if force.size > MOST_CELLS:
-        raise FrictionloopError(f"{recording.path}: {force.size} values; at most {MOST_CELLS}")
+        raise must_be(recording.path, force.size, f"at most {MOST_CELLS}", "values")
     return force
 
 
@@ -76,7 +76,7 @@ def _scale_in(path: Path) -> tuple[float, float]:
     content = path.read_bytes() if path.is_file() else b""
     at = content.rfind(COMMENT)
     if at < 0:
-        raise FrictionloopError(f"{path}: scale is missing, in N")
+        raise must_be(f"{path}: scale", None, "a number", "N")
     words = content[at + len(COMMENT) :].split(b"\0")[0].split()
     return float(words[0]), float(words[1])
 
@@ -142,7 +142,7 @@ def read_envelope(path: str | os.PathLike[str], full_n: float, rate_hz: float = 
     tree = read_json(path)
     kind = Path(path).suffix.lower()
     if kind not in (".haptic", ".ahap"):
-        raise FrictionloopError(f"{path}: format {kind!r} is unknown; accepted: .haptic .ahap")
+        raise must_be(f"{path}: format", kind, ".haptic or .ahap")
     try:
         times, levels, left = (_of_haptic if kind == ".haptic" else _of_ahap)(tree)
     except (KeyError, TypeError, ValueError, IndexError) as error:
@@ -236,7 +236,7 @@ class Resynthesis(Effect):
     def _is_stable(self) -> Self:
         largest = float(np.max(np.abs(np.roots([1.0, *(-each for each in self.coefficients)])), initial=0.0))
         if not largest < 1.0:
-            raise ValueError(f"coefficients: grow by {largest:.4g} a value; must be below 1")
+            raise must_be("coefficients: growth", largest, "below 1")
         return self
 
     @property
@@ -285,7 +285,7 @@ def fit_texture(values_n: Any, pitch_mm: float, order: int = 12, seed: int = 0) 
     force = numbers("values_n", values_n, "N").ravel()
     order = whole("order", order, 1, 64)
     if force.size < 4 * order:
-        raise FrictionloopError(f"values_n: {force.size} values; must be at least {4 * order}")
+        raise must_be("values_n", force.size, f"at least {4 * order}", "values")
     mean = float(force.mean())
     centred = force - mean
     products = np.array([centred[: force.size - lag] @ centred[lag:] for lag in range(order + 1)]) / force.size

@@ -21,7 +21,7 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 POLICY = "; ".join(
@@ -191,7 +191,7 @@ def _hear(guest: Guest, message: Any, hear: Callable[[Any], None], most: int) ->
             return
         text = message.get("text") or ""
         if len(text) > most:
-            raise FrictionloopError(f"message: {len(text)} characters; at most {most}")
+            raise must_be("message", len(text), f"at most {most}", "characters")
         hear(json.loads(text))
     except (FrictionloopError, ValueError, RecursionError) as error:
         guest.put({"type": "refused", "why": str(error)})

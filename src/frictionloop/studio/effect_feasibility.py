@@ -43,7 +43,7 @@ def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any
     except FrictionloopError as error:
         return told | {"why": str(error)}
     except Exception as error:  # what looks ahead must not take the session with it, whatever it died of
-        return told | {"why": f"Looking ahead has failed: {type(error).__name__}: {error}"}
+        return told | {"why": f"{type(error).__name__}: {error}"}
 
 
 def stroked(system: System, speed_mm_s: float, load_n: float) -> System:

@@ -112,7 +112,7 @@ def _steps(block: Block, at: str) -> Iterator[dict[str, Any]]:
             "name": "steps: time, level",
             "value": list(zip(block.times_s, block.levels_n, strict=True)),
             "unit": "s, N",
-            "means": "Start of each level, rising, the first at 0, and the force from that time on.",
+            "means": "Start and force of each level.",
             "columns": [f"{at}.times_s", f"{at}.levels_n"],
         }
 

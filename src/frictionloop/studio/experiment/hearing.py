@@ -99,7 +99,7 @@ class Hearing:
         elif what == "note":
             text = str(message.get("text", "")).strip()
             if not 0 < len(text) <= LONGEST_NOTE:
-                raise FrictionloopError(f"note: {len(text)} characters; must be 1 to {LONGEST_NOTE}")
+                raise must_be("note", len(text), f"1 to {LONGEST_NOTE}", "characters")
             self._log("note", time=now(), trial=self.trial, text=text)
             self.hub.pass_on(EXPERIMENTER, "noted", text=text, trial=self.trial)
         elif what == "abort":
@@ -121,7 +121,7 @@ class Hearing:
         try:
             trial, at_s, sd_s = int(message["trial"]), float(message["at_s"]), float(message["sd_s"])
         except (KeyError, TypeError, ValueError):
-            raise FrictionloopError("answer: needs trial, at_s, sd_s and a choice or a number") from None
+            raise must_be("answer", message, "trial, at_s, sd_s, answer") from None
         if not choices:
             number_of(self.protocol.task, answer)
         elif answer not in choices:
