@@ -10,7 +10,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_trials, resume, run, running
-from frictionloop.experiments.clock import ClockMap
+from frictionloop.experiments.device_strokes import ClockMap
 from frictionloop.experiments.protocol import bundled, read_protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
 from frictionloop.experiments.study import study_system

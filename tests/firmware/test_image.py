@@ -8,8 +8,7 @@ import pytest
 from frictionloop import FrictionloopError
 from frictionloop.firmware.compiler import zig
 from frictionloop.firmware.image import build
-from frictionloop.firmware.image_checks import check, check_teensy
-from frictionloop.firmware.image_files import loaded, read_hex
+from frictionloop.firmware.image_files import check, check_teensy, loaded, read_hex
 from frictionloop.quantities.schema import word_count
 
 CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-ffreestanding", "-fno-sanitize=all", "-g")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device.host_board import Sample
+from frictionloop.device.bench_boards import Sample
 from frictionloop.quantities.schema import parameter_words, schema
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "firmware-states.md"

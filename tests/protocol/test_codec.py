@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionloop import FrictionloopError
-from frictionloop.device.codec import LARGEST_CODED, Decoder, encode, framed, uncoded
-from frictionloop.device.layout import HEADER, LAYOUTS, REPLIES, TYPES
+from frictionloop.device.codec import HEADER, LARGEST_CODED, LAYOUTS, REPLIES, TYPES, Decoder, encode, framed, uncoded
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import schema
 

@@ -17,14 +17,13 @@ import frictionloop as fl
 from frictionloop import studio
 from frictionloop.cli.effect import LAW
 from frictionloop.cli.studio import _given as opened_with
-from frictionloop.device.live_engine import CHANNELS, TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import CHANNELS, TwinEngine
+from frictionloop.live.session import Session
+from frictionloop.studio.connections import WAITING, Doors, Guest
 from frictionloop.studio.frames import unpack
-from frictionloop.studio.guest import WAITING, Guest
+from frictionloop.studio.panels import as_command
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
-from frictionloop.studio.share import as_command
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx

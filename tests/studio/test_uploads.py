@@ -10,14 +10,13 @@ from live_engines import GRATING, Echo
 from studio_files import png, wav
 
 import frictionloop as fl
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.tables import Map
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Doors, Guest
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
-from frictionloop.studio.share import system_message
 from frictionloop.studio.uploads import MOST_BYTES, MOST_PIXELS, PAINT_MM, PAINT_MOST_N, brought
 
 with warnings.catch_warnings():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.device.simulated_pipe import Converters
+from frictionloop.device.bench_boards import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.sweep_points import fingerprint, points_of

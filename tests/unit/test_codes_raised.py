@@ -23,13 +23,13 @@ from frictionloop.cli.flags import given
 from frictionloop.cli.studio import _given as on_page
 from frictionloop.design import bench_limits
 from frictionloop.design.comparison import law_comparison
-from frictionloop.device.fault_codes import FAULTS, fault_code
+from frictionloop.device.errors import FAULTS, fault_code
 from frictionloop.findings import CATALOGUE, Result
 from frictionloop.findings.render import lines
 from frictionloop.firmware import image
 from frictionloop.identification import rigs
 from frictionloop.loop.blocks import forget
-from frictionloop.loop.spool import Column, Spool
+from frictionloop.loop.growing_file import Column, Spool
 
 D, R, X, I = fl.design, fl.rendering, fl.experiments, fl.identify
 BENCH, PEOPLE = fl.bench(), fl.fingers(6, 0)

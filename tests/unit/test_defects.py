@@ -15,7 +15,7 @@ from frictionloop.identification.quiet import quiet_entry
 from frictionloop.identification.sensor_resonance import hits_entry
 from frictionloop.identification.slides import slides_entry
 from frictionloop.identification.weights_straightness import weights_entry
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 RATE = 5000.0
 CLEAN = CalibrationBench().evolve({"errors.gain_error": 0.0, "errors.nonlinearity": 0.0, "hammer.gain_error": 0.0})

@@ -17,8 +17,8 @@ import frictionloop as fl
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.plate_design import PlateDesign
+from frictionloop.parameters.refusals import known_names
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.wording import known_names
 
 DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

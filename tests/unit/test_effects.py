@@ -185,7 +185,7 @@ def test_any_effect_goes_through_a_file_unchanged(effect):
 
     tree = tomllib.loads(R.to_toml(effect))
     tree.pop("schema")
-    from frictionloop.rendering.files import effect_of
+    from frictionloop.rendering.effect_toml import effect_of
 
     assert effect_of(tree) == effect
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from kinds import kinds_of
 
 import frictionloop as fl
+from frictionloop.parameters.controller import Timing
 from frictionloop.parameters.description import _change_kind
+from frictionloop.parameters.refusals import known_names
 from frictionloop.parameters.sensor_design import SensorDesign, StraightSprings
-from frictionloop.parameters.timing import Timing
-from frictionloop.parameters.wording import known_names
 
 PAPER = fl.paper()
 PATHS = known_names(fl.System, PAPER.model_dump())

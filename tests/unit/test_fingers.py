@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.stats import kstest, lognorm, loguniform, spearmanr, uniform
 from scipy.stats import norm as normal
 
-from frictionloop.parameters.finger import FingerFriction, Skin
 from frictionloop.parameters.motion import Strokes
+from frictionloop.parameters.plant import FingerFriction, Skin
 from frictionloop.physics.fingers import DRAWN_AT, SLOTS, Fingers, fingers
 from frictionloop.physics.occlusion import occlusion_after, occlusion_at
 from frictionloop.physics.reach import capable, finger_reach

@@ -17,7 +17,7 @@ import frictionloop.identification as find
 from frictionloop.identification import rigs
 from frictionloop.identification.resonance import model, sandwich
 from frictionloop.identification.weights_calibration import arriving
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 G = 9.80665
 
@@ -130,7 +130,7 @@ def test_perfect_hysteresis_is_found_exactly():
 @given(st.floats(0.001, 0.5), st.lists(st.floats(0, 2), min_size=3, max_size=20))
 def test_what_arrives_is_what_the_pulley_of_the_rig_passes(b, forces):
     """Two implementations: by direction here, by the band there."""
-    from frictionloop.parameters.rigs import Pulley
+    from frictionloop.parameters.calibration_bench import Pulley
 
     force = np.array(forces)
     here = arriving(force, np.sign(np.diff(force, prepend=force[0])), b)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.parameters.still import STILL
+from frictionloop.parameters.presets import STILL
 
 KPS, KIS = np.geomspace(1.0, 30.0, 6), np.linspace(0.0, 20.0, 4)
 

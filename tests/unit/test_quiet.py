@@ -9,7 +9,7 @@ from scipy.signal import butter, lfilter, sosfilt
 
 import frictionloop as fl
 from frictionloop.identification import noise, rigs
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 RATE = 5000.0
 

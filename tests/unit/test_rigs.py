@@ -20,7 +20,7 @@ from frictionloop.identification import rigs
 from frictionloop.identification.rigs import hammer as rig_hammer
 from frictionloop.identification.rigs import sensor_rig
 from frictionloop.identification.rigs.weights import _tension
-from frictionloop.parameters.rigs import CalibrationBench, Pulley
+from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
 from frictionloop.sensing.force_sensor import (
     SuspensionState,
     convert_step,

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import frictionloop as fl
-from frictionloop.parameters.guessed import GUESSES
+from frictionloop.parameters.aliases import GUESSES
 
 BENCH = fl.bench()
 

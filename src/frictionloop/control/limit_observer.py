@@ -22,7 +22,7 @@ from frictionloop.control.law import Law, clamp_of
 from frictionloop.control.limit_step import LONGEST, LimitGains, LimitState, limit_observer_step
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.parameters.block import Number
-from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.controller import Timing
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.force_sensor import suspension_coefficients
 

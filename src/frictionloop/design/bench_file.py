@@ -12,7 +12,7 @@ from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.parameters import System, preset, read_toml, write_toml
 from frictionloop.parameters.files import DESIGNED, read_tree, start_of
-from frictionloop.parameters.law_values import own_values
+from frictionloop.parameters.summary import own_values
 from frictionloop.parameters.unit_sanity import differing, named_by, unusual
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, number

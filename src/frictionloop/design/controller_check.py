@@ -29,7 +29,7 @@ from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
 from frictionloop.loop.run_findings import error_table
 from frictionloop.parameters import System
-from frictionloop.parameters.law_values import gains_said
+from frictionloop.parameters.summary import gains_said
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError
 

@@ -25,7 +25,7 @@ from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, f
 from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
 from frictionloop.findings import Finding
 from frictionloop.parameters import LowpassSensor, Skin, System
-from frictionloop.parameters.filtered import FILTERS
+from frictionloop.parameters.controller import FILTERS
 from frictionloop.quantities import FrictionloopError
 
 MOST_STATES = 120

@@ -14,7 +14,7 @@ from frictionloop.design.corners import at_mean, cases_of
 from frictionloop.design.operating_grid import Lean, OperatingGrid
 from frictionloop.design.plants import least_gain
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
-from frictionloop.parameters.law_values import own_values
+from frictionloop.parameters.summary import own_values
 from frictionloop.physics.fingers import fingers
 from frictionloop.physics.friction import is_gaussian
 from frictionloop.quantities import FrictionloopError

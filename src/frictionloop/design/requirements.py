@@ -11,7 +11,7 @@ from frictionloop.design.corners import Corner
 from frictionloop.design.operating_grid import Lean, OperatingGrid
 from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.parameters.filtered import LONGEST_DELAY
+from frictionloop.parameters.controller import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
 from frictionloop.quantities import FrictionloopError, must_be
 

@@ -34,8 +34,7 @@ from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing, 
 from frictionloop.loop.signal_findings import of_recorded, recordings, signal_findings
 from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
-from frictionloop.parameters.law_values import gains_said
-from frictionloop.parameters.summary import listed, summary
+from frictionloop.parameters.summary import gains_said, listed, summary
 from frictionloop.parameters.unit_sanity import of_ceiling as board_ceiling
 from frictionloop.quantities import FrictionloopError
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frictionloop.device.addressed import opened
+from frictionloop.device.board_info import opened
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.findings.shown import shown
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.quantities import FrictionloopError, must_be, unit_of
 
 if TYPE_CHECKING:
     from frictionloop.device.device import Device
@@ -70,7 +70,7 @@ def configure(
     own = {name: value for name, value in own.items() if name not in tuned}
     if short := own.keys() & {"kp", "ki"}:
         names = ", ".join(sorted(short))
-        raise FrictionloopError(f"parameter {names}: unknown; did you mean {LAW}{min(short)}?", "UNKNOWN-NAME")
+        raise must_be("parameter", names, f"{LAW}{min(short)}", code="UNKNOWN-NAME")
     from frictionloop.firmware.parameter_words import firmware_words
 
     found: list[Finding] = []

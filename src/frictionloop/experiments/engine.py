@@ -8,10 +8,10 @@ from typing import NamedTuple, Protocol
 
 import xarray as xr
 
-from frictionloop.experiments.delivered import force_of
 from frictionloop.experiments.measured_finger import MeasuredFinger, simulated_finger
 from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
 from frictionloop.experiments.timeline import Timeline
+from frictionloop.experiments.trials import force_of
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.parallel_runs import shared_out, worker_count
@@ -54,13 +54,7 @@ class Engine(Protocol):
 
 
 class BenchEngine:
-    """The simulated bench: a clock that is counted.
-
-    Parameters
-    ----------
-    time_s : float
-        Where the clock goes on.
-    """
+    """The simulated bench: a clock that is counted."""
 
     source = "simulated"
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.experiments.delivered import force_of
+from frictionloop.experiments.trials import force_of
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import System
 from frictionloop.physics.reach import Reach

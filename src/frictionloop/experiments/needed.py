@@ -11,7 +11,7 @@ from frictionloop.experiments.protocol import Protocol
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers, fingers
 from frictionloop.physics.reach import finger_reach
-from frictionloop.rendering.track import Track
+from frictionloop.rendering.effect import Track
 
 PLACES = 1001
 """Places along a stroke at which an effect is asked (assumed: 60 um apart on 30 mm)."""

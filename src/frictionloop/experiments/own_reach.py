@@ -8,8 +8,7 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
-from frictionloop.experiments.folder import Folder, logged, now, read_session
-from frictionloop.experiments.kept_sessions import sessions_in
+from frictionloop.experiments.folder import Folder, logged, now, read_session, sessions_in
 from frictionloop.experiments.measured_finger import MeasuredFinger
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Respondent

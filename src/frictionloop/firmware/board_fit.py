@@ -30,13 +30,7 @@ FIRST_UM = 0.5
 
 
 def period_ticks(system: System) -> int:
-    """Return the period of the carrier in the image of a system, in ticks of its timer: the nearest to the plate.
-
-    Raises
-    ------
-    FrictionloopError
-        For a plate whose period the timer cannot have.
-    """
+    """Return the period of the carrier in the image of a system, in ticks of its timer: the nearest to the plate."""
     plate = system.plate
     if not isinstance(plate, ResonantPlate):
         return USUAL_TICKS

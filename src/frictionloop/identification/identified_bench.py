@@ -18,7 +18,7 @@ from frictionloop.identification.estimate import Measured
 from frictionloop.identification.people import LEAST_FINGERS, People
 from frictionloop.identification.project_analysis import RefusedEntry, results_of
 from frictionloop.parameters import System, preset
-from frictionloop.parameters.wording import known_names
+from frictionloop.parameters.refusals import known_names
 from frictionloop.quantities import must_be, replacing, unit_of
 from frictionloop.quantities.version import package_version
 

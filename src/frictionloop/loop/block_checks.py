@@ -15,7 +15,7 @@ from frictionloop.control.law import Clamp, ForceCommand, Law
 from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.metric import RunMetric, Sample, StreamingMetric
 from frictionloop.parameters import Signal
-from frictionloop.parameters.kinds import kind_of
+from frictionloop.parameters.block import kind_of
 from frictionloop.physics.sources import sampler
 from frictionloop.physics.vibration import Vibration
 from frictionloop.quantities import FrictionloopError, must_be, trees

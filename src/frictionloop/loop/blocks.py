@@ -17,9 +17,9 @@ from frictionloop.loop.block_checks import check_law, check_metric, check_signal
 from frictionloop.loop.metric import RunMetric, StreamingMetric
 from frictionloop.loop.metrics import METRICS
 from frictionloop.parameters import Signal
+from frictionloop.parameters.block import kind_of
 from frictionloop.parameters.controller import CONTROLLERS
-from frictionloop.parameters.finger import FRICTIONS
-from frictionloop.parameters.kinds import kind_of
+from frictionloop.parameters.plant import FRICTIONS
 from frictionloop.parameters.sources import SOURCES
 from frictionloop.physics.vibration import VIBRATIONS, Vibration
 from frictionloop.quantities import FrictionloopError

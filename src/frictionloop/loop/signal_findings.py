@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, Strokes, SuspendedSensor, System, bench, feasible, paper
-from frictionloop.parameters.still import stirring
+from frictionloop.parameters.presets import stirring
 from frictionloop.quantities.units import SignalWarning
 
 if TYPE_CHECKING:

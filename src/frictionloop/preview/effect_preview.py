@@ -13,12 +13,11 @@ import numpy as np
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Strokes, System
-from frictionloop.parameters.timing import Model
+from frictionloop.parameters.controller import Model
 from frictionloop.physics.reach import Reach
+from frictionloop.preview.arrivals import People, people
 from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
-from frictionloop.preview.people import People, people
-from frictionloop.preview.prepared_stroke import both, duration_s, prepared, skin_n_mm
-from frictionloop.preview.stroke_forces import StrokeForces, playable_forces
+from frictionloop.preview.prepared_stroke import StrokeForces, both, duration_s, playable_forces, prepared, skin_n_mm
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
@@ -213,7 +212,7 @@ def preview(
     runs = {law: simulate(each, duration_s(ready), seed) for law, each in both(ready, table).items()}
     for run in runs.values():
         if not run["scored"].values.any():
-            raise FrictionloopError("stroke: nothing counts; make it longer")
+            raise FrictionloopError("stroke: nothing counts")
     open_loop, closed_loop = (delivered(run, law) for law, run in runs.items())
     closed = runs[ready.controller.kind]
     keep = closed["scored"].values

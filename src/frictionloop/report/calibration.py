@@ -15,7 +15,7 @@ from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE,
 from frictionloop.identification import Calibration, floor_readings
 from frictionloop.identification.resonance import model
 from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 from frictionloop.report.numbers import number
 
 PRINTED_R2 = 0.95

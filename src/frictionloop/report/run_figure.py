@@ -16,7 +16,7 @@ from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.record import system_of
 from frictionloop.loop.reference_runs import disturbance_left, open_loop_of
 from frictionloop.parameters import Recording
-from frictionloop.parameters.still import stirring
+from frictionloop.parameters.presets import stirring
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:

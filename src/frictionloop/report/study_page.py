@@ -9,8 +9,8 @@ import numpy as np
 import pandas  # type: ignore[import-untyped]
 from jinja2 import Environment, PackageLoader
 
+from frictionloop.experiments.study import TABLES, Study
 from frictionloop.experiments.study_figures import answers, converging, functions, sequences, thresholds
-from frictionloop.experiments.study_result import TABLES, Study
 from frictionloop.experiments.summary import funnel, measure
 from frictionloop.figures.style import inline, svg
 from frictionloop.quantities import replacing

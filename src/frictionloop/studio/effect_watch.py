@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.parameters import System
 from frictionloop.studio import background
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frictionloop.device.live_engine import CHANNELS
+from frictionloop.live.engines import CHANNELS
 from frictionloop.physics.reach import Reach
 from frictionloop.rendering.effect import TURNS_MM_S
 

@@ -13,11 +13,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.stability import rings_if_linear
-from frictionloop.device import boards as simulated_boards
-from frictionloop.device import measured_run, serial_pipe, simulated_pipe
+from frictionloop.device import bench_boards, measured_run, transport
 from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.values import fingerprint
+from frictionloop.firmware.words import fingerprint
 from frictionloop.quantities.schema import schema, table_hash
 
 LOOKUP = ("--controller.kind", "lookup")
@@ -56,11 +55,11 @@ def test_help_of_the_group_names_every_command(frictionloop):
 
 
 def test_ports_are_listed_by_the_address_that_others_take(frictionloop, monkeypatch):
-    monkeypatch.setattr(serial_pipe, "described_ports", lambda: [("serial:///dev/ttyUSB7", "an adapter")])
+    monkeypatch.setattr(transport, "described_ports", lambda: [("serial:///dev/ttyUSB7", "an adapter")])
     assert [port.address for port in fl.device.list_ports().ports] == ["serial:///dev/ttyUSB7", "sim:"]
     said = frictionloop("device", "list", "--json").json()
     assert said["ports"][0] == {"address": "serial:///dev/ttyUSB7", "what": "an adapter"}
-    monkeypatch.setattr(serial_pipe, "described_ports", list)
+    monkeypatch.setattr(transport, "described_ports", list)
     assert [port["address"] for port in frictionloop("device", "list", "--json").json()["ports"]] == ["sim:"]
 
 
@@ -325,7 +324,7 @@ def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
 @pytest.mark.parametrize("device_knows_f_a", [True, False])
 def test_a_loop_that_rings_is_found(monkeypatch, device_knows_f_a):
     if not device_knows_f_a:
-        monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
+        monkeypatch.setattr(bench_boards.BenchPipe, "felt", lambda *_: None)
     rings = fl.device.run("sim:", fl.bench(), 0.5)
     assert "LOOP-UNSTABLE" in [each.code for each in rings.findings] and rings.saturation_index > 0.5
     assert (rings.rms_error_n is None) != device_knows_f_a
@@ -367,7 +366,7 @@ def test_a_file_is_loaded_and_its_set_point_is_played(frictionloop, tmp_path):
 
 
 def test_a_device_that_knows_no_force_on_the_finger_is_drawn(frictionloop, monkeypatch, tmp_path):
-    monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
+    monkeypatch.setattr(bench_boards.BenchPipe, "felt", lambda *_: None)
     answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg")
     assert (answer.code, answer.err) == (0, "")
     assert "f_a" not in fl.load(tmp_path / "run.h5")
@@ -428,7 +427,7 @@ def kept(monkeypatch):
     def same_board(address, system=None, seed=0):
         if address not in boards:
             system = system or fl.bench()
-            boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
+            boards[address] = bench_boards.BenchPipe(bench_boards.Simulated(system), system, seed)
         return boards[address].opened
 
     for room in ("device", "transport"):

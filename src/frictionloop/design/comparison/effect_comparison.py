@@ -18,12 +18,11 @@ from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
-from frictionloop.preview.people import delivered_to, spread_n
-from frictionloop.preview.prepared_stroke import prepared
-from frictionloop.preview.stroke_forces import playable_forces
+from frictionloop.preview.arrivals import delivered_to, spread_n
+from frictionloop.preview.prepared_stroke import playable_forces, prepared
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.files import find
+from frictionloop.rendering.effect_toml import find
 from frictionloop.rendering.source import EffectSource
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ import xarray as xr
 
 from frictionloop.design.operating_grid import OperatingGrid
 from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
+from frictionloop.parameters.controller import Timing
 from frictionloop.parameters.motion import TURN_SHARE
-from frictionloop.parameters.timing import Timing
 from frictionloop.physics.fingers import Fingers, check_finger, fingers, nearest_to_median
 from frictionloop.physics.reach import capable
 from frictionloop.quantities import FrictionloopError, must_be

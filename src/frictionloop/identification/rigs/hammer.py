@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from frictionloop.identification.rigs.sensor_rig import OWN_STREAM, reading, spring_noise, to_dataset
 from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters import SuspendedSensor
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number, whole
 from frictionloop.quantities.normals import normals
@@ -62,7 +62,7 @@ def hammer_rig(
 
     Notes
     -----
-    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/rigs.py).
+    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/calibration_bench.py).
     """
     bench = bench or CalibrationBench()
     sensor = bench.sensor

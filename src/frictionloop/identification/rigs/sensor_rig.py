@@ -23,7 +23,7 @@ from scipy.signal import lfilter
 
 from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters import SCHEMA
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 from frictionloop.quantities.version import package_version

@@ -30,7 +30,7 @@ from frictionloop.identification.rigs.sensor_rig import (
     to_dataset,
 )
 from frictionloop.loop.simulate import check_seed
-from frictionloop.parameters.rigs import CalibrationBench, Pulley
+from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
@@ -115,7 +115,7 @@ def weights_rig(
 
     Notes
     -----
-    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/rigs.py).
+    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/calibration_bench.py).
     """
     bench = bench or CalibrationBench()
     masses = _masses(masses_kg, bench)

@@ -1,7 +1,7 @@
 """Tiles whose program comes from outside: effects, the firmware's C core, and laws in plain Python.
 
 An effect runs at the place that the controller knows of, and at the true place beside it; the program is what
-`rendering.playing` says. Lanes of a tile share it; each has its own state.
+`rendering.program` says. Lanes of a tile share it; each has its own state.
 
 The C core stands in the place of law, lookup and overdrive. Its state and its words live in a block of memory per lane
 that only the C code reads. The address of the C function is a number in the record, so that a tile from the disk cache
@@ -21,7 +21,7 @@ from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities import trees
 from frictionloop.quantities.blame import theirs
-from frictionloop.rendering.playing import build_play
+from frictionloop.rendering.program import build_play
 from frictionloop.sensing.measurement import Measurement
 
 
