@@ -16,7 +16,6 @@ import notch_table
 
 PAGES = (
     "paper-notes.md",
-    "paper-notes-device.md",
     "model.md",
     "finger.md",
     "which-law.md",

@@ -39,7 +39,6 @@ from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results
 from frictionloop.report.tolerances import RULES
 
-FIRST_NOTE_OF_DEVICE = 24
 _SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fkmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
 
 
@@ -65,11 +64,6 @@ def holding(claim: Claim) -> str:
     if names is no:
         return f"except for {quoted}"
     return f"only for {quoted}" + (f", or assuming {' or '.join(f'“{name}”' for name in beside)}" if beside else "")
-
-
-def notes_of(claim: Claim) -> str:
-    """Return the page of notes on the paper that has a claim's."""
-    return "paper-notes-device" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes"
 
 
 class Drawn(NamedTuple):
@@ -134,7 +128,6 @@ def render(
         "rules": RULES,
         "counted": counted,
         "condition": condition,
-        "notes_of": notes_of,
         "docs_link": partial(docs_link, folder=folder),
     }
     return environment.get_template("index.html.jinja").render(
