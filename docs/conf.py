@@ -53,7 +53,6 @@ executed_pages = [
     "finger",
     "perception",
     "effects",
-    "effects-gallery",
     "how-to/*",
 ]
 executed_style = LOOK

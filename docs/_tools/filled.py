@@ -15,16 +15,13 @@ import facts
 
 PAGES = (
     "paper-notes.md",
-    "paper-notes-device.md",
     "model.md",
     "finger.md",
     "which-law.md",
     "how-to/reproduce-the-paper.md",
     "../README.md",
 )
-TABLES = (
-    facts.readings, facts.gains, facts.integral_gains, facts.noise_readings, facts.delays, facts.noise_gains,
-)  # fmt: skip
+TABLES = facts.readings, facts.delays, facts.noise_gains
 NUMBER = re.compile(r"[\w.,+−%-]+<!-- n\.(\w+) -->")
 TABLE = re.compile(r"<!-- table_(\w+) -->\n.*?<!-- end -->", re.DOTALL)
 

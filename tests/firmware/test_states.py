@@ -24,7 +24,8 @@ def table() -> list[tuple[str, str, str]]:
     rows = [[cell.strip().strip("`") for cell in line.strip("|\n ").split("|")] for line in lines]
     head, _, *body = rows
     assert head[1:] == list(schema()["states"])
-    return [(row[0], state, cell) for row in body for state, cell in zip(head[1:], row[1:], strict=True)]
+    cells = [(row[0].split("`, `"), *each) for row in body for each in zip(head[1:], row[1:], strict=True)]
+    return [(event, state, cell) for events, state, cell in cells for event in events]
 
 
 def commit(rig) -> str:

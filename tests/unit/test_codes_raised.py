@@ -387,11 +387,6 @@ def faults():
             yield ended.value
 
 
-@raises("STROKES-DIFFER")
-def strokes():
-    yield fl.reproduce(changes={"controller.rate_hz": 2000.0}, only=["fig-5a-printed"], progress=False)
-
-
 SLOW = {"strokes"}
 
 

@@ -192,7 +192,7 @@ def test_no_page_is_too_long_to_read(page):
 
 
 PROSE = [*sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("how-to/*.md")), DOCS.parent / "README.md"]
-NOTES = {"paper-notes", "paper-notes-device"}
+NOTES = {"paper-notes"}
 HISTORY = re.compile(
     r"(the \w+|one) before this|\bno longer\b(?! matters)|\bany ?more\b|\bformerly\b|\buntil now\b|\bat first it\b"
     r"|this project started|earlier (version|loop|schedule)|mended since|\bused to (be|have|take|leave)\b",

@@ -116,7 +116,6 @@ def _write(path: Path, text: str) -> None:
         beside.write_text(text, encoding="utf-8")
 
 
-FIRST_NOTE_OF_DEVICE = 24
 _SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fkmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
 
 
@@ -142,11 +141,6 @@ def holding(claim: Claim) -> str:
     if names is no:
         return f"except for {quoted}"
     return f"only for {quoted}" + (f", or assuming {' or '.join(f'“{name}”' for name in beside)}" if beside else "")
-
-
-def notes_of(claim: Claim) -> str:
-    """Return the page of notes on the paper that has a claim's."""
-    return "paper-notes-device" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes"
 
 
 class Drawn(NamedTuple):
@@ -211,7 +205,6 @@ def render(
         "rules": RULES,
         "counted": counted,
         "condition": condition,
-        "notes_of": notes_of,
         "docs_link": partial(docs_link, folder=folder),
     }
     return environment.get_template("index.html.jinja").render(
