@@ -387,8 +387,6 @@ def faults():
             yield ended.value
 
 
-SLOW = {"strokes"}
-
 
 def codes_of(found: Any) -> set[str]:
     """Return the codes of an answer, of an error, or of findings by themselves."""
@@ -398,7 +396,7 @@ def codes_of(found: Any) -> set[str]:
 
 
 @pytest.mark.filterwarnings("ignore::frictionloop.SignalWarning")
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CALLS])
+@pytest.mark.parametrize("name", CALLS)
 def test_codes_are_raised_and_stand_in_every_form(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     call, codes = CALLS[name]

@@ -28,7 +28,7 @@ def _designed_once():
 
     checked, checks = design.check, {}
 
-    def check(system, requirements, people, *, given):
+    def check(system, requirements=None, people=None, *, given=()):
         key = repr((system, requirements, people, sorted(given)))
         if key not in checks:
             checks[key] = checked(system, requirements, people, given=given)
