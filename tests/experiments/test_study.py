@@ -167,8 +167,8 @@ def test_needed_forces_are_those_of_the_levels():
     ("changes", "said"),
     [
         ({"stimulus.field": "levle_n"}, "effect.levle_n is unknown; accepted: kind, level_n"),
-        ({"stimulus": {"standard": None, "field": "level_n"}}, "stimulus.standard: must be a number"),
-        ({"method": {"kind": "adjustment"}}, 'task is "'),
+        ({"stimulus": {"standard": None, "field": "level_n"}}, "stimulus.standard is missing: a number"),
+        ({"method": {"kind": "adjustment"}}, "must be another than adjustment for task '2ifc'"),
         ({"method.start": [5.0]}, "must be within"),
         ({"validity.load_n": [1.0, 0.5]}, "must be two rising values"),
         ({"timeline.cue_s": -1}, "timeline.cue_s"),
@@ -188,7 +188,7 @@ def test_a_number_of_trials_ends_any_method_and_constant_stimuli_end_without():
     plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0})
     assert check(plan, study_system()).trials == (84, 84)
     assert check(plan.evolve({"stop.trials": 10}), study_system()).trials == (10, 10)
-    with pytest.raises(FrictionloopError, match="stop: must have trials"):
+    with pytest.raises(FrictionloopError, match="stop is missing: trials, reversals, width or time_s"):
         Protocol(method={"kind": "psi"}, stop={})
 
 

@@ -197,7 +197,7 @@ def test_an_image_that_is_no_teensys_is_one_line(images, tmp_path):
     content = bytearray(images("pi").elf.read_bytes())
     content[content.index(bytes.fromhex("def9ffff"))] = 0
     (tmp_path / "other.elf").write_bytes(content)
-    with pytest.raises(FrictionloopError, match=r"other\.elf: is no image of a Teensy"):
+    with pytest.raises(FrictionloopError, match=r"other\.elf: is no Teensy image"):
         TeensyEmulator(tmp_path / "other.elf")
 
 

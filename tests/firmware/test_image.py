@@ -138,5 +138,5 @@ def test_an_image_of_another_board_is_no_teensys(tmp_path):
     assert read_hex(path) == [
         (0x100, bytes.fromhex("214601360121470136007EFE09D21901")), (0x12030, b"abcd"), (0x08000100, b"!"),
     ]  # fmt: skip
-    with pytest.raises(FrictionloopError, match=r"^other\.hex: is no image of a Teensy"):
+    with pytest.raises(FrictionloopError, match=r"^other\.hex: is no Teensy image"):
         check_teensy(path.name, read_hex(path))

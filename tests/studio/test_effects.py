@@ -67,7 +67,7 @@ def test_a_look_ahead_that_dies_is_told_and_takes_nothing_with_it(monkeypatch):
         raise ValueError("no more room")
 
     monkeypatch.setattr(effect_feasibility, "preview", dies)
-    assert previewed(GRATING, 80.0, 0.5)["why"] == "Looking ahead has failed: ValueError: no more room"
+    assert previewed(GRATING, 80.0, 0.5)["why"] == "ValueError: no more room"
     assert "must be effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
 
 

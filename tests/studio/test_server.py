@@ -127,7 +127,7 @@ def test_frames_come_with_every_channel_and_the_pointer_is_told_back():
     ("text", "why"),
     [
         ("nonsense", "Expecting value"),
-        ("[1]", "do = None"),
+        ("[1]", "do is missing: one of stop, go"),
         ('{"do": "format_disk"}', "must be one of"),
         ('{"do": "effect", "name": "../../etc/passwd"}', "must be one of"),
         ('{"do": "load", "load_n": NaN}', "must be 0.05 to 5"),

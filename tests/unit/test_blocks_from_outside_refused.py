@@ -380,7 +380,7 @@ def most(state, sample, dt):
         (fl.StreamingMetric("own", fl.step(lambda s, x, dt: x.u), Most, nothing), HERE + "step .*0.6"),
         (fl.StreamingMetric("own", fl.step(most), float, nothing), "state = .*NamedTuple"),
         (fl.RunMetric("own", 3.0), "of = 3: "),
-        (fl.RunMetric("rms_error", nothing), "metric 'rms_error': is taken"),
+        (fl.RunMetric("rms_error", nothing), "metric 'rms_error': taken; choose another name"),
         (fl.RunMetric("own one", nothing), 'metric "own one": '),
     ],
 )

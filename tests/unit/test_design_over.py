@@ -61,7 +61,7 @@ def test_a_load_at_which_no_force_can_be_had_is_refused():
     ("given", "said"),
     [
         ({"loads_n": (0.0, 1.0)}, "loads_n = .*: must be above 0"),
-        ({"slip_lengths_um": (-1.0,)}, "slip_lengths_um = .*: from 0"),
+        ({"slip_lengths_um": (-1.0,)}, "slip_lengths_um = .*: must be from 0 to 1000"),
     ],
 )
 def test_what_is_no_load_or_contact_is_refused(given, said):

@@ -290,5 +290,5 @@ def test_a_bad_file_is_one_line(tmp_path, monkeypatch, text, line):
 def test_a_file_of_a_bench_is_told_from_a_design(tmp_path):
     path = tmp_path / "bench.toml"
     path.write_text('preset = "bench"\n')
-    with pytest.raises(FrictionloopError, match=r"bench\.toml: has preset, so it describes a bench"):
+    with pytest.raises(FrictionloopError, match=r"bench\.toml: describes a bench .*must be a design of a sensor"):
         read_design(path, SensorDesign())

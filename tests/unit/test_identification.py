@@ -333,7 +333,7 @@ HIT[[200, 1200]] = 1.0
     [
         (find.weights, [GOOD.drop_vars("mass")], ["no column 'mass'", "accepted f_m"]),
         (find.weights, [steps([0, 0.1], [0, 1], units={"mass": "g"})], ["units of 'mass' = 'g'", "'kg'"]),
-        (find.weights, [steps([0, 0.1], [0, 1], units={"f_m": None})], ["units of 'f_m' = None", "'N' or 'V'"]),
+        (find.weights, [steps([0, 0.1], [0, 1], units={"f_m": None})], ["units of 'f_m' is missing", "'N' or 'V'"]),
         (find.weights, [steps([0, 0.1], [0, 1]), 0.01], ["steps of mass = 2", "3 or more"]),
         (find.weights, [steps([0, 0.1, -0.1], [0, 1, 2]), 0.01], ["mass = -0.1 kg", "at least 0"]),
         (find.weights, [GOOD, 1.0], ["settle_s = 1 s", "below 0.05"]),

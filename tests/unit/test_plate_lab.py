@@ -120,7 +120,7 @@ def test_what_the_commands_refuse(lab, found, tmp_path, capsys):
     text = lab.read_text().replace("control_hz = 5000\n", "").replace(' finger = "ann"', "")
     (lab.parent / "other.toml").write_text(text)
     code, _, said = run(capsys, "bench", lab.parent / "other.toml")
-    assert code == 2 and "control_hz = None Hz" in said and "jumps.npz" in said
+    assert code == 2 and "control_hz is missing: the control rate, in Hz" in said and "jumps.npz" in said
     few = lab.read_text().replace('finger = "ann"', 'finger = "bob"')
     (lab.parent / "few.toml").write_text(few)
     code, _, said = run(capsys, "bench", lab.parent / "few.toml", "--population", tmp_path / "p.toml")

@@ -234,7 +234,7 @@ def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, flo
         command_n = _command_noise_n(system, plants, law)
         if not command_n <= COMMAND_NOISE_N:
             raise FrictionloopError(
-                f"law hinf: command noise {command_n:.3g}, most {COMMAND_NOISE_N:g}",
+                f"law hinf: command noise {command_n:.3g} N, most {COMMAND_NOISE_N:g} N",
                 NOT_HELD,
             )
 

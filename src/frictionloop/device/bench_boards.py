@@ -181,7 +181,7 @@ def _image_of(path: Path) -> Path:
         return path
     image = path / f"{FLASHED}.elf"
     if not image.is_file():
-        raise FrictionloopError(f"{image}: no such file", "BAD-IMAGE")
+        raise FrictionloopError(f"{image}: no such file; firmware build makes one", "BAD-IMAGE")
     return image
 
 

@@ -11,7 +11,7 @@ from frictionloop.device.board_info import opened
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.findings.shown import shown
-from frictionloop.quantities import FrictionloopError, must_be, unit_of
+from frictionloop.quantities import FrictionloopError, unit_of
 
 if TYPE_CHECKING:
     from frictionloop.device.device import Device
@@ -69,8 +69,8 @@ def configure(
     tuned = {name: value for name, value in own.items() if name.startswith(LAW)}
     own = {name: value for name, value in own.items() if name not in tuned}
     if short := own.keys() & {"kp", "ki"}:
-        names = ", ".join(sorted(short))
-        raise must_be("parameter", names, f"{LAW}{min(short)}", code="UNKNOWN-NAME")
+        names, meant = ", ".join(sorted(short)), " and ".join(f"{LAW}{name}" for name in sorted(short))
+        raise FrictionloopError(f"parameter: {names!r} is unknown; did you mean {meant}?", "UNKNOWN-NAME")
     from frictionloop.firmware.parameter_words import firmware_words
 
     found: list[Finding] = []

@@ -59,7 +59,7 @@ def flash(image: str | os.PathLike[str]) -> Flashed:
     """
     path = Path(image)
     if path.suffix != ".hex" or not path.is_file():
-        raise must_be("IMAGE", str(path), "a .hex file", code="BAD-IMAGE")
+        raise must_be("IMAGE", str(path), "an existing .hex file", code="BAD-IMAGE")
     parts = read_hex(path)
     check_teensy(f"IMAGE = {str(path)!r}", parts)
     loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))

@@ -85,5 +85,5 @@ def _out(file: Path, out: Path | None) -> Path:
         if out.exists():
             raise must_be("--out", str(out), "a new file")
     if out.exists() and out.samefile(file):
-        raise must_be("--out", str(out), "another file")
+        raise must_be("--out", str(out), "another file than the one to recover")
     return out

@@ -36,7 +36,7 @@ from frictionloop.device.transport import Pipe
 from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
 
-ABOVE = "above 0 s"
+ABOVE = "finite, above 0 s"
 
 
 def number(name: str, value: Any, accepted: str = "a finite number") -> float:

@@ -128,7 +128,7 @@ def _dry(protocol: Protocol, right: bool) -> tuple[int, float]:
     while (trial := order.next()) is not None:
         number += 1
         if number > MOST_TRIALS:
-            raise must_be("stop.trials", None, f"at most {MOST_TRIALS}")
+            raise must_be("stop.trials", protocol.stop.trials, f"at most {MOST_TRIALS}")
         protocol.stimulus.at(trial.level, trial.condition.effect)
         answer = _answer(protocol, trial.level, trial.comparison, right)
         _, result = scored(protocol, trial.level, trial.comparison, answer)

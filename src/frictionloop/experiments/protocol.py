@@ -159,11 +159,12 @@ class Protocol(Description):
         if not names or len(set(names)) < len(names):
             raise must_be("conditions", names, "names that differ")
         if self.intervals == 2 and self.stimulus.standard is None:
-            raise ValueError("stimulus.standard: must be a number")
+            raise must_be("stimulus.standard", None, "a number")
         if (self.task == "adjustment") != (self.method.kind == "adjustment"):
-            raise must_be("method.kind", self.method.kind, f"of task {self.task!r}")
+            accepted = "adjustment" if self.task == "adjustment" else "another than adjustment"
+            raise must_be("method.kind", self.method.kind, f"{accepted} for task {self.task!r}")
         if self.task in ("magnitude", "tracking") and self.method.kind not in ("constant", "walk"):
-            raise must_be("method.kind", self.method.kind, "constant or walk")
+            raise must_be("method.kind", self.method.kind, f"constant or walk for task {self.task!r}")
         for condition in self.conditions:
             for level in self.method.extremes():
                 try:

@@ -109,7 +109,7 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     """
     x, r = numbers("level", level, ""), numbers("result", result, "", 0.0, 1.0)
     if x.size != r.size or x.size < 5 or np.ptp(x) <= 0:
-        raise must_be("fit", x.size, "5 at two levels", "trials")
+        raise must_be("fit", x.size, "at least 5, at two levels", "trials")
     if np.ptp(r) <= 0:
         raise FrictionloopError(f"fit: {x.size} answers, all alike")
     grids = _grids(x, guess, low)

@@ -193,7 +193,7 @@ class Keyboard(Respondent):
 
     def plain(self, when: str) -> None:
         """Say that the finger is measured."""
-        self._say(f"two plain strokes {when} the session\n")
+        self._say(f"two plain strokes {when} the session measure this finger's friction\n")
 
     def fitted(self, factor: float) -> None:
         """Say that levels were drawn together."""

@@ -145,7 +145,7 @@ def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
 
 def _slope(x: Any, y: Any) -> dict[str, Any]:
     if x.size < 3 or np.ptp(x) <= 0:
-        raise must_be("slope", x.size, "3 at two levels", "trials")
+        raise must_be("slope", x.size, "at least 3, at two levels", "trials")
     line = linregress(x, y)
     half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
     slope = float(line.slope)

@@ -114,7 +114,7 @@ class Validity(Block):
     @classmethod
     def _rises(cls, value: Range) -> Range:
         if not value[0] < value[1]:
-            raise must_be("ends", value, "rising")
+            raise ValueError("must be two rising values")
         return value
 
 

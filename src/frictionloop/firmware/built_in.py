@@ -84,4 +84,4 @@ def other_sources(image: Path) -> str:
     built = revision_of(image)
     if built is None or built == revision_here():
         return ""
-    return f"; {image.name}: {built}, here {revision_here()}"
+    return f"; {image.name} is of {built}, here {revision_here()}: build anew"

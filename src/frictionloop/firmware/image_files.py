@@ -157,4 +157,4 @@ def configuration_of(segments: list[tuple[int, bytes]]) -> bytes:
 def check_teensy(name: str, segments: list[tuple[int, bytes]]) -> None:
     """Refuse what was not built for a Teensy 3.1: it lacks the words at 0x400 that keep the chip open."""
     if configuration_of(segments) != CONFIGURATION:
-        raise FrictionloopError(f"{name}: no Teensy image", "BAD-IMAGE")
+        raise FrictionloopError(f"{name}: is no Teensy image", "BAD-IMAGE")

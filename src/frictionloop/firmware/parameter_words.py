@@ -119,7 +119,7 @@ def _safety(system: System) -> dict[str, Any]:
     range_n = abs(n_per_count(system)) * 2 ** (ADC_BITS - 1)
     limit_n = system.board.force_limit_n or LIMIT_SHARE * range_n
     if limit_n >= (largest_n := _largest_reading_n(system)):
-        accepted = f"below {largest_n:.4g}, the largest reading"
+        accepted = f"below {largest_n:.4g}, the largest reading; {LIMIT_SHARE * range_n:.4g} if left out"
         raise must_be("board.force_limit_n", limit_n, accepted, "N")
     return {
         "safety.force_limit_n": limit_n,

@@ -202,12 +202,12 @@ def _times(where: str, contents: found.Contents, resample_hz: float) -> Array:
     """Return the times of a file in s."""
     clock = contents.clock()
     if clock is None or clock.samples.size < 3:
-        raise must_be(f"{where}: column of times", None, "there for resample_hz")
+        raise must_be(f"{where}: column of times", None, "resample_hz needs it")
     values = np.asarray(clock.samples[: clock.samples.size], dtype=float)
     seconds = may_be_seconds(float(np.median(np.diff(values)))) or tells_seconds(values, resample_hz)
     unit, factor = UNITS.get(str(clock.unit), ("s" if seconds else "", 1.0))
     if unit != "s":
-        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "in the name, as 'time_s'")
+        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "told by its name, as 'time_s'")
     return factor * values
 
 

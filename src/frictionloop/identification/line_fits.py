@@ -181,7 +181,7 @@ def _pairs(run: xr.Dataset, frequency_hz: float | None) -> tuple[NDArray[np.floa
     drive = channel(run, "drive", ("V", "", "counts"), dim=dim)
     if "vibration" in run and run["vibration"].attrs.get("units") == "m/s":
         if frequency_hz is None:
-            raise must_be("frequency_hz", None, "given for m/s", "Hz")
+            raise must_be("frequency_hz", None, "a number for a vibration in m/s", "Hz")
         amplitude = 1e6 * channel(run, "vibration", ("m/s",), dim=dim) / (2 * math.pi * frequency_hz)
     else:
         amplitude = channel(run, "vibration", ("um",), dim=dim)

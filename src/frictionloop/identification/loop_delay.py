@@ -156,7 +156,7 @@ def _begin(piece: Array, before: int, rate_hz: float) -> tuple[float, float, flo
 def delay_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
     """Return the delay of the loop from known jumps."""
     if take.control_hz is None:
-        raise must_be("control_hz", None, "given: the control rate", "Hz")
+        raise must_be("control_hz", None, "the control rate", "Hz")
     found = [loop_delay(run, take.control_hz, waits=take.waits) for run in runs]
     how = f"{sum(f.jumps for f in found)} jumps" + ", less half a period" * take.waits
     value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how, take.files, date)

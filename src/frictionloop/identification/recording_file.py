@@ -161,7 +161,7 @@ def sha256(path: str | os.PathLike[str]) -> str:
 
 def _refuse_uneven(where: str, sampling: Sampling) -> None:
     if sampling.rate_hz is None:
-        raise must_be(f"{where}: rate_hz", None, "given by map or times", "Hz", "RATE-UNKNOWN")
+        raise must_be(f"{where}: rate_hz", None, "a number of Hz in the map, or times", "", "RATE-UNKNOWN")
     accepted = f"even, or resample_hz = {math.ceil(sampling.rate_hz)}"
     if sampling.gaps:
         lost, row = sum(count for _, count in sampling.gaps), sampling.gaps[0][0]

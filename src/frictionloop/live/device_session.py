@@ -77,7 +77,7 @@ class DeviceSession(Session):
         self._called_s = now_s
         if self.engine.armed != "idle" and now_s - self._driver_s > SILENT_S:
             self.leave()
-            self.engine.trouble = f"page silent {SILENT_S:g} s: plate off"
+            self.engine.trouble = f"page silent {SILENT_S:g} s: plate off, arm again"
         paths = self._paths(now_s) if self.engine.is_paced else [np.empty((0, 3))]
         for path in paths:
             self._pending.append(self.engine.advance(path).astype(np.float32))

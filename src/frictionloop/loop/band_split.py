@@ -81,7 +81,7 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
     """
     edges = np.asarray(edges_hz, dtype=float)
     if edges.ndim != 1 or edges.size < 2 or edges[0] < 0 or not np.all(np.diff(edges) > 0):
-        raise must_be("edges_hz", edges_hz, "rising, from 0 on")
+        raise must_be("edges_hz", edges_hz, "2 or more rising, none below 0")
     keep, calm = counted(run, mask), steady_of(run, mask)
     share, of, left = np.full((3, edges.size - 1), np.nan)
     if calm is not None:

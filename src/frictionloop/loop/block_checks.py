@@ -70,7 +70,7 @@ def check_function(what: str, name: str, function: Any, compiled: bool = False) 
         raised = [each.offset for each in dis.get_instructions(code) if each.opname == "RAISE_VARARGS"]
         if raised:
             line = next(line for start, end, line in code.co_lines() if start <= raised[0] < end)
-            raise FrictionloopError(f"{what}: {code.co_filename}, line {line}: cannot raise")
+            raise FrictionloopError(f"{what}: {code.co_filename}, line {line}: compiled code cannot raise")
 
 
 def check_returned(what: str, name: str, function: Any, value: Any, shape: Any) -> None:

@@ -70,7 +70,7 @@ def register(block: Any, parameters: Any = None) -> None:
         what, name = "signal", kind_of(block)
     elif isinstance(block, StreamingMetric | RunMetric):
         if not isinstance(METRICS.get(block.name, block), StreamingMetric | RunMetric):
-            raise FrictionloopError(f"metric {block.name!r}: is taken")
+            raise FrictionloopError(f"metric {block.name!r}: taken; choose another name")
         check_metric(block)
         METRICS[block.name] = block
         what, name = "metric", block.name

@@ -146,7 +146,7 @@ def _checked(system: System | Sequence[System]) -> tuple[System, ...]:
     if not 0 < len(systems) <= LANES:
         raise FrictionloopError(f"systems: {len(systems)}; must be 1 to {LANES}")
     if len(systems) > 1 and any(structure(each) != structure(systems[0]) for each in systems[1:]):
-        raise FrictionloopError("systems: may differ in numbers")
+        raise FrictionloopError("systems: must differ in numbers alone")
     return systems
 
 

@@ -44,7 +44,7 @@ def periods_in(system: System, duration_s: float) -> int:
     if not (is_finite(duration_s) and duration_s > 0):
         raise must_be("duration_s", duration_s, "a positive number", "s")
     if duration_s * rate > 2**53:
-        raise must_be("duration_s", duration_s, "shorter", "s")
+        raise must_be("duration_s", duration_s, f"at most {2**53 / rate:g}", "s")
     periods = round(duration_s * rate)
     if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
         near = max(periods, 1) / rate

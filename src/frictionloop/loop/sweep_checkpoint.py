@@ -63,7 +63,7 @@ def resumed(
     if kept.attrs.get("fingerprint") != key:
         raise FrictionloopError(f"{path}: holds another sweep")
     if kept.attrs.get("code") != code:
-        raise FrictionloopError(f"{path}: of other code, {kept.attrs.get('version')}")
+        raise FrictionloopError(f"{path}: is of other code, frictionloop {kept.attrs.get('version')}; start over")
     for name in names:
         if name not in kept or kept[name].shape != grid.shape or kept[name].dtype.kind != "f":
             raise FrictionloopError(f"{path}: is damaged (metric {name})")

@@ -171,7 +171,7 @@ class Kinds:
             For a class that is not of this block, without a kind, or with the kind of a class of this package.
         """
         if not (isinstance(model, type) and issubclass(model, self.base)):
-            raise must_be("class", model, f"of fl.{self.base.__name__}")
+            raise must_be("class", model, f"a subclass of fl.{self.base.__name__}")
         kind = kind_of(model)
         if kind in self.names and kind not in self.outside:
             raise FrictionloopError(f'{model.__name__}.kind = "{kind}": taken; choose another name')

@@ -109,13 +109,13 @@ def _stable(section: tuple[float, ...]) -> tuple[float, ...]:
     if abs(largest) > 2.0:
         raise must_be("coefficient", largest, "from -2 to 2")
     if not (abs(a2) < 1.0 and abs(a1) < 1.0 + a2):
-        raise must_be("a1, a2", (a1, a2), "stable")
+        raise must_be("a1, a2", (a1, a2), "stable: |a2| < 1, |a1| < 1 + a2")
     return section
 
 
 def _few(sections: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(sections) > FILTERS:
-        raise ValueError(f"must be at most {FILTERS} sections")
+        raise ValueError(f"must be at most {FILTERS} sections, not {len(sections)}")
     return sections
 
 

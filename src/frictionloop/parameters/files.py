@@ -86,7 +86,7 @@ def preset(name: str) -> System:
         For another name.
     """
     if name not in list(PRESETS):
-        raise must_be("preset", name, ", ".join(map(repr, PRESETS)))
+        raise FrictionloopError(f"preset = {name!r} is unknown; accepted: {', '.join(map(repr, PRESETS))}")
     return PRESETS[name]()
 
 
@@ -140,7 +140,7 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     tree = read_tree(path)
     if bench := next((each for each in ("preset", *System.model_fields) if each in tree), None):
         part = "sensor" if hasattr(default, "electrodes") else "plate"
-        raise must_be(f"{path}: block", bench, f"of a design of a {part}")
+        raise FrictionloopError(f"{path}: describes a bench (has {bench}); must be a design of a {part}")
     return _evolved(path, lambda: default, tree)
 
 
@@ -168,7 +168,7 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
             raise FrictionloopError(f"{where}has more than {LARGEST_BYTES:,} bytes")
         text = Path(path).read_text(encoding="utf-8-sig")
         if _DEEP.search(text):
-            raise FrictionloopError(f"{where}key of over {DEEPEST} parts")
+            raise FrictionloopError(f"{where}has a key of over {DEEPEST} parts")
         tree = tomllib.loads(text)
     except OSError as error:
         raise FrictionloopError(f"{where}cannot be read ({error.strerror or error})") from None
@@ -189,7 +189,7 @@ def check_schema(schema: Any, where: str) -> None:
     if not isinstance(schema, int):
         raise must_be(f"{where}schema", schema, f"a whole number, at most {SCHEMA}")
     if schema > SCHEMA:
-        raise must_be(f"{where}schema", schema, f"at most {SCHEMA}")
+        raise must_be(f"{where}schema", schema, f"at most {SCHEMA} for this version")
 
 
 def _from_here(tree: dict[str, Any], folder: Path) -> dict[str, Any]:

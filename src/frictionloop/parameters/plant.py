@@ -12,7 +12,7 @@ from frictionloop.parameters.block import Block, Kinded, Kinds, NotNegative, Num
 
 def _halved(ticks: int) -> int:
     if 0 < ticks < 4:
-        raise ValueError("must be 0, or 4 up")
+        raise ValueError("must be 0 or at least 4")
     return ticks
 
 

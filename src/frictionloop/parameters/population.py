@@ -47,7 +47,7 @@ class Population(Description):
                 raise must_be("correlation: shape", matrix.shape, f"{(len(names),) * 2}")
             even = np.allclose(matrix, matrix.T) and np.allclose(np.diag(matrix), 1.0)
             if not even or float(np.linalg.eigvalsh(matrix).min()) < -1e-6:
-                raise ValueError("correlation: must be one (symmetric, positive)")
+                raise ValueError("correlation: must be symmetric, 1 on its diagonal, positive semidefinite")
         return self
 
     def matrix(self) -> np.ndarray:

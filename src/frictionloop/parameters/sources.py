@@ -31,7 +31,7 @@ def in_newtons(values: Any) -> Any:
     unit = getattr(values, "attrs", {}).get("units", "N")
     of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
     if of != "N":
-        raise must_be("unit", unit, ", ".join(name for name, (kind, _) in UNITS.items() if kind == "N"))
+        raise must_be("unit", unit, "one of " + ", ".join(name for name, (kind, _) in UNITS.items() if kind == "N"))
     if array.ndim != 1 or array.dtype.kind not in "iuf":
         over = f" over {', '.join(map(repr, values.dims))}" if hasattr(values, "dims") else ""
         raise ValueError(f"{array.dtype} of shape {array.shape}{over}: needs numbers, one dimension")
@@ -68,7 +68,7 @@ def _rate_of(array: Any, given_hz: Any) -> float:
         raise ValueError("an array over 'time' without times: array.assign_coords(time=times_s)")
     time_s = _seconds(array.coords["time"], given_hz)
     if time_s.size < 2:
-        raise must_be("array", time_s.size, "two samples or more")
+        raise must_be("array", time_s.size, "at least 2", "samples")
     usual_s = float(np.median(np.diff(time_s)))
     uneven = uneven_in(time_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None:
@@ -83,11 +83,11 @@ def _seconds(time: Any, given_hz: Any) -> np.ndarray:
     if times.dtype.kind in "mM":
         return np.asarray((times - times[:1]) / np.timedelta64(1, "s"), dtype=float)
     if times.dtype.kind not in "iuf":
-        raise must_be("times", str(times.dtype), "numbers, datetime64, timedelta64")
+        raise must_be("times: dtype", str(times.dtype), "numbers, datetime64 or timedelta64")
     said = time.attrs.get("units")
     of, factor = UNITS.get(known_unit(str(said or "s")) or "", ("", 1.0))
     if of != "s":
-        raise must_be("times: units", said, "s, ms, us, ns, min")
+        raise must_be("times: units", said, "s, ms, us, ns or min")
     step = float(np.median(np.diff(times))) if times.size > 1 else 0.0
     if said is None and step >= SLOWEST_S:
         if given_hz is not None:

@@ -120,7 +120,7 @@ class System(Description):
     @model_validator(mode="after")
     def _has_a_place(self) -> Self:
         if self.disturbance.kind == "effect":
-            raise must_be("disturbance.kind", "effect", "no effect")
+            raise must_be("disturbance.kind", "effect", "another; an effect is a set-point")
         if self.setpoint.kind == "effect" and self.motion.kind == "sliding":
             raise must_be("motion.kind", "sliding", "strokes, for an effect")
         return self

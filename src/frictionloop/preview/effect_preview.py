@@ -212,7 +212,7 @@ def preview(
     runs = {law: simulate(each, duration_s(ready), seed) for law, each in both(ready, table).items()}
     for run in runs.values():
         if not run["scored"].values.any():
-            raise FrictionloopError("stroke: nothing counts")
+            raise FrictionloopError("stroke: nothing counts; make it longer")
     open_loop, closed_loop = (delivered(run, law) for law, run in runs.items())
     closed = runs[ready.controller.kind]
     keep = closed["scored"].values

@@ -32,14 +32,14 @@ def prepared(effect: Effect | str, system: System, stroke: Strokes | float | Non
     if not isinstance(system.motion, Strokes):
         raise FrictionloopError('motion.kind: must be "strokes"')
     if not isinstance(effect, (Effect, str, os.PathLike)):
-        raise must_be("effect", effect, "an effect, name or TOML")
+        raise must_be("effect", effect, "an effect, a name or a TOML file")
     effect = effect if isinstance(effect, Effect) else find(effect)
     kept = system.setpoint if isinstance(system.setpoint, EffectSource) else EffectSource()
     changes: dict[str, Any] = {"setpoint": kept.model_copy(update={"effect": effect})}
     if isinstance(stroke, Strokes):
         changes["motion"] = stroke
     elif stroke is not None and not isinstance(stroke, (int, float)):
-        raise must_be("stroke", stroke, "mm/s or Strokes")
+        raise must_be("stroke", stroke, "a speed in mm/s or Strokes")
     elif stroke is not None:
         changes["motion.speed_mm_s"] = stroke
         changes["motion.reversal_s"] = min(system.motion.reversal_s, 0.5 * system.motion.stroke_mm / max(stroke, 1e-9))

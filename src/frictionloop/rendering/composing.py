@@ -277,9 +277,9 @@ class Trigger(Effect):
         given = [on for on in _PAIRS.values() for each in (on, on.replace("on_", "off_", 1)) if self._has(each)]
         if len(given) != 2 or given[0] != given[1]:
             raise ValueError(f"needs one pair of on_* and off_* of {', '.join(_PAIRS.values())}")
-        name, on, off = self.condition
+        _, on, off = self.condition
         if on == off:
-            raise must_be(f"{name}: on, off", (on, off), "two values")
+            raise ValueError(f"{given[0]}, {given[0].replace('on_', 'off_', 1)} = {on:g}: must differ")
         for field in ("starts", "ends"):
             wave = getattr(self, field)
             if wave is not None and wave.kind != "wave":

@@ -68,7 +68,7 @@ def read_image(
     given = mm_per_pixel is not None or polarity is not None
     scale: dict[str, Any] = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if given else own
     if not scale or scale.get("mm_per_pixel") is None:
-        raise must_be(f"{path}: mm_per_pixel", None, "a size", "mm")
+        raise must_be(f"{path}: mm_per_pixel", None, "above 0", "mm")
     if scale.get("polarity") is None:
         raise must_be(f"{path}: polarity", None, "bright or dark")
     check_known("polarity", [str(scale["polarity"])], POLARITIES)
@@ -111,8 +111,8 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
                     raise must_be(f"{path}: mode", image.mode, "grey")
                 own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
                 grey, white = np.asarray(image, dtype=float), MODES[image.mode]
-                if grey.min() < 0 or grey.max() > white:
-                    raise must_be(f"{path}: greys", (grey.min(), grey.max()), f"0 to {white}")
+                if (wrong := grey[(grey < 0) | (grey > white)]).size:
+                    raise must_be(f"{path}: greys", float(wrong[0]), f"0 to {white}")
                 return grey, white, own
     except FrictionloopError:
         raise
@@ -171,7 +171,8 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
     number("pitch_mm", pitch_mm, "mm", ABOVE_0)
     columns, rows = round(width_mm / pitch_mm) + 1, round(height_mm / pitch_mm) + 1
     if not (columns >= 2 and columns * rows <= MOST_CELLS):
-        raise must_be("pitch_mm: values", columns * rows, f"at most {MOST_CELLS}")
+        accepted = f"must give 2 to {MOST_CELLS} values, not {columns} x {rows}"
+        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: {accepted}")
     if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
         raise must_be("pitch_mm", pitch_mm, f"at most {0.5 * effect.period_mm:g}", "mm")
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
@@ -193,14 +194,14 @@ def text_map(text: str, height_mm: float = 8.0, low_n: float = 0.3, high_n: floa
     draw_module: Any = needed("PIL.ImageDraw", "Pillow", "rendering")
     font_module: Any = needed("PIL.ImageFont", "Pillow", "rendering")
     if not text.strip():
-        raise must_be("text", text, "letters")
+        raise must_be("text", text, "one letter or more")
     font = font_module.load_default(size=max(height_mm / pitch_mm, 6.0))
     left, top, right, bottom = font.getbbox(text)
     image = image_module.new("L", (int(right - left) + 4, int(bottom - top) + 4), 0)
     draw_module.Draw(image).text((2 - left, 2 - top), text, fill=255, font=font)
     share = np.asarray(image, dtype=float)[::-1] / 255.0
     if share.size > MOST_CELLS:
-        raise must_be("text", share.size, f"at most {MOST_CELLS}", "values")
+        raise must_be("text: values", share.size, f"at most {MOST_CELLS}")
     start = [-0.5 * pitch_mm * (count - 1) for count in share.shape]
     values = (low_n + share * (high_n - low_n)).tolist()
     return Map(values_n=values, pitch_mm=pitch_mm, start_mm=start[1], start_y_mm=start[0])

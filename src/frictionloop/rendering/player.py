@@ -35,7 +35,7 @@ def program_of(effect: Effect, path: Track, length_mm: float) -> Program:
     compiler = _Compiler(path, length_mm)
     compiler.lower(effect, lambda touch: touch, 0)
     if compiler.triggers > MOST_TRIGGERS:
-        raise must_be("effect", compiler.triggers, f"at most {MOST_TRIGGERS}", "triggers")
+        raise must_be("effect: triggers", compiler.triggers, f"at most {MOST_TRIGGERS}")
     if compiler.deepest > STACK:
         raise must_be("effect: depth", compiler.deepest, f"at most {STACK}")
     values = np.concatenate(compiler.tables) if compiler.tables else np.zeros(1)

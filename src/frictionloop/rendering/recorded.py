@@ -236,7 +236,7 @@ class Resynthesis(Effect):
     def _is_stable(self) -> Self:
         largest = float(np.max(np.abs(np.roots([1.0, *(-each for each in self.coefficients)])), initial=0.0))
         if not largest < 1.0:
-            raise must_be("coefficients: growth", largest, "below 1")
+            raise must_be("coefficients: growth per value", largest, "below 1, to be stable")
         return self
 
     @property

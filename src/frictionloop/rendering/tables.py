@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from frictionloop.parameters.block import Number, Positive
-from frictionloop.quantities import must_be
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.blame import place, theirs
 from frictionloop.rendering.effect import Effect, Touch
 
@@ -53,7 +53,7 @@ class Map(Effect):
     def _is_a_table(self) -> Self:
         widths = {len(row) for row in self.values_n}
         if len(widths) != 1 or min(widths) < 2:
-            raise must_be("values_n: lengths", sorted(widths), "one, 2 or more")
+            raise must_be("values_n: lengths of rows", sorted(widths), "equal, 2 or more")
         if (cells := len(self.values_n) * widths.pop()) > MOST_CELLS:
             raise must_be("values_n", cells, f"at most {MOST_CELLS}", "values")
         return self
@@ -161,7 +161,7 @@ def sampled(force_n: Callable[[np.ndarray], Any], start_mm: float, stop_mm: floa
         For a function that raises, gives another shape or what is no finite number, or for a range without values.
     """
     if not (pitch_mm > 0 and stop_mm - start_mm >= pitch_mm and (stop_mm - start_mm) / pitch_mm < MOST_CELLS):
-        raise must_be("pitch_mm", pitch_mm, f"of 2 to {MOST_CELLS} values", "mm")
+        raise FrictionloopError(f"pitch_mm = {pitch_mm!r} mm: must give 2 to {MOST_CELLS} values")
     x = start_mm + pitch_mm * np.arange(round((stop_mm - start_mm) / pitch_mm) + 1)
     values = _computed(force_n, x)
     errors = [
@@ -179,5 +179,5 @@ def _computed(force_n: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray
         raise must_be(f"{place(force_n)}: returned shape", values.shape, f"that of x_mm, {x.shape}")
     if not np.all(np.isfinite(values)):
         wrong = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise must_be(f"{place(force_n)} at {x[wrong]:g} mm", float(values[wrong]), "finite")
+        raise must_be(f"{place(force_n)}: force_n at {x[wrong]:g} mm", float(values[wrong]), "finite")
     return values

@@ -127,7 +127,7 @@ def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     values = asked.get("values")
     if not isinstance(values, dict) or not 0 < len(values) <= 64:
-        raise must_be("values", values, "1 to 64")
+        raise must_be("values", values, "1 to 64 values by name")
     check_no_file(values)
     change(room, lambda system: system.evolve(values))
 
@@ -136,7 +136,7 @@ def check_no_file(values: Any) -> None:
     """Refuse what would read a file: recordings, and effects by the name of one. Nothing else of a System is a path."""
     for name, value in values.items() if isinstance(values, dict) else enumerate(values):
         if str(name).rpartition(".")[2] == "path" or (isinstance(value, str) and set(value) & set("./\\")):
-            raise must_be(str(name), value, "no file")
+            raise FrictionloopError(f"{name} = {value!r:.40}: must not be a file")
         if isinstance(value, (dict, list)):
             check_no_file(value)
 

@@ -72,7 +72,7 @@ def pack_map(force_n: np.ndarray, left: float, right: float, bottom: float, top:
 def events_in(data: bytes) -> np.ndarray:
     """Return the pointer events of a message, shape (events, 4); load is NaN where the pointer has none."""
     if not data or len(data) % (8 * EVENT) or len(data) > 8 * EVENT * MOST_EVENTS:
-        raise must_be("pointer", len(data), f"1 to {MOST_EVENTS} events", "bytes")
+        raise must_be("pointer", len(data), f"1 to {MOST_EVENTS} events of {8 * EVENT}", "bytes")
     events = np.frombuffer(data, "<f8").reshape(-1, EVENT)
     if not np.isfinite(events[:, :3]).all() or (events[:, 3] < 0).any() or (events[:, 3] > 20.0).any():
         raise must_be("pointer", events.tolist(), "finite, load_n 0 to 20")

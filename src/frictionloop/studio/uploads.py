@@ -63,7 +63,7 @@ def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> flo
     try:
         value = float(asked[name])
     except (KeyError, ValueError):
-        raise must_be(name, None, f"{low:g} to {high:g}") from None
+        raise must_be(name, asked.get(name), f"{low:g} to {high:g}") from None
     if not low <= value <= high:
         raise must_be(name, value, f"from {low:g} to {high:g}")
     return value
@@ -132,13 +132,13 @@ def _check_length(content: bytes, per_s: float) -> None:
     except Exception:  # on a damaged file the library raises anything
         raise FrictionloopError("recording: is no WAV") from None
     if length_s > (most_s := MOST_CELLS / per_s):
-        raise must_be("recording", length_s, f"at most {most_s:.3g}", "s")
+        raise must_be("recording: length", length_s, f"at most {most_s:.3g} s", "s")
 
 
 def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:
     columns, rows = (int(_number(asked, name, 2, 2000)) for name in ("columns", "rows"))
     if len(content) != columns * rows:
-        raise must_be("painting", len(content), str(columns * rows), "bytes")
+        raise must_be("painting", len(content), f"{columns * rows}, columns x rows", "bytes")
     force = np.round(PAINT_MOST_N / 255 * np.frombuffer(content, np.uint8).reshape(rows, columns), 4)
     start = [-0.5 * PAINT_MM * (count - 1) for count in (columns, rows)]
     try:

@@ -76,7 +76,7 @@ CASES = [
     ((*DESIGN, "--preset", "paper", "--law", "notch_pi"), "sensor.kind = 'lowpass': "),
     (
         ("design", "sensor", "bench.toml"),
-        "bench.toml: has preset, so it describes a bench; accepted: a design",
+        "bench.toml: describes a bench (has preset); must be a design of a sensor",
     ),
     (("design", "sensor", "--resonance-hz", "nan"), "resonance_hz = nan Hz: must be finite and above 0"),
     (("design", "plate", "--frequency-hz", "-1"), "frequency_hz = -1 Hz: must be finite and above 0"),

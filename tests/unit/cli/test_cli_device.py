@@ -166,7 +166,7 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
             ["xyzzy=1"],
             "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
         ),
-        (["kp=3"], "parameter kp: unknown; did you mean controller.kp?"),
+        (["kp=3"], "parameter: 'kp' is unknown; did you mean controller.kp?"),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
@@ -586,9 +586,9 @@ LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (record(0, bytes(64)) + ENDS, "is no image of a Teensy"),
-        (record(0x400, LOCKED_CHIP) + ENDS, "is no image of a Teensy"),
-        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no image of a Teensy"),
+        (record(0, bytes(64)) + ENDS, "is no Teensy image"),
+        (record(0x400, LOCKED_CHIP) + ENDS, "is no Teensy image"),
+        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no Teensy image"),
         (record(0x400, OPEN_CHIP), "cut off"),
         (TEENSY.replace("DEF9", "DEF8"), "no Intel hex (Record at line 2 has invalid checksum)"),
         ("not hex\n", "no Intel hex (Hex file contains invalid record at line 1)"),

@@ -143,7 +143,7 @@ class Processor:
             except self._error as error:
                 self._fault(str(error))
         if self._patience.lost:
-            self.failure = self.failure or FrictionloopError(f"image: no rest within {LONGEST_S:g} s")
+            self.failure = self.failure or FrictionloopError(f"image: does not come to rest within {LONGEST_S:g} s")
         if self.failure is not None:
             raise self.failure
 

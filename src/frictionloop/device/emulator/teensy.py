@@ -167,7 +167,7 @@ class TeensyEmulator:
     def _pin(self, value: int) -> None:
         """Once it runs, the image gives up the pin only to stop for good."""
         if self._running and value >> 8 & 7 != PIN_CARRIER:
-            self.processor.stop(FrictionloopError("image: has stopped, carrier off"))
+            self.processor.stop(FrictionloopError("image: has stopped itself, carrier off"))
 
     def _enabled(self, interrupt: int) -> int:
         return self._bank.values[f"NVIC_ISER{interrupt // 32}"] >> interrupt % 32 & 1

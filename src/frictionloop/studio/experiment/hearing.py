@@ -17,6 +17,8 @@ from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.studio.connections import Guest
 
 PARTICIPANT, EXPERIMENTER = "participant", "experimenter"
+TIMING = ("trial", "at_s", "sd_s")
+"""Numbers that come with an answer."""
 
 
 class Hub:
@@ -121,7 +123,8 @@ class Hearing:
         try:
             trial, at_s, sd_s = int(message["trial"]), float(message["at_s"]), float(message["sd_s"])
         except (KeyError, TypeError, ValueError):
-            raise must_be("answer", message, "trial, at_s, sd_s, answer") from None
+            wrong = [name for name in TIMING if not isinstance(message.get(name), (int, float))]
+            raise FrictionloopError(f"answer: needs {', '.join(wrong or TIMING)} as numbers") from None
         if not choices:
             number_of(self.protocol.task, answer)
         elif answer not in choices:
