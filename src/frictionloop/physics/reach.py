@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from frictionloop.parameters import FingerFriction, Friction, FrictionLimit, Sliding, Strokes, System, check_system
@@ -16,6 +15,9 @@ from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import number, numbers
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ALL_BUT_A_TWENTIETH = 1.645
 """Standard deviations of a normal load below which, or above which, it is a twentieth of the time."""
@@ -206,6 +208,8 @@ def capable(
     }
     attributes = {"low_n": low_n, "high_n": high_n, "max_amplitude_um": max_amplitude_um, "contact_s": contact_s}
     attributes |= {"contacts": contacts, "load_moves": int(load_moves)}
+    import xarray as xr
+
     return xr.Dataset(variables, {"finger": np.arange(len(population))}, attributes)
 
 

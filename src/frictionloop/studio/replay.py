@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.live.engines import CHANNELS, TwinEngine
 from frictionloop.live.session import BESIDE, RUN, Session, recorded
