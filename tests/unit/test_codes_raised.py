@@ -387,7 +387,6 @@ def faults():
             yield ended.value
 
 
-
 def codes_of(found: Any) -> set[str]:
     """Return the codes of an answer, of an error, or of findings by themselves."""
     if isinstance(found, (tuple, list)):
