@@ -79,10 +79,9 @@ def test_a_block_shows_what_it_prints_and_draws_and_what_is_refused(tmp_path):
         page.run("console", "$ frictionloop simulate yours.toml")
 
 
-@pytest.mark.parametrize("path", [*PAGES, DOCS / "index.md"], ids=lambda path: path.stem)
-def test_code_fits_the_page(path):
-    lines = [line for _, text in blocks(path) for line in text.splitlines()]
-    assert [line for line in lines if len(line) > WIDEST] == []
+def test_code_fits_the_page():
+    texts = [(path.stem, text) for path in [*PAGES, DOCS / "index.md"] for _, text in blocks(path)]
+    assert [(name, line) for name, text in texts for line in text.splitlines() if len(line) > WIDEST] == []
 
 
 def inner(kind):
@@ -181,17 +180,16 @@ LOOKED_UP = {"parameters", "command-line", "protocol", "reference"}
 """Pages that are looked things up in, not read."""
 
 
-@pytest.mark.parametrize(
-    "page", sorted(DOCS.glob("*.md")) + sorted(DOCS.glob("how-to/*.md")), ids=lambda path: path.stem
-)
-def test_no_page_is_too_long_to_read(page):
-    """Some 2,500 words with their figures, outputs and computed tables are 8,000 pixels at a width of 1280."""
-    if page.stem not in LOOKED_UP:
-        text = page.read_text(encoding="utf-8")
-        assert len(re.sub(r"<!-- table_\w+ -->.*?<!-- end -->", "", text, flags=re.DOTALL).split()) < 2500
-
-
 PROSE = [*sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("how-to/*.md")), DOCS.parent / "README.md"]
+
+
+def test_no_page_is_too_long_to_read():
+    """Some 2,500 words with their figures, outputs and computed tables are 8,000 pixels at a width of 1280."""
+    for page in (page for page in PROSE if page.stem not in LOOKED_UP):
+        text = page.read_text(encoding="utf-8")
+        assert len(re.sub(r"<!-- table_\w+ -->.*?<!-- end -->", "", text, flags=re.DOTALL).split()) < 2500, page
+
+
 NOTES = {"paper-notes"}
 HISTORY = re.compile(
     r"(the \w+|one) before this|\bno longer\b(?! matters)|\bany ?more\b|\bformerly\b|\buntil now\b|\bat first it\b"
@@ -201,13 +199,11 @@ HISTORY = re.compile(
 """What tells how the project got here."""
 
 
-@pytest.mark.parametrize("path", PROSE, ids=lambda path: path.stem)
 @pytest.mark.usefixtures("tools")
-def test_a_sentence_has_at_most_two_numbers(path):
+def test_a_sentence_has_at_most_two_numbers():
     from sentences import crowded
 
-    if path.stem not in NOTES:
-        assert crowded(path) == []
+    assert {path.stem: found for path in PROSE if path.stem not in NOTES and (found := crowded(path))} == {}
 
 
 @pytest.mark.usefixtures("tools")
@@ -228,20 +224,18 @@ one, 5e-5 N. A plate of 255 × 140 × 3 mm.
     assert [(each.line, each.numbers) for each in sentences(page)] == [(1, 3), (1, 1), (1, 1), (6, 3)]
 
 
-@pytest.mark.parametrize("path", [*PROSE, *sorted(DOCS.glob("reference/*.md"))], ids=lambda path: path.stem)
-def test_pages_tell_no_history(path):
-    found = [(k, line) for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)]
-    assert [each for each in found if HISTORY.search(each[1])] == []
+def test_pages_tell_no_history():
+    pages = [*PROSE, *sorted(DOCS.glob("reference/*.md"))]
+    lines = [(path.stem, *each) for path in pages for each in enumerate(path.read_text("utf-8").splitlines(), 1)]
+    assert [each for each in lines if HISTORY.search(each[2])] == []
 
 
-@pytest.mark.parametrize("path", PROSE, ids=lambda path: path.stem)
-def test_links_have_a_text_and_lead_somewhere_where_pages_are_read_unbuilt(path):
-    text = path.read_text(encoding="utf-8")
-    links = re.findall(r"\[([^\]]*)\]\((?!https?:)([^)\s]*)\)", re.sub(r"```.*?```", "", text, flags=re.DOTALL))
-    assert [target for words, target in links if not words.strip()] == []
-    assert [target for _, target in links if "sphx_glr" in target] == []
-    for _, target in links:
-        assert (path.parent / target.partition("#")[0]).exists(), target
+def test_links_have_a_text_and_lead_somewhere_where_pages_are_read_unbuilt():
+    for path in PROSE:
+        text = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for words, target in re.findall(r"\[([^\]]*)\]\((?!https?:)([^)\s]*)\)", text):
+            assert words.strip() and "sphx_glr" not in target, (path, target)
+            assert (path.parent / target.partition("#")[0]).exists(), (path, target)
 
 
 def test_the_glossary_has_the_words_that_pages_use_in_a_sense_of_their_own_in_order():
