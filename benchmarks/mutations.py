@@ -208,6 +208,48 @@ MUTATIONS = [
         "return 2 * quality_factor / (math.pi",
         "unit/test_plate_envelope.py",
     ),
+    Mutation(
+        "Weibull exponent b, not 1/b",
+        SRC + "experiments/psychometric.py",
+        "ratio ** (1.0 / b)",
+        "ratio**b",
+        "experiments/test_report.py",
+    ),
+    Mutation(
+        "QUEST's slope 10 % low",
+        SRC + "experiments/adaptive_methods.py",
+        "beta = -math.log(math.sqrt(2.0 * math.pi) * spread)",
+        "beta = -math.log(1.1 * math.sqrt(2.0 * math.pi) * spread)",
+        "experiments/test_methods.py",
+    ),
+    Mutation(
+        "dispersion over n - 1",
+        SRC + "experiments/psychometric.py",
+        "level.size - 2) <= 0",
+        "level.size - 1) <= 0",
+        "experiments/test_report.py",
+    ),
+    Mutation(
+        "t of n in intervals of groups",
+        SRC + "experiments/summary.py",
+        "COVERAGE, n - 1)",
+        "COVERAGE, n)",
+        "experiments/test_report.py",
+    ),
+    Mutation(
+        "a fifth before a hit", SRC + "identification/onsets.py", "BEFORE = 0.1", "BEFORE = 0.2", "unit/test_hits.py"
+    ),
+    Mutation(
+        "bounces above 12 %", SRC + "identification/hits.py", "BOUNCE = 0.1", "BOUNCE = 0.12", "unit/test_hits.py"
+    ),
+    Mutation("rings above 1.2 %", SRC + "identification/hits.py", "LEFT = 0.01", "LEFT = 0.012", "unit/test_hits.py"),
+    Mutation(
+        "spread of stiffness 0.33",
+        SRC + "physics/fingers.py",
+        "(1000.0, 0.35)",
+        "(1000.0, 0.33)",
+        "unit/test_fingers.py",
+    ),
 ]
 
 

@@ -111,6 +111,20 @@ def test_a_posterior_uses_the_delivered_level_and_a_staircase_the_one_asked_for(
     assert second.told[0].delivered == 0.2
 
 
+@pytest.mark.parametrize("spread", [0.05, 0.2])
+def test_quest_has_the_posterior_of_a_logistic_that_is_as_steep_in_the_middle_as_the_normal(spread):
+    quest, rng = Quest(0.0, 1.0, spread, 0.5, 0.02, trials=40), np.random.default_rng(0)
+    threshold = np.linspace(0.0, 1.0, 201)
+    posterior = np.ones(201)
+    for _ in range(15):
+        z = (quest.level - threshold) / (spread * math.sqrt(math.pi / 8))
+        right = 0.5 + 0.48 / (1 + np.exp(-z))
+        answer = rng.random() < 0.7
+        posterior *= right if answer else 1 - right
+        quest.add_response(answer)
+    assert quest.estimate() == pytest.approx(threshold @ posterior / posterior.sum(), rel=1e-9)
+
+
 def test_quest_finds_a_threshold():
     found = [answered(Quest(0.0, 1.0, 0.1, trials=60), 0.4, 0.1, seed).estimate() for seed in range(8)]
     assert np.mean(found) == pytest.approx(0.4, abs=0.03)

@@ -5,11 +5,12 @@ import shutil
 import numpy as np
 import pandas
 import pytest
+from scipy.stats import chi2, norm, ttest_1samp, weibull_min
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_protocol, run, session_export
-from frictionloop.experiments.psychometric import probability
-from frictionloop.experiments.summary import convergence, fits, funnel, pooled
+from frictionloop.experiments.psychometric import fit, probability
+from frictionloop.experiments.summary import convergence, fits, funnel, groups, pooled
 from frictionloop.quantities import FrictionloopError
 
 PLAN = Protocol(
@@ -91,6 +92,29 @@ def test_all_participants_together_have_four_parameters_and_their_differences_ar
     assert one["dispersion"] < one["dispersion_limit"]
     two = pooled(plan, apart).iloc[0]
     assert two["spread"] > 1.2 * one["spread"]
+
+
+@pytest.mark.parametrize("spread", [0.5, 2.0])
+def test_a_weibull_function_is_that_of_scipy(spread):
+    level = np.array([-0.1, 0.0, 0.1, 0.2, 0.3, 0.8])
+    law = weibull_min(1 / spread, scale=0.2 / np.log(2) ** spread)
+    assert probability(level, 0.2, spread, 0.1, 0.05, "weibull") == pytest.approx(0.1 + 0.85 * law.cdf(level))
+
+
+def test_the_dispersion_is_pearsons_chi_square_a_degree_of_freedom():
+    level, right = np.linspace(0.0, 0.7, 8), np.array([21, 17, 24, 30, 34, 40, 40, 40])
+    found = fit(np.repeat(level, 40), np.concatenate([np.arange(40) < n for n in right]).astype(float))
+    share = 0.5 + 0.5 * norm.cdf((level - found.ml_threshold) / found.ml_spread)  # no lapse is the most likely
+    observed, expected = np.array([right, 40 - right]), 40 * np.array([share, 1 - share])
+    assert found.dispersion == pytest.approx(np.sum((observed - expected) ** 2 / expected) / 6, rel=0.02)
+    assert found.dispersion_limit == pytest.approx(chi2.isf(0.025, 6) / 6)
+
+
+def test_the_interval_of_a_group_is_that_of_the_t_test():
+    values = [0.1, 0.13, 0.08, 0.2]
+    found = groups(pandas.DataFrame({"condition": "closed", "level": "requested", "value": values})).iloc[0]
+    expected = ttest_1samp(values, 0.0).confidence_interval(0.95)
+    assert (found["low"], found["high"]) == pytest.approx((expected.low, expected.high))
 
 
 def test_a_value_settles_at_that_of_the_fit():

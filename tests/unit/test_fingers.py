@@ -56,6 +56,15 @@ def test_each_parameter_has_its_distribution(path):
     assert kstest(values, DISTRIBUTIONS[path].cdf).pvalue > LEAST_P
 
 
+def test_medians_and_spreads_are_as_researched():
+    """A mean of n logarithms is off by sd/sqrt(n), their standard deviation by sd/sqrt(2 n)."""
+    for path, law in DISTRIBUTIONS.items():
+        if law.dist.name == "lognorm" and "susceptibility" not in path:
+            (spread,), logarithms = law.args, np.log(column(path) / law.kwds["scale"])
+            assert abs(logarithms.mean()) < 4 * spread / math.sqrt(len(MANY)), path
+            assert logarithms.std() == pytest.approx(spread, rel=4 / math.sqrt(2 * len(MANY))), path
+
+
 def test_parameters_are_independent():
     paths = [*(path for path in DISTRIBUTIONS if "susceptibility" not in path), "friction.moist_loss"]
     ranks = np.asarray(spearmanr(np.array([column(path) for path in paths]), axis=1).statistic)
