@@ -110,7 +110,7 @@ SOAKED = ("soak", True)
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Remember the campaigns before they are left out (tests/unit/test_soak.py), and mark what they will report."""
+    """Remember the campaigns before they are left out (tests/unit/test_budget.py), and mark what they will report."""
     campaigns = [item for item in items if item.get_closest_marker("soak")]
     config.stash[CAMPAIGNS] = [item.nodeid for item in campaigns]
     for item in campaigns:

@@ -1,12 +1,28 @@
 """Which values a parameter table has: one fingerprint for the same values, and the names where they differ."""
 
+from __future__ import annotations
+
+import re
+import shutil
 import zlib
+from pathlib import Path
+
+import pytest
 
 import frictionloop as fl
+from frictionloop.device.bench_boards import Emulated, HostBoard
+from frictionloop.device.codec import Decoder, encode
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.teensy import RESETS
+from frictionloop.device.errors import Refused
+from frictionloop.firmware import built_in
+from frictionloop.firmware.built_in import KINDS, law_bits, law_names
 from frictionloop.firmware.exported import export
+from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import differing, fingerprint, word_of
-from frictionloop.quantities.schema import table_hash, word_count
+from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.schema import firmware_folder, schema, table_hash, word_count
 
 BENCH = fl.bench()
 
@@ -67,3 +83,201 @@ def test_words_that_stand_for_the_same_number_are_shown_as_words():
     ((name, mine, theirs),) = differing(one, same)
     assert (name, mine) == ("law.gains[0]", f"words {one[first]} {one[first + 1]}")
     assert theirs == f"words {one[first] // 2} {one[first + 1] - 1}"
+
+
+# What a reset came from: told by every board, and a fault where it should not have been.
+
+
+NAMES = schema()["resets"]
+FAULTS, STATES = schema()["faults"], schema()["states"]
+AFTER = {"brown_out": "brown_out", "watchdog": "watchdog"}
+
+
+def asked(board, name: str, sequence: int, session: int = 0, **fields):
+    """Return what an emulated board answers, and the faults that it tells."""
+    board.receive(encode(name, sequence, session, **fields))
+    for _ in range(5):
+        board.tick((0, 0), 0, 0)
+    messages = Decoder().feed(board.transmit())
+    return [m for m in messages if m.name != "fault"][-1], [m["fault"] for m in messages if m.name == "fault"]
+
+
+@pytest.mark.parametrize("reset", RESETS)
+def test_the_image_tells_what_its_registers_say(reset, images):
+    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+    board = TeensyEmulator(images("pi").elf, reset)
+    identity, told = asked(board, "identify", 1)
+    status, _ = asked(board, "heartbeat", 2)
+    assert identity["reset"] == status["reset"] == NAMES[reset]
+    fault = AFTER.get(reset, "none")
+    assert status["fault"] == FAULTS[fault]
+    assert status["state"] == STATES["idle" if fault == "none" else "fault"]
+    assert told == ([] if fault == "none" else [FAULTS[fault]])
+
+
+@pytest.mark.parametrize("reset", AFTER)
+def test_the_loop_stays_off_until_the_fault_is_cleared(reset, images):
+    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+    board = TeensyEmulator(images("pi").elf, reset)
+    welcome, _ = asked(board, "hello", 1, major=schema()["protocol"]["major"], nonce=5)
+    session, closed = welcome["session"], {"state": STATES["closed"]}
+    refused, _ = asked(board, "mode", 2, session, **closed)
+    assert (refused.name, refused["reason"]) == ("refused", schema()["refusals"]["not_now"])
+    assert board.duty == 0
+    assert asked(board, "clear", 3, session)[0].name == "done"
+    assert asked(board, "mode", 4, session, **closed)[0].name == "done"
+    assert asked(board, "heartbeat", 5, session)[0]["state"] == STATES["closed"]
+
+
+@pytest.mark.parametrize("reset", [name for name in NAMES if name not in AFTER])
+def test_any_other_reset_is_none(reset, words):
+    board = HostBoard(words, reset=NAMES[reset])
+    board.receive(encode("heartbeat", 1), 0)
+    (status,) = Decoder().feed(board.transmit(0))
+    assert (status["reset"], status["state"]) == (NAMES[reset], STATES["idle"])
+
+
+def test_a_bad_table_goes_before(words):
+    table = words.copy()
+    table[0] = 15
+    board = HostBoard(table, reset=NAMES["watchdog"])
+    board.receive(encode("heartbeat", 1), 0)
+    status = Decoder().feed(board.transmit(0))[-1]
+    assert (status["reset"], status["fault"]) == (NAMES["watchdog"], FAULTS["bad_parameter"])
+
+
+# Which firmware it is: told by the image, and held against the sources here when the emulator refuses it.
+
+
+@pytest.fixture
+def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a copy of the C sources that stands in their place."""
+    copy = Path(shutil.copytree(firmware_folder(), tmp_path / "firmware"))
+    monkeypatch.setattr(built_in, "firmware_folder", lambda: copy)
+    built_in.revision_here.cache_clear()
+    yield copy
+    built_in.revision_here.cache_clear()
+
+
+def test_it_is_the_version_and_eight_digits_and_fits_its_field():
+    told = built_in.revision_here()
+    assert re.fullmatch(r"[\w.+]+\+[0-9a-f]{8}", told)
+    assert len(told) <= built_in.REVISION_BYTES
+
+
+def test_a_long_version_gives_way_to_the_checksum(monkeypatch, sources):
+    monkeypatch.setattr(built_in, "package_version", lambda: "10.20.30.dev4")
+    assert built_in.revision_here().startswith("10.20.3+")
+    assert len(built_in.revision_here()) == 16
+
+
+def test_the_checksum_is_the_crc_of_names_and_contents(sources):
+    files = sorted(
+        str(path.relative_to(sources).as_posix()) for path in sources.rglob("*") if path.suffix in (".c", ".h")
+    )
+    joined = b"".join(name.encode() + b"\0" + (sources / name).read_bytes() + b"\0" for name in files)
+    assert built_in.revision_here().endswith(f"+{zlib.crc32(joined):08x}")
+
+
+@pytest.mark.parametrize("change", ["content", "name", "line ends"])
+def test_what_changes_it(sources, change):
+    before = built_in.revision_here()
+    built_in.revision_here.cache_clear()
+    file = sources / "core" / "laws.c"
+    if change == "content":
+        file.write_bytes(file.read_bytes() + b"\n")
+    elif change == "name":
+        file.rename(file.with_name("laws_2.c"))
+    else:
+        file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    assert (built_in.revision_here() == before) == (change == "line ends")
+
+
+def test_an_image_tells_it(images):
+    assert built_in.revision_of(images("pi").elf) == built_in.revision_here()
+    assert built_in.other_sources(images("pi").elf) == ""
+
+
+def test_a_file_without_one_says_nothing(tmp_path):
+    (tmp_path / "a.elf").write_bytes(b"no ELF file")
+    assert built_in.other_sources(tmp_path / "a.elf") == ""
+    assert built_in.other_sources(tmp_path / "none.elf") == ""
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_an_image_that_the_model_refuses_says_when_it_is_of_other_sources(images, monkeypatch, other):
+    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+    from frictionloop.device.emulator import teensy
+
+    image = images("pi").elf
+    if other:
+        monkeypatch.setattr(built_in, "revision_here", lambda: "0.1.0+00000000")
+
+    def refuse(self):
+        raise FrictionloopError("image writes 0x40000000, 4 bytes: no register")
+
+    monkeypatch.setattr(teensy.Watchdog, "check_started", refuse)
+    with pytest.raises(FrictionloopError, match="no register") as raised:
+        Emulated(image, 2.5)
+    assert (": build anew" in str(raised.value)) == other
+    assert "\n" not in str(raised.value)
+
+
+# An image has the laws that were chosen, says which, and refuses others in one line.
+
+
+def symbols(image) -> str:
+    return image.map.read_text()
+
+
+def test_by_default_all_are_built_in(images):
+    for name in ("pi", "open_loop", "filtered_pi", "limit_observer"):
+        assert f"fl_{name}_step" in symbols(images("pi"))
+
+
+def test_laws_that_are_left_out_leave_their_room(images, law_words, tmp_path):
+    small = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi"])
+    assert "fl_filtered_pi_step" not in symbols(small)
+    assert small.flash_bytes < images("pi").flash_bytes - 4000
+    assert small.ram_bytes < images("pi").ram_bytes - 2000
+
+
+def test_the_notch_pi_is_a_filtered_pi(law_words):
+    assert law_names(law_bits(["notch_pi", "pi"], law_words["notch_pi"])) == ("pi", "filtered_pi")
+
+
+def test_all_are_where_none_is_named(law_words):
+    assert law_names(law_bits(None, law_words["pi"])) == KINDS
+
+
+@pytest.mark.parametrize(
+    ("laws", "says"),
+    [
+        (["pi", "pid"], r"^laws = 'pid': must be pi, lookup, filtered_pi, .*notch_pi$"),
+        (["limit_observer", "lookup"], r"^laws = 'limit_observer, lookup': must be with pi, which runs$"),
+        ([], r"^laws = '': must be with pi"),
+    ],
+)
+def test_bad_choices_are_one_line(law_words, tmp_path, laws, says):
+    with pytest.raises(FrictionloopError, match=says):
+        build("teensy31", law_words["pi"].tolist(), tmp_path / "none", laws=laws)
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_device_tells_its_laws_and_refuses_others(law_words, tmp_path):
+    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+    some = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi"])
+    with fl.connect(f"emulated:{some.elf}") as device:
+        assert device.info.laws == ("pi", "lookup", "filtered_pi")
+        device.set("law.number", 4)
+        with pytest.raises(Refused) as refused:
+            device.commit()
+    assert str(refused.value) == (
+        "commit: refused, law.number = 4: must be one of 1 pi, 2 lookup, 3 filtered_pi; "
+        "firmware build --laws limit_observer"
+    )
+
+
+def test_the_library_of_this_machine_has_them_all():
+    with fl.connect("sim:") as device:
+        assert device.info.laws == KINDS

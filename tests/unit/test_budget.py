@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import re
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -44,3 +46,91 @@ def test_words_in_messages():
     catalogue = tomllib.loads((SRC / "findings" / "catalogue.toml").read_text(encoding="utf-8"))
     said = [f"{each['title']} {each.get('template', '')}" for each in catalogue.values()]
     assert sum(map(words_of, SRC.rglob("*.py"))) + sum(len(each.split()) for each in said) <= MOST_WORDS
+
+
+# What `make` installs: every file of the package index with its hash, of the versions in requirements/lock.txt.
+
+
+FOLDER = Path(__file__).parents[2] / "requirements"
+HASHED = sorted(path.name for path in FOLDER.glob("*.txt") if path.name != "lock.txt")
+LOCKED = dict(re.findall(r"^([\w.-]+)==(\S+)$", (FOLDER / "lock.txt").read_text(encoding="utf-8"), re.MULTILINE))
+OTHER_SYSTEMS = {"colorama"}
+"""What only Windows installs."""
+
+
+def plain(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+@pytest.mark.parametrize("name", HASHED)
+def test_every_pin_has_a_hash_and_the_version_of_the_lock(name):
+    text = (FOLDER / name).read_text(encoding="utf-8").replace("\\\n", "")
+    pins = [line.split() for line in text.splitlines() if line and not line.startswith(("#", "-r "))]
+    locked = {plain(package): version for package, version in LOCKED.items()}
+    assert pins
+    for requirement, *more in pins:
+        package, version = requirement.split("==")
+        assert sum(each.startswith("--hash=sha256:") for each in more) > 0, package
+        assert version == locked.get(plain(package), version), package
+        assert plain(package) in locked or package in OTHER_SYSTEMS, package
+
+
+def test_the_files_together_have_all_that_is_locked():
+    text = "".join((FOLDER / name).read_text(encoding="utf-8") for name in HASHED)
+    pinned = {plain(package) for package in re.findall(r"^([\w.-]+)==", text, re.MULTILINE)}
+    assert {plain(package) for package in LOCKED} <= pinned
+
+
+def test_no_file_names_a_host():
+    assert not [path.name for path in FOLDER.iterdir() if "://" in path.read_text(encoding="utf-8")]
+
+
+@pytest.mark.slow
+def test_a_step_of_make_says_what_it_does_and_is_not_silent():
+    step = ["sh", str(FOLDER / "step.sh"), "Waiting, usually 3 s"]
+    done = subprocess.run([*step, "sleep", "3"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "Waiting, usually 3 s .\n")
+    assert subprocess.run([*step, "false"], capture_output=True, check=False).returncode == 1
+
+
+# docs/reliability.md: every fault with all that is to be known of it, and commands that run a test.
+
+
+ROOT = Path(__file__).parents[2]
+TABLE = re.compile(r"^\|(?P<head>.+)\|\n\|[-|]+\|\n(?P<rows>(?:\|.+\|\n)+)", re.MULTILINE)
+PAGE = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+TABLES = [found.groupdict() for found in TABLE.finditer(PAGE)]
+ROWS = [row.strip("| ").split(" | ") for table in TABLES for row in table["rows"].splitlines()]
+
+
+def test_a_table_tells_all_of_a_fault():
+    assert TABLES
+    for table in TABLES:
+        columns = [column.strip() for column in table["head"].split("|")]
+        assert columns[:2] == ["fault", "what happens"] and columns[-1] == "shown by"
+        assert any(column.startswith("time to safe") for column in columns[2:-1])
+        assert {row.count(" | ") for row in table["rows"].splitlines()} == {len(columns) - 1}
+
+
+def test_a_command_is_there():
+    broken_sensors = (ROOT / "tests/helpers/broken_sensors.py").read_text(encoding="utf-8")
+    assert ROWS
+    for row in ROWS:
+        command = row[-1].strip("`")
+        paths = [ROOT / word for word in command.split() if word.startswith("tests/")]
+        if command.startswith("pytest "):
+            assert paths and all(path.is_file() for path in paths), row
+            word, text = command.partition(" -k ")[2], "".join(path.read_text(encoding="utf-8") for path in paths)
+            assert word in text + broken_sensors, row
+        else:
+            assert (ROOT / command).is_file(), row
+
+
+# Campaigns run outside continuous integration; what they found last is stored, and of which code.
+
+
+def test_every_campaign_is_stored(campaigns):
+    """A new or renamed campaign fails here until `make soak` has run it; a summary tells which are of other code."""
+    there, stored = campaigns
+    assert [name for name in there if name not in stored] == []
+    assert [name for name, found in stored.items() if found["outcome"] not in ("passed", "xfailed", "failed")] == []

@@ -6,8 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.signal import butter, freqs_zpk, lsim, step, zpk2ss
 
+import frictionloop as fl
 from frictionloop.hardware.plate.carrier import (
     _filter_spread_s,
     actual_carrier_hz,
@@ -17,9 +20,18 @@ from frictionloop.hardware.plate.carrier import (
     plate_resonator,
     simulate_carrier,
 )
-from frictionloop.hardware.plate.carrier_pwm import band_pass, duty_for, pulse_ticks, pulses, share_of
+from frictionloop.hardware.plate.carrier_pwm import (
+    amplitude_step,
+    band_pass,
+    duty_for,
+    period_ticks,
+    pulse_ticks,
+    pulses,
+    share_of,
+)
 from frictionloop.hardware.plate.envelope import detuned_gain, envelope, envelope_pole, time_constant_s
 from frictionloop.parameters.plate_design import Carrier, PlateDesign
+from frictionloop.physics.plate import pulse_step
 from frictionloop.quantities import FrictionloopError
 
 TIMER_HZ = 36e6
@@ -204,3 +216,110 @@ def test_other_refusals():
         simulate_carrier(design(carrier__control_hz=1e5), [1.0])
     with pytest.raises(FrictionloopError, match=r"^timer_hz = 100000 Hz: must be at least"):
         simulate_carrier(design(carrier__timer_hz=1e5), [1.0])
+
+
+# Pulses of whole ticks: their spectrum, how fine they are, how they are placed.
+
+
+def test_391_levels_at_46_khz_from_36_mhz():
+    ticks = period_ticks(36e6, 46e3)
+    assert ticks == 783
+    levels = share_of(np.arange(392), ticks)
+    assert np.all(np.diff(levels) > 0)
+    # An odd number of ticks misses half duty by half a tick: 1 - cos(pi/1566) = 2e-6.
+    assert levels[-1] == pytest.approx(math.cos(math.pi / 1566), rel=1e-14)
+
+
+def harmonic(order, duty):
+    """The n-th harmonic of pulses over the fundamental at half duty."""
+    return abs(math.sin(order * math.pi * duty)) / order
+
+
+@given(st.integers(4, 2000), st.floats(0, 1), st.sampled_from(["centre", "edge"]))
+def test_the_fundamental_and_harmonics_of_a_period(ticks, share, alignment):
+    """A Fourier transform of the ticks against the series of a rectangular pulse."""
+    width = int(pulse_ticks(share, ticks))
+    level = pulses(np.array([width]), ticks, alignment)[0]
+    assert level.sum() == width
+    spectrum = np.fft.fft(level) / ticks
+    for n in range(1, min(6, ticks // 2)):
+        # Ticks are boxes: the series is the transform times sinc(n/ticks), half a tick late.
+        series = 2 * abs(spectrum[n]) * np.sinc(n / ticks) * math.pi / 2
+        assert series == pytest.approx(harmonic(n, width / ticks), abs=1e-12)
+    assert harmonic(1, width / ticks) == pytest.approx(share_of(width, ticks), abs=1e-12)
+    if width:
+        box = np.exp(-1j * np.pi / ticks)  # from the start of a tick to its middle
+        middle = -1.0 if alignment == "centre" else 1.0
+        turn = -math.pi * width / ticks if alignment == "edge" else 0.0
+        turned = np.angle(spectrum[1] * box * middle * np.exp(-1j * turn))
+        assert abs(turned) <= math.pi / ticks + 1e-9  # a pulse is centred to half a tick
+
+
+@given(st.floats(0, 1), st.integers(4, 5000))
+def test_amplitude_through_the_arcsine(share, ticks):
+    duty = float(duty_for(share))
+    assert 0 <= duty <= 0.5
+    assert math.sin(math.pi * duty) == pytest.approx(share, abs=1e-15)
+    width = int(pulse_ticks(share, ticks))
+    assert width <= ticks // 2
+    # Half a tick of the width, or the half tick by which an odd period misses half duty.
+    assert abs(float(share_of(width, ticks)) - share) <= math.pi / (2 * ticks) + 1e-15
+
+
+@given(st.floats(0, 1), st.integers(8, 5000))
+def test_steps_are_finest_near_full_amplitude(share, ticks):
+    step = amplitude_step(share, ticks)
+    width = min(int(duty_for(share) * ticks), ticks // 2 - 1)
+    assert step == pytest.approx(float(share_of(width + 1, ticks) - share_of(width, ticks)), rel=1e-14)
+    assert 0 < step <= math.pi / ticks
+    assert step <= amplitude_step(0.0, ticks)
+
+
+def test_shares_outside_are_cut():
+    np.testing.assert_array_equal(pulse_ticks(np.array([-0.5, 0.0, 1.0, 2.0]), 100), [0, 0, 50, 50])
+
+
+def test_a_clock_too_slow_is_refused():
+    with pytest.raises(FrictionloopError, match=r"^timer_hz = 100000 Hz: .*184000$"):
+        period_ticks(1e5, 46e3)
+
+
+# Amplitudes that pulses of whole clock ticks can give, alone and in the loop.
+
+
+@given(st.floats(-1.0, 5.0), st.floats(0.1, 5.0), st.integers(4, 2000))
+def test_it_is_the_carrier_with_the_nearest_pulse(command, largest, ticks):
+    """The carrier's own formulas, which the plate's spectra are made with, say the same."""
+    got = pulse_step(command, largest, float(ticks))
+    width = round(float(np.arcsin(min(got / largest, 1.0))) / np.pi * ticks)
+    assert got == pytest.approx(largest * float(share_of(width, ticks)), abs=1e-12 * largest)
+    wanted = float(duty_for(command / largest)) * ticks
+    assert abs(wanted - width) <= 0.5 + 1e-6 or width == ticks // 2
+    assert width in (int(pulse_ticks(command / largest, ticks)), round(wanted - 1e-9), round(wanted + 1e-9))
+
+
+@given(st.integers(0, 391))
+def test_what_pulses_can_give_stays(width):
+    a = 2.5 * np.sin(np.pi * width / 783)
+    assert pulse_step(a, 2.5, 783.0) == pytest.approx(a, abs=1e-12)
+
+
+def test_a_run_has_only_the_amplitudes_of_its_pulses():
+    """A plate that is quick beside the period is at its command: of 8 ticks, at one of 5 amplitudes."""
+    quick = fl.paper().evolve({"plate.cutoff_hz": 2e4, "plate.pulse_ticks": 8})
+    run = fl.simulate(quick, duration_s=0.5)
+    levels = 2.5 * np.sin(np.pi * np.arange(5) / 8)
+    off = np.min(np.abs(run.a.to_numpy()[:, None] - levels), axis=1)
+    assert np.median(off) < 1e-6 and len(np.unique(np.round(run.a.to_numpy(), 5))) < 60
+
+
+def test_more_ticks_than_the_loop_can_tell_change_nothing():
+    system = fl.feasible()
+    fine = fl.simulate(system.evolve({"plate.pulse_ticks": 65536}), duration_s=1.0)
+    whole = fl.simulate(system.evolve({"controller.form": "float"}), duration_s=1.0)
+    assert float(np.abs(fine.f_a - whole.f_a).max()) < 1e-3
+
+
+def test_three_ticks_are_refused():
+    with pytest.raises(fl.FrictionloopError, match=r"plate\.pulse_ticks.*0 .*or at least 4"):
+        fl.paper().evolve({"plate.pulse_ticks": 3})

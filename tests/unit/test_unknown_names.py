@@ -1,11 +1,14 @@
 """Names that no parameter has: all are refused at once, and those that people try lead to what is meant."""
 
+from __future__ import annotations
+
 import math
 
 import pytest
 
 import frictionloop as fl
 from frictionloop.parameters.aliases import GUESSES
+from frictionloop.quantities import FrictionloopError, check_each_once, check_known
 
 BENCH = fl.bench()
 
@@ -131,3 +134,33 @@ def test_a_contact_of_before_is_told_its_slip_length(name, given, said):
 def test_a_field_that_the_limit_observer_had_names_the_one_it_has(name, said):
     told = complaint({"controller.kind": "limit_observer", f"controller.{name}": 50.0})
     assert f"did you mean controller.{said}" in told and "\n" not in told
+
+
+# Names given out of those there are: what is refused, and how.
+
+
+THERE = ("lookup", "retuned_pi", "observer")
+
+
+def test_what_is_there_once_is_accepted():
+    check_known("laws", ["observer", "lookup"], THERE)
+    check_known("laws", [], THERE)
+    check_each_once("laws", "law", ["observer", "lookup"])
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("obsever", "^laws: 'obsever' .*did you mean observer.*lookup, retuned_pi, observer$"),
+        ("xyz", "^laws: 'xyz' is unknown; accepted: lookup, retuned_pi, observer$"),
+    ],
+)
+def test_an_unknown_name_is_told_with_near_ones(name, line):
+    with pytest.raises(FrictionloopError, match=line):
+        check_known("laws", ["lookup", name], THERE)
+
+
+@pytest.mark.parametrize(("names", "said"), [((), "''"), (("a", "b", "a"), "'a,b,a'")])
+def test_none_or_twice_is_refused(names, said):
+    with pytest.raises(FrictionloopError, match=f"^laws = {said}: "):
+        check_each_once("laws", "law", names)
