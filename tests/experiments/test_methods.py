@@ -9,7 +9,6 @@ import SweetSpot
 
 from frictionloop.experiments import Adjustment, ConstantStimuli, Interleaved, Psi, Quest, Staircase, Walk
 from frictionloop.experiments.psychometric import probability
-from frictionloop.quantities import FrictionloopError
 
 
 def answered(handler, threshold, spread, seed=0, guess=0.5, lapse=0.0):
@@ -168,20 +167,3 @@ def test_a_walk_stays_between_its_ends():
     assert min(levels) >= 0.3
     assert max(levels) <= 0.6
     assert np.ptp(levels) > 0.25
-
-
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: Staircase(0.0, (2.0,), "ratio"), "start = 0: must be above 0"),
-        (lambda: Staircase(1.0, (1.0,), "ratio"), "steps = .*: must be above 1 ratio"),
-        (lambda: Staircase(1.0, reversals=None), "one is needed"),
-        (lambda: Staircase(1.0).add_response(math.nan), "result, delivered = .nan.*must be finite"),
-        (lambda: Psi([1.0], [1.0], [1.0], trials=None), "one is needed"),
-        (lambda: Interleaved({}), "must be methods by name"),
-    ],
-)
-def test_what_is_wrong_is_told_in_one_line(make, said):
-    with pytest.raises(FrictionloopError, match=said) as caught:
-        make()
-    assert "\n" not in str(caught.value)

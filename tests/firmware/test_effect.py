@@ -150,18 +150,6 @@ def test_a_step_that_cannot_be_run_is_found(field):
     assert in_c(spoilt, strokes(3))[0] == 2
 
 
-@pytest.mark.parametrize("effect", [R.Constant(level_n=9.0), R.Constant(level_n=5.0) * R.Viscous(per_speed_n_s_m=2.0)])
-def test_a_force_that_fits_no_word_is_refused_in_a_line(effect):
-    with pytest.raises(fl.FrictionloopError, match=r"^effect: force = \d+ N: must be below 8$"):
-        effect_tables(EffectSource(effect=effect), 255.0)
-
-
-def test_an_effect_of_too_many_steps_is_refused_in_a_line():
-    parts = [R.Detents(spacing_mm=float(k)) for k in range(2, 8)]
-    with pytest.raises(fl.FrictionloopError, match=r"^effect = 23 steps: must be at most 9"):
-        effect_tables(EffectSource(effect=R.Sum(of=tuple(parts))), 255.0)
-
-
 def play(rig, effect, position="measured", **changed) -> str:
     words = effect_tables(EffectSource(effect=effect, position=position), 255.0).words
     for first in range(0, len(words), 128):

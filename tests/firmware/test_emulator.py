@@ -184,15 +184,6 @@ def movw(value):
     return first.to_bytes(2, "little") + bytes([second & 255])
 
 
-def test_a_file_that_is_no_image_is_named(tmp_path):
-    text = tmp_path / "notes.txt"
-    text.write_text("not an image")
-    with pytest.raises(FrictionloopError, match=r"notes\.txt: no ELF file"):
-        TeensyEmulator(text)
-    with pytest.raises(FrictionloopError, match=r"missing\.elf: cannot be read"):
-        TeensyEmulator(tmp_path / "missing.elf")
-
-
 def test_an_image_that_is_no_teensys_is_one_line(images, tmp_path):
     content = bytearray(images("pi").elf.read_bytes())
     content[content.index(bytes.fromhex("def9ffff"))] = 0

@@ -1,17 +1,13 @@
 """The image as it would be flashed."""
 
 import struct
-import subprocess
 
 import pytest
 
 from frictionloop import FrictionloopError
-from frictionloop.firmware.compiler import zig
 from frictionloop.firmware.image import build
 from frictionloop.firmware.image_files import check, check_teensy, loaded, read_hex
 from frictionloop.quantities.schema import word_count
-
-CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-ffreestanding", "-fno-sanitize=all", "-g")
 
 
 def intel_hex(text):
@@ -70,32 +66,6 @@ def test_the_same_words_make_the_same_image(images, law_words, tmp_path):
     assert again.hex.read_text() == images("pi").hex.read_text()
 
 
-@pytest.mark.parametrize(
-    ("code", "what"),
-    [
-        ("float x; int main(void) { x = x * 3.0f; return 0; }", "floating point: __aeabi_fmul"),
-        ("double x; int main(void) { return (int)x; }", "floating point: __aeabi_d2iz"),
-        ("void *malloc(unsigned n) { (void)n; return 0; } int main(void) { return malloc(3) != 0; }", "a heap"),
-        ("char big[30000]; int main(void) { big[9] = 1; return 0; }", "RAM = .* bytes: must be at most 24576"),
-        ("const char big[40000] = {1}; int main(int n) { return big[n]; }", "flash = .* bytes: must be at most 32768"),
-    ],
-)
-def test_what_the_chip_cannot_or_should_not_do_is_refused(code, what, tmp_path):
-    source, elf = tmp_path / "a.c", tmp_path / "a.elf"
-    source.write_text(code)
-    layout = tmp_path / "a.ld"
-    layout.write_text(
-        "SECTIONS { .text 0x410 : { *(.text*) *(.rodata*) } .bss 0x1FFF8000 : { *(.bss*) } "
-        "/DISCARD/ : { *(.ARM.ex*) } }"
-    )
-    subprocess.run(
-        [*zig(), *CORTEX, "-O1", f"-Wl,-T,{layout}", "-Wl,-e,main", str(source), "-o", str(elf)],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    with pytest.raises(FrictionloopError, match=what):
-        check(elf, flash_configuration=False)
-
-
 def test_an_image_that_would_lock_the_chip_is_refused(images, tmp_path):
     content = bytearray(images("pi").elf.read_bytes())
     place = content.index(bytes.fromhex("def9ffff"))
@@ -104,19 +74,6 @@ def test_an_image_that_would_lock_the_chip_is_refused(images, tmp_path):
     spoilt.write_bytes(content)
     with pytest.raises(FrictionloopError, match=r"configuration = 'f+dcf9ffff': must be f+def9ffff"):
         check(spoilt, flash_configuration=True)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("uno", []), "board = 'uno': must be teensy31 or mps2"),
-        (("teensy31", [0] * 3), f"parameters = 3 words: must be {word_count()}"),
-        (("teensy31", [2**31] * word_count()), r"parameters\[0\] = 2147483648: must be an int32"),
-    ],
-)
-def test_bad_input_is_one_line(arguments, message, tmp_path):
-    with pytest.raises(FrictionloopError, match=message):
-        build(*arguments, tmp_path)
 
 
 def test_the_hex_file_holds_what_the_elf_file_loads(images):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.errors import Refused
 from frictionloop.firmware.effect_tables import effect_tables, write_tables
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
@@ -59,26 +58,6 @@ def test_what_is_sampled_more_coarsely_is_told(device):
     (found,) = device.play(R.Texture(longest_mm=2.0))
     assert found.code == "EFFECT-COARSER" and found.more["step"] == 0
     assert found.value < found.limit and found.more["error"] > 0
-
-
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda d: d.trigger(4), "number = 4: must be 0 to 3, or None"),
-        (lambda d: d.play(RAMP, spacing_m=0.1), "spacing = 0.1: must be None"),
-        (lambda d: d.play(RAMP + 9.0), "effect: force = 9.7 N: must be below 8"),
-    ],
-)
-def test_bad_requests_are_refused_in_a_line(device, call, words):
-    with pytest.raises(fl.FrictionloopError) as refused:
-        call(device)
-    assert str(refused.value).startswith(words)
-
-
-def test_nothing_is_triggered_while_no_effect_plays(device):
-    device.play([0.4], spacing_s=1.0)
-    with pytest.raises(Refused):
-        device.trigger()
 
 
 def test_the_tables_as_a_file_say_what_the_words_say(tmp_path):

@@ -27,8 +27,3 @@ def test_the_image_does_what_the_library_does(tmp_path: Any) -> None:
     np.testing.assert_array_equal(run.position.values[:5000], same.position.values[shift : 5000 + shift])
     errors = [float((x.f_a - x.f_r).where(x.sliding).sel(time=late).std()) for x in (run, same)]
     assert errors[0] == pytest.approx(errors[1], rel=0.1)
-
-
-def test_an_image_that_is_not_there(tmp_path: Any) -> None:
-    with pytest.raises(fl.FrictionloopError, match=r"no\.elf"):
-        fl.connect(f"emulated:{tmp_path / 'no.elf'}")

@@ -131,11 +131,6 @@ def test_pulled_out_in_mid_run(port: Any, tmp_path: Any, monkeypatch: Any) -> No
     assert fl.load(tmp_path / "cut.h5").sizes["time"] >= 500
 
 
-def test_no_such_port() -> None:
-    with pytest.raises(fl.DeviceError, match=r"^/dev/ttyNONE: no such port; there is "):
-        fl.connect("serial:///dev/ttyNONE")
-
-
 def test_a_port_of_another_group(monkeypatch: Any, tmp_path: Any) -> None:
     def denied(*given: Any, **more: Any) -> None:
         raise serial.SerialException(errno.EACCES, "could not open port")
@@ -144,12 +139,6 @@ def test_a_port_of_another_group(monkeypatch: Any, tmp_path: Any) -> None:
     monkeypatch.setattr(serial, "Serial", denied)
     with pytest.raises(fl.DeviceError, match=f"permission denied; sudo usermod -aG {group}"):
         SerialPipe(str(tmp_path))
-
-
-def test_a_file_that_is_no_port(tmp_path: Any) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(fl.DeviceError, match=r"file: cannot be opened \("):
-        fl.connect(f"serial://{tmp_path / 'file'}")
 
 
 def test_a_run_over_tcp_and_a_connection_that_ends(boards: Any, tmp_path: Any, monkeypatch: Any) -> None:

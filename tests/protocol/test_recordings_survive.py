@@ -188,11 +188,6 @@ def test_a_full_disk_ends_a_run_safely(small_disk: Path) -> None:
     assert run.sizes["time"] > 5000 and np.isfinite(run.f_m).all()
 
 
-def test_no_folder_to_write_to(tmp_path: Path) -> None:
-    with pytest.raises(fl.FrictionloopError, match=r"cannot be written"):
-        Spool(tmp_path / "none" / "run.h5", COLUMNS, 2e-4, ATTRS)
-
-
 def test_memory_does_not_grow_with_the_run(tmp_path: Path) -> None:
     """What a day leaves behind: blocks come and go."""
     import tracemalloc

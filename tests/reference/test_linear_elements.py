@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frictionloop.analysis import elements, linearise, lumped_gain
+from frictionloop.analysis import elements, lumped_gain
 from frictionloop.control.lookup import lookup_table
 from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import amplitude_for, friction_force
 from frictionloop.physics.reach import reachable
-from frictionloop.quantities import FrictionloopError
 
 
 def wrong_model(**more: float) -> System:
@@ -64,27 +63,3 @@ def test_the_default_point_is_the_middle_of_the_reachable_forces() -> None:
     assert point.amplitude_um == pytest.approx(float(amplitude_for(point.force_n, paper().friction)), rel=1e-14)
     assert elements(paper(), force_n=0.3).force_n == pytest.approx(0.3, rel=1e-14)
     assert elements(paper(), amplitude_um=2.5).amplitude_um == 2.5
-
-
-@pytest.mark.parametrize(
-    ("point", "says"),
-    [
-        ({"amplitude_um": 2.6}, "amplitude_um = 2.6 um: must be between 0 and 2.5"),
-        ({"amplitude_um": float("nan")}, "amplitude_um = nan"),
-        ({"force_n": 0.9}, "force_n = 0.9 N: must be between 0.074"),
-        ({"amplitude_um": 1.0, "force_n": 0.5}, "amplitude_um, force_n: give one"),
-    ],
-)
-def test_an_impossible_point_is_one_line(point: dict[str, float], says: str) -> None:
-    with pytest.raises(FrictionloopError, match=says):
-        linearise(paper(), **point)
-
-
-def test_a_frequency_or_reading_out_of_range_is_one_line() -> None:
-    loop = linearise(paper())
-    with pytest.raises(FrictionloopError, match=r"frequency_hz = 2501 Hz: .*2500"):
-        loop.frequency_response([1.0, 2501.0])
-    with pytest.raises(FrictionloopError, match="'sampled'"):
-        loop.frequency_response([1.0], reading="exact")  # type: ignore[arg-type]
-    with pytest.raises(FrictionloopError, match=r"controller.delay_s = 0.5 s: .*at most 1000"):
-        linearise(paper().evolve({"controller.delay_s": 0.5})).state_space()

@@ -207,21 +207,3 @@ def test_available_crossover() -> None:
     assert phase_lag(loop, as_it_is).total == pytest.approx(45.0)
     assert as_it_is < 100
     assert available_crossover_hz(linearise(fl.paper())) == pytest.approx(NYQUIST_HZ / 2)
-
-
-@pytest.mark.parametrize(
-    ("frequency", "psd", "peak", "options", "says"),
-    [
-        ([1.0, 2.0], [1.0, 1.0], 1.0, {}, "sensitivity_peak = 1: "),
-        ([1.0, 2.0], [1.0], 2.0, {}, "frequency_hz, psd: "),
-        ([2.0, 1.0], [1.0, 1.0], 2.0, {}, "frequency_hz: .*2500 Hz"),
-        ([1.0, 2600.0], [1.0, 1.0], 2.0, {}, "frequency_hz: .*2500 Hz"),
-        ([1.0, 2.0], [0.0, 0.0], 2.0, {}, "psd: .*not 0"),
-        ([1.0, 2.0], [1.0, -1.0], 2.0, {}, "psd: .*not negative"),
-        ([1.0, 2.0], [1.0, 1.0], 2.0, {"delay_periods": 0}, "delay_periods = 0: .*at least 1"),
-        ([1.0, 2.0], [1.0, 1.0], 2.0, {"zeros": [0.5]}, "zeros: "),
-    ],
-)
-def test_bad_input(frequency: list, psd: list, peak: float, options: dict, says: str) -> None:
-    with pytest.raises(fl.FrictionloopError, match=f"^[^\n]*{says}[^\n]*$"):
-        waterbed_bound(frequency, psd, peak, NYQUIST_HZ, **options)

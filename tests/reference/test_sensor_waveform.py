@@ -11,7 +11,6 @@ from sensor_waveform import waveform
 from frictionloop.hardware.sensor import front_end
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.quantities import FrictionloopError
 
 CALM = SensorDesign().evolve({"moving.q": 2.0})
 """A resonance that dies out in the 0.1 s before the response is taken: e^(-23)."""
@@ -164,16 +163,3 @@ def test_each_source_alone_has_its_share():
     ):
         ratio, error = measured_noise(silent | loud, 0.0, 0.4)
         assert ratio == pytest.approx(1.0, abs=4 * error + 0.006), loud
-
-
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        ((1e-7,), r"^duration_s = 1e-07 s: must be at least one period"),
-        ((math.nan,), r"^duration_s = nan s"),
-        ((1e-3, 7), r"^samples_per_period = 7: must be at least 8"),
-    ],
-)
-def test_bad_input(arguments, line):
-    with pytest.raises(FrictionloopError, match=line):
-        waveform(SensorDesign(), np.zeros_like, *arguments)

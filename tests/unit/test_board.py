@@ -83,29 +83,6 @@ def test_it_survives_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
-    [
-        ("board.force_axes", 3, r"board\.force_axes = 3: .*2"),
-        ("board.force_zero_counts", (0, 40000), r"board\.force_zero_counts\.1 = 40000: .*32767"),
-        ("board.force_zero_counts", (0,), r"board\.force_zero_counts"),
-        ("board.force_n_per_count", 0.0, r"board\.force_n_per_count"),
-        ("board.ceiling_um", -1.0, r"board\.ceiling_um"),
-        ("board.ramp_s", 0.11, r"board\.ramp_s = 0\.11 s: .*0\.1"),
-        ("board.ceilling_um", 1.0, r"board\.ceiling_um"),
-    ],
-)
-def test_what_no_board_is_wired_like_is_refused(path, value, said):
-    with pytest.raises(fl.FrictionloopError, match=said):
-        fl.bench().evolve({path: value})
-
-
-def test_a_ceiling_above_the_plate_is_refused_by_the_table_alone():
-    system = fl.bench().evolve({"board.ceiling_um": 3.0})
-    with pytest.raises(fl.FrictionloopError, match=r"board\.ceiling_um = 3 um: .* plate\.max_amplitude_um = 2\.5"):
-        firmware_words(system)
-
-
-@pytest.mark.parametrize(
     ("name", "word"),
     [("board.load_n_per_count", "touch.n_per_count"), ("board.position_m_per_count", "touch.m_per_count")],
 )

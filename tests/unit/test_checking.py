@@ -120,11 +120,6 @@ def test_the_table_lookup_has_no_loop():
     assert "NO-LOOP" in codes(found) and not {"PEOPLE-RING", "RING-MOIST"} & codes(found)
 
 
-def test_a_force_out_of_reach_is_refused_as_by_a_design():
-    with pytest.raises(fl.FrictionloopError, match="in reach"):
-        check(fl.bench().evolve({"setpoint.offset_n": 2.0}))
-
-
 @pytest.mark.slow
 def test_a_limit_observer_gets_a_margin_that_holds():
     there = fl.bench().evolve({**ONE_PLACE, **LIMIT_OBSERVER, "controller.susceptibility_margin": 0.5})

@@ -293,28 +293,6 @@ def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
 MODEL = {"controller.model.nominal_n": 0.9}
 
 
-@pytest.mark.parametrize(
-    ("more", "match"),
-    [
-        ({"seed": 3}, "seed = 3: must be another than for tuning"),
-        ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
-        ({"laws": ["lookup", "lookup"]}, "each once"),
-        ({"laws": []}, "law names"),
-        ({"speeds": ()}, "at least one speed"),
-        ({"speeds": (20.0, 20.0)}, "none of them twice"),
-        ({"speeds": (-1.0,)}, "speeds = -1 mm/s: must be from 2 to 500"),
-        ({"system": fl.paper()}, 'friction.kind = "gaussian": must be "finger"'),
-        ({"count": 0}, "n = 0"),
-        ({"duration_s": 0.3}, "duration_s = 0.3 s: .*0.4 s"),
-    ],
-    ids=str,
-)
-def test_bad_input_is_one_line(more, match):
-    with pytest.raises(fl.FrictionloopError, match=match) as error:
-        short(**more)
-    assert "\n" not in str(error.value)
-
-
 def test_entrants_of_ones_own_run_under_their_names():
     own = {"mine": lambda system: {"controller.kind": "lookup"}, "printed_pi": entrants.ENTRANTS["printed_pi"]}
     found, named = short(laws=own), short(laws=["lookup", "printed_pi"])

@@ -56,11 +56,6 @@ def test_gains_hold_at_the_ends():
     assert careful.overrides["controller.ki"] < plain.overrides["controller.ki"]
 
 
-def test_a_share_that_is_none_is_refused():
-    with pytest.raises(fl.FrictionloopError, match=r"delay_error = 0.7: must be from 0 to 0.5"):
-        Requirements(delay_error=0.7)
-
-
 def test_a_loop_at_an_end_is_that_of_the_other_bench():
     points = ITSELF.loops(BENCH.evolve({"controller.kind": "pi"}))
     found = leaning(points, Lean(ends=(("plate.q", 300.0),)))

@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop.design.noise_model import fit_shaping, identify_noise
-from frictionloop.parameters import bench, paper
+from frictionloop.parameters import bench
 from frictionloop.physics.roughness import WAVES
-from frictionloop.quantities import FrictionloopError
 
 STILL = {
     "motion.load_drift": 0.0,
@@ -64,12 +63,3 @@ def test_fit_finds_a_filter_of_its_own_kind(level, corner, centre, width, ratio)
     below = f <= 200
     error = 10 * np.log10(np.abs(filter_.at(2j * np.pi * f[below])[:, 0, 0]) ** 2 / (background + peak)[below])
     assert np.sqrt(np.mean(error**2)) < 1.5
-
-
-def test_what_is_refused() -> None:
-    with pytest.raises(FrictionloopError, match=r"^motion.kind = 'sliding'"):
-        identify_noise(paper())
-    with pytest.raises(FrictionloopError, match=r"^seeds = \[\]: "):
-        identify_noise(bench(), seeds=())
-    with pytest.raises(FrictionloopError, match=r"^density: .* 12 "):
-        fit_shaping(np.arange(1.0, 100.0), np.zeros(99))

@@ -174,9 +174,3 @@ def test_gaps_are_named_in_seconds_with_the_flags_that_cut_the_longest_part_out(
     assert "--disturbance.start_s 0.401 --disturbance.stop_s 0.999" in said
     cut = recording.model_copy(update={"start_s": 0.401, "stop_s": 0.999})
     np.testing.assert_array_equal(read_recording(cut, RATE_HZ), holes[401:])
-
-
-def test_a_refused_column_names_its_flag(tmp_path):
-    (tmp_path / "r.csv").write_text("time [s],force [N]\n0,0.1\n0.001,0.2\n0.002,0.1\n")
-    with pytest.raises(FrictionloopError, match=r"--disturbance\.column and .* holds times; accepted: 'force"):
-        found(fl.Recording(path=str(tmp_path / "r.csv")))

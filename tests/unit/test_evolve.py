@@ -74,24 +74,6 @@ def test_blocks_may_be_given_by_name():
         PAPER.evolve(controler={"kp": 3.0})
 
 
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (lambda: fl.Sine(amplitude=1.0), "Sine: unknown parameter 'amplitude'; did you mean amplitude_n (N)?"),
-        (lambda: fl.Sine(1.0), "Sine takes its values by name: Sine(offset_n=...)"),
-        (lambda: fl.PiController(kp=-1.0), "PiController: kp = -1.0 N/N: must be greater than or equal to 0"),
-        (fl.Recording, "Recording: path is missing"),
-        (lambda: fl.Steps(times_s=(1.0,)), "Steps: times_s = (1.0,): must be rising from 0"),
-        (lambda: fl.PiController(model={"nominal": 1.0}), "PiController: unknown parameter 'model.nominal'; did you"),
-    ],
-)
-def test_a_constructor_refuses_in_one_line(wrong, said):
-    with pytest.raises(fl.FrictionloopError) as caught:
-        wrong()
-    assert str(caught.value).startswith(said)
-    assert "\n" not in str(caught.value)
-
-
 def test_a_signal_of_a_new_kind_starts_from_its_defaults():
     changed = PAPER.evolve({"setpoint.kind": "sine", "setpoint.frequency_hz": 3.0})
     assert changed.setpoint == fl.Sine(frequency_hz=3.0)

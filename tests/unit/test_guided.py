@@ -88,13 +88,6 @@ def test_several_fingers_under_one_path_are_each_as_if_alone_bit_for_bit():
             np.testing.assert_array_equal(told[..., lane], loop.advance(path))
 
 
-def test_what_does_not_run_together_is_refused():
-    with pytest.raises(fl.FrictionloopError, match=r"^systems: "):
-        Guided([BENCH, BENCH.evolve({"controller.kind": "pi"})])
-    with pytest.raises(fl.FrictionloopError, match=r"^systems: 33;"):
-        Guided([BENCH] * 33)
-
-
 def test_what_cannot_be_moved_is_refused():
     with pytest.raises(fl.FrictionloopError, match=r'motion.kind = "sliding"'):
         Guided(fl.paper())

@@ -98,23 +98,6 @@ def test_a_system_that_is_none(run, system):
     assert "\n" not in str(error.value)
 
 
-SWEEP = {"controller.kp": [1.0, 2.0]}
-
-
-@pytest.mark.parametrize("change", ["absent", "text", "shape"])
-def test_a_sweep_whose_metrics_are_not_there(tmp_path, change):
-    path = tmp_path / "sweep.h5"
-    grid = fl.sweep(BASE, SWEEP, 0.02)
-    damaged = {
-        "absent": grid.drop_vars("rms_error"),
-        "text": grid.assign(rms_error=grid.rms_error.astype(str)),
-        "shape": grid.assign(rms_error=grid.rms_error.isel(seed=0, drop=True)),
-    }[change]
-    fl.save(damaged, path)
-    with pytest.raises(fl.FrictionloopError, match=r"sweep\.h5: .*rms_error"):
-        fl.sweep(BASE, SWEEP, 0.02, path=path, resume=True)
-
-
 def made(path, how):
     """Write a file that takes its values, or all the memory, from elsewhere."""
     other = path.with_name("other.h5")

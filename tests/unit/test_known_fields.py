@@ -118,10 +118,3 @@ def test_inner_blocks_are_looked_at_too():
     for form in (elements, device_words):
         with pytest.raises(fl.FrictionloopError, match=r"touch\.load\.gain = 2\.0"):
             form(system)
-
-
-def test_a_tip_that_sticks_at_its_speed_has_no_linear_analysis():
-    slow = {"friction.static_ratio": 1.4, "motion.speed_mm_s": 5.0}
-    elements(fl.bench().evolve(slow))  # 0.4 ln(1 + 0.02/0.1)/ln 11 = 0.030
-    with pytest.raises(fl.FrictionloopError, match=r"friction\.static_ratio = 1\.4.*motion\.speed_mm_s = 5"):
-        elements(fl.bench().evolve(slow | {"friction.static_um": 300.0}))  # 0.4 ln(1.6)/ln 11 = 0.078

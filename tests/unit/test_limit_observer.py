@@ -103,8 +103,3 @@ def test_it_has_no_more_gains_and_states_than_it_says():
 def test_what_does_not_fit_is_refused_by_name(changed, said):
     with pytest.raises(fl.FrictionloopError, match=said):
         BENCH.evolve(changed)
-
-
-def test_it_needs_a_resonance():
-    with pytest.raises(fl.FrictionloopError, match=r"controller\.model\.resonance_hz = 0 Hz: .*above 0"):
-        limit_observer_gains(BENCH.evolve({"controller.model.resonance_hz": 0.0}).controller)

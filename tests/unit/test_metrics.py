@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -229,24 +228,6 @@ def test_sums_and_traces_give_the_same_numbers(name, score_from_s):
         assert got == pytest.approx(value, rel=1e-9, abs=absolute.get(metric, 1e-9), nan_ok=True), metric
     if "constant" in name or "one level" in name:
         assert math.isnan(traces["r2_identity"])
-
-
-def test_a_run_without_its_system_has_no_bound():
-    with pytest.raises(fl.FrictionloopError, match="'system'"):
-        fl.r2_bound(RUN.drop_attrs())
-
-
-@pytest.mark.parametrize("metric", [fl.r2_identity, fl.regression, fl.r2_bound, fl.output_noise])
-@pytest.mark.parametrize("mask", [[True], np.ones(51, dtype=bool), True])
-def test_a_mask_is_as_long_as_the_run(metric, mask):
-    run = fl.simulate(fl.paper(), 0.01)
-    with pytest.raises(fl.FrictionloopError, match=rf"^mask: .*{re.escape(str(np.shape(mask)))}.*\(50,\)"):
-        metric(run, mask)
-
-
-def test_a_mask_keeps_something():
-    with pytest.raises(fl.FrictionloopError, match=r"^mask: "):
-        fl.rms_error(fl.simulate(fl.paper(), 0.01), np.zeros(50))
 
 
 def test_of_a_small_sine_the_loop_leaves_the_gain_of_its_sensitivity():

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware.parameter_words import device_words, firmware_words
-from frictionloop.quantities import FrictionloopError
+from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import BITS, parameter_words
 from frictionloop.sensing.touch import touch_coefficients
 
@@ -89,10 +88,3 @@ def test_what_a_sensor_cannot_tell_follows_from_bench_and_finger():
     assert values(fl.bench().evolve({"sensor.resonance_hz": 300.0}))["safety.hum_ticks"][0] == 50  # 3 periods
     assert values(fl.bench().evolve({"sensor.resonance_hz": 90.0}))["safety.hum_ticks"][0] == 45  # none fits
     assert values(fl.paper())["safety.hum_ticks"][0] == 45
-
-
-def test_what_the_firmware_cannot_do_is_refused_by_name():
-    with pytest.raises(FrictionloopError, match=r"controller\.rate_hz = 10000 Hz: .*\b5000\b"):
-        firmware_words(fl.bench().evolve({"controller.rate_hz": 10_000.0}))
-    with pytest.raises(FrictionloopError, match=r"drive\.largest_um = 8\.5 um: .*\b7\.9\b"):
-        device_words(fl.paper().evolve({"plate.max_amplitude_um": 8.5}))

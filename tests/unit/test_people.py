@@ -85,29 +85,6 @@ def test_a_population_as_a_file(tmp_path):
     assert fl.fingers(3, 0, population={"value": [{"path": F0, "median": 1.2, "spread": 0.0}]})[2][F0] == 1.2
 
 
-@pytest.mark.parametrize(
-    ("tree", "says"),
-    [
-        ({"value": [{"path": "sensor.q", "median": 1.0, "spread": 0.1}]}, "path = 'sensor.q'"),
-        ({"value": [{"path": "friction.speed_slope", "median": 1.0, "spread": 0.1}]}, "path = 'friction.speed_slope'"),
-        ({"value": [{"path": F0, "median": -1.0, "spread": 0.1}]}, "median"),
-        ({"value": [{"path": F0, "median": 1.0, "spread": 0.1}], "correlation": [[1.0, 0.2]]}, "= (1, 2): must be (1,"),
-        (
-            {
-                "value": [{"path": F0, "median": 1.0, "spread": 0.1}, {"path": TAU, "median": 1.0, "spread": 0.1}],
-                "correlation": [[1.0, 1.4], [1.4, 1.0]],
-            },
-            "correlation: ",
-        ),
-        ("nowhere.toml", "cannot be read"),
-    ],
-)
-def test_what_a_population_refuses(tree, says):
-    with pytest.raises(fl.FrictionloopError) as failure:
-        fl.fingers(2, 0, population=tree)
-    assert says in str(failure.value) and "\n" not in str(failure.value)
-
-
 def test_few_fingers():
     measured, _ = crowd(3)
     (few,) = people(measured).findings

@@ -105,13 +105,6 @@ def test_what_each_finger_replaces(found):
     assert (row["file"], row["least"], row["largest"]) == (0.5, min(loads), max(loads))
 
 
-def test_a_value_that_each_finger_brings_is_refused():
-    with pytest.raises(fl.FrictionloopError, match=r"motion\.load_n: each finger brings its own"):
-        fl.fingers_for(SYSTEM, 3, given=["motion.load_n"])
-    with pytest.raises(fl.FrictionloopError, match=r'friction\.kind = "gaussian": must be "finger"'):
-        fl.people(fl.paper(), 3)
-
-
 def test_fingers_of_a_measured_population(tmp_path):
     file = tmp_path / "people.toml"
     file.write_text('fingers = 4\n[[value]]\npath = "friction.nominal_n"\nmedian = 1.2\nspread = 0.0\n')

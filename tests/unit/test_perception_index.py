@@ -15,7 +15,6 @@ from scipy.integrate import quad
 from frictionloop.parameters import Skin
 from frictionloop.perception import force_threshold_n
 from frictionloop.perception.thresholds import THRESHOLD_UM
-from frictionloop.quantities import FrictionloopError
 
 RATE = 5000.0
 GRID = np.linspace(0, 2500, 10001)
@@ -107,45 +106,3 @@ def test_a_rate_of_twice_the_upper_limit_is_enough(samples):
 
 def test_a_stiffer_finger_feels_less():
     assert index_of_spectrum(GRID, FLAT, Skin(stiffness_n_m=2000.0)) < index_of_spectrum(GRID, FLAT)
-
-
-@pytest.mark.parametrize(
-    ("frequency", "density", "message"),
-    [
-        ([1.0, 500.0], [1.0, -1.0], "psd_n2_hz = -1 "),
-        ([1.0, 500.0], [1.0, math.nan], "psd_n2_hz = nan "),
-        ([1.0, 500.0], [1.0], r"psd_n2_hz has shape \(1,\): must be \(..., 2\)"),
-        ([1.0, 500.0], 1.0, r"psd_n2_hz has shape \(\)"),
-        ([500.0, 1.0], [1.0, 1.0], "frequency_hz has shape .* rising"),
-        ([1.0], [1.0], "frequency_hz has shape .* rising"),
-        (1.0, 1.0, "frequency_hz has shape .* rising"),
-        ([2.0, 500.0], [1.0, 1.0], "frequency_hz goes from 2 to 500 Hz: must cover band_hz, 1 to 500"),
-        ([1.0, 250.0], [1.0, 1.0], "frequency_hz goes from 1 to 250 Hz: must cover band_hz, 1 to 500"),
-        ([-1.0, 500.0], [1.0, 1.0], "frequency_hz = -1 Hz"),
-    ],
-)
-def test_a_spectrum_covers_the_band(frequency, density, message):
-    with pytest.raises(FrictionloopError, match=rf"^{message}"):
-        index_of_spectrum(frequency, density)
-
-
-@pytest.mark.parametrize("bad", [(0.5, 500.0), (1.0, 600.0), (40.0, 40.0), (50.0, 40.0), (1.0,), "low"])
-def test_a_band_lies_within_the_table(bad):
-    with pytest.raises(FrictionloopError, match=r"^band_hz "):
-        index_of_spectrum(GRID, FLAT, band_hz=bad)
-
-
-@pytest.mark.parametrize(
-    ("residual", "rate", "message"),
-    [
-        (np.zeros(4999), RATE, "residual_n lasts 0.9998 s: must last at least 1 s"),
-        (1.0, RATE, "residual_n lasts 0 s"),
-        ([math.nan] * 5000, RATE, "residual_n = nan N"),
-        ("x", RATE, "residual_n = 'x'"),
-        (np.zeros(5000), 999.0, "rate_hz = 999 Hz: must be finite and at least 1000"),
-        (np.zeros(5000), math.nan, "rate_hz = nan"),
-    ],
-)
-def test_a_residual_is_long_and_dense_enough(residual, rate, message):
-    with pytest.raises(FrictionloopError, match=rf"^{message}"):
-        index_of_residual(residual, rate)

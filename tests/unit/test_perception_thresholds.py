@@ -12,9 +12,9 @@ from scipy.interpolate import interp1d
 from scipy.optimize import minimize_scalar
 
 from frictionloop.parameters import Skin
-from frictionloop.perception import displacement_threshold_um, force_threshold_n, weighting_sos
+from frictionloop.perception import displacement_threshold_um, force_threshold_n
 from frictionloop.perception.thresholds import THRESHOLD_UM
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities import Lti
 
 frequency = st.floats(1, 500)
 finger = st.builds(
@@ -69,22 +69,3 @@ def test_a_stiff_finger_needs_more_force_below_its_resonance(f, tip):
     stiffer = tip.model_copy(update={"stiffness_n_m": 2 * tip.stiffness_n_m})
     if (2 * math.pi * f) ** 2 * tip.mass_kg < tip.stiffness_n_m:
         assert force_threshold_n(f, stiffer) > force_threshold_n(f, tip)
-
-
-@pytest.mark.parametrize("bad", [0.5, 501.0, math.nan, [1.0, 0.0], -3.0])
-@pytest.mark.parametrize("threshold", [displacement_threshold_um, force_threshold_n])
-def test_no_threshold_outside_the_table(threshold, bad):
-    with pytest.raises(FrictionloopError, match=r"^frequency_hz = .* Hz: must be finite and from 1 to 500$"):
-        threshold(bad)
-
-
-def test_a_frequency_is_a_number():
-    with pytest.raises(FrictionloopError, match=r"^frequency_hz = 'high': must be a number"):
-        force_threshold_n("high")
-
-
-@pytest.mark.parametrize("bad", ["thumb", Skin(damping_n_s_m=0.0)])
-@pytest.mark.parametrize("of", [force_threshold_n, weighting_sos])
-def test_what_has_no_impedance_is_no_finger(of, bad):
-    with pytest.raises(FrictionloopError, match=r"^finger = .*: must be a damped Skin$"):
-        of(5000.0 if of is weighting_sos else 10.0, bad)

@@ -101,21 +101,3 @@ def test_readings_and_the_simulated_carrier_stand_where_they_are_asked_for():
     assert all(each.largest <= each.allowed for each in found.carrier)
     assert {"block", "figures"} == set(found.tables()) - {"the paper's plate", "off the first-order envelope, %"}
     assert (plate().readings, plate().carrier) == ((), ())
-
-
-@pytest.mark.parametrize(
-    ("overrides", "asked", "said"),
-    [
-        ({"drive.quality_factor": 0}, {}, "drive.quality_factor = 0: must be greater than 0.5"),
-        ({"geometry.nodal_lines": 60}, {}, "nodal_lines = 60: must be whole, 2 to 47"),
-        ({"geometry.thick": 3}, {}, "unknown parameter 'geometry.thick'; did you mean geometry.thickness_mm"),
-        ({}, {"frequency_hz": 1e6}, "frequency_hz = 1e+06 Hz: must be at most"),
-        ({}, {"bandwidth_hz": 0.0}, "bandwidth_hz = 0 Hz: must be finite and above 0"),
-        ({"carrier.timer_hz": 1000.0}, {}, "timer_hz = 1000 Hz: must be at least"),
-    ],
-)
-def test_bad_input_is_one_line(overrides, asked, said):
-    with pytest.raises(FrictionloopError) as error:
-        plate(overrides=overrides, **asked)
-    assert str(error.value).startswith(said)
-    assert "\n" not in str(error.value)

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from frictionloop.hardware.plate.dispersion import _SERIES_BELOW, SHEAR, frequency_hz, wave_number_per_m
 from frictionloop.parameters.plate_design import Glass
-from frictionloop.quantities import FrictionloopError
 
 GLASS = Glass()
 materials = st.builds(
@@ -89,8 +88,3 @@ def test_more_bending_is_faster(kh, factor):
 def test_the_wave_number_is_found_again(glass, kh):
     k = kh / 3e-3
     assert wave_number_per_m(frequency_hz(k, 3.0, glass), 3.0, glass) == pytest.approx(k, rel=1e-9)
-
-
-def test_another_theory_is_refused():
-    with pytest.raises(FrictionloopError, match=r"^theory = 'thick' is unknown; accepted: 'lamb', 'mindlin', 'thin'$"):
-        frequency_hz(1.0, 3.0, GLASS, "thick")

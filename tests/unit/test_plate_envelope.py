@@ -23,7 +23,7 @@ from frictionloop.hardware.plate.envelope import (
 )
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.physics.plate import limit_step, linearise_plate, lowpass_step
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.quantities import Lti
 
 F0, Q = 46e3, 230.0
 
@@ -113,17 +113,6 @@ def test_poles_of_the_linearisation():
     assert abs(lti.response(0.0)) == pytest.approx(detuned_gain(F0, Q, 50.0), rel=1e-13)
     tuned = linearised(0.0)
     assert abs(tuned.response(100.0)) == pytest.approx(math.sqrt(0.5), rel=1e-13)
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
-def test_a_bandwidth_is_positive(bad):
-    with pytest.raises(FrictionloopError, match=r"^bandwidth_hz = .*: "):
-        quality_for_bandwidth(F0, bad)
-
-
-def test_a_bandwidth_as_wide_as_the_resonance_is_refused():
-    with pytest.raises(FrictionloopError, match=r"^bandwidth_hz = 50000 Hz: must be below the resonance, 46000$"):
-        quality_for_bandwidth(F0, 5e4)
 
 
 # The plate's envelope: step and frequency response of a first-order low-pass, and what the drive can do.

@@ -76,16 +76,6 @@ def test_it_is_written_too(tmp_path, ending):
     assert path.read_bytes().startswith(start)
 
 
-def test_refusals():
-    with pytest.raises(fl.FrictionloopError, match="result = "):
-        fl.plot(3.0)
-    with pytest.raises(fl.FrictionloopError, match="must end in "):
-        fl.plot(fl.simulate(fl.feasible(), 0.1), "run.bmp")
-    four = {"controller.kp": [1.0], "controller.ki": [1.0], "plate.cutoff_hz": [90.0], "controller.delay_s": [0.0]}
-    with pytest.raises(fl.FrictionloopError, match="result has 4 parameters"):
-        fl.plot(swept(four))
-
-
 def test_all_metrics_of_a_run_are_those_by_name():
     run = fl.simulate(fl.bench().evolve(fl.RETUNED), 3.0)
     found = fl.metrics(run)

@@ -51,15 +51,6 @@ def test_both_readers_take_the_same_rate_from_the_same_line(tmp_path, above, nam
     assert [each.unit for each in read_contents(path).channels] == ["N"]
 
 
-def test_two_rates_are_in_doubt_and_times_contradict_a_rate(tmp_path):
-    path = text(tmp_path, "# fs: 500\n# dt_ms: 1\nforce_n\n" + ROWS)
-    with pytest.raises(fl.FrictionloopError, match="in doubt: 'fs' in line 1 says 500 Hz, 'dt_ms' in line 2 says 1000"):
-        found(Recording(path=str(path), column="force"))
-    path = text(tmp_path, "# fs: 500\nt_s,force_n\n" + "".join(f"{k / 1000},{k}\n" for k in range(9)))
-    with pytest.raises(fl.FrictionloopError, match="1000 Hz by 't_s', 500 Hz by 'fs' in line 1"):
-        found(Recording(path=str(path), column="force"))
-
-
 def test_a_unit_above_is_that_of_the_only_signal_and_of_the_one_it_names(tmp_path):
     path = text(tmp_path, "# fs: 1000\n# unit: mN\nforce\n" + ROWS)
     assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8e-3)

@@ -11,7 +11,6 @@ from designed_notch import DESIGNED_NOTCH
 import frictionloop as fl
 from frictionloop.cli import main
 from frictionloop.perception.thresholds import force_threshold_n
-from frictionloop.quantities import FrictionloopError
 
 R = fl.rendering
 BENCH = fl.bench().evolve(DESIGNED_NOTCH)
@@ -127,27 +126,6 @@ def test_a_table_has_what_single_previews_have():
     assert float(cell.rms_error.sel(law="closed")) == pytest.approx(shown.closed_loop.rms_error_n, rel=1e-9)
     crowd = R.people("bump", BENCH, fingers, 40.0)
     assert np.allclose(table.spread.sel(effect="bump", speed_mm_s=40.0), crowd.spread_n)
-
-
-@pytest.mark.parametrize(
-    ("make", "line"),
-    [
-        (lambda: R.preview(R.Constant(level_n=2.0), BENCH), "effect = 2 to 2 N: "),
-        (lambda: R.preview(R.Grating(spacing_mm=0.02), BENCH, 20.0), "period 0.02 mm is 1000 Hz at 20 mm/s"),
-        (lambda: R.preview(3, BENCH), "effect = 3: "),
-        (lambda: R.preview("grating", BENCH, "fast"), "stroke = 'fast': "),
-        (lambda: R.preview("grating", BENCH, table=3), "table = 3: "),
-        (lambda: R.preview("grating", fl.paper()), 'motion.kind: must be "strokes"'),
-        (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "controller.kind = 'lookup'"),
-        (lambda: R.people("bump", BENCH, []), "fingers = 0: must be at least one"),
-        (lambda: R.preview("gratin", BENCH), "did you mean grating"),
-        (lambda: R.preview("grating", BENCH, 900.0), "touch.position.fastest_mm_s = 500"),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_is_one_line(make, line):
-    with pytest.raises(FrictionloopError) as error:
-        make()
-    assert line in str(error.value)
 
 
 def test_a_preview_is_drawn(tmp_path):

@@ -30,21 +30,9 @@ def test_a_gain_keeps_thirty_bits(value):
     assert math.ldexp(gain.mantissa, -gain.shift) == pytest.approx(value, rel=2.0**-30, abs=2.0**-63)
 
 
-@pytest.mark.parametrize("value", [2.0**31, -(2.0**31), 2.0**31 - 2.0**-10, math.inf, math.nan])
-def test_a_gain_that_does_not_fit_is_named(value):
-    with pytest.raises(FrictionloopError, match=r"^controller\.kp = .*: .*2\^31"):
-        to_gain(value, "controller.kp")
-
-
 @given(st.floats(-8, 8 - 2.0**-28))
 def test_q28_is_the_nearest(value):
     assert abs(to_q28(value, "force") * 2.0**-28 - value) <= 2.0**-29
-
-
-@pytest.mark.parametrize("value", [8.0, -8.1, math.nan, math.inf])
-def test_what_q28_does_not_hold_is_named(value):
-    with pytest.raises(FrictionloopError, match=r"^force = .*: .*-8 to 8"):
-        to_q28(value, "force")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 from scipy.signal import butter, lfilter, sosfilt
 
-import frictionloop as fl
 from frictionloop.identification import noise, rigs
 from frictionloop.parameters.calibration_bench import CalibrationBench
 
@@ -86,13 +85,6 @@ def test_bands_add_up():
     found = noise(recording(white(7)))
     total = np.sqrt(sum(rms**2 for rms in found.rms_n.values()))
     assert total == pytest.approx(np.std(white(7)), rel=0.02)
-
-
-def test_what_is_refused():
-    with pytest.raises(fl.FrictionloopError, match=r"duration = 0\.2 s"):
-        noise(recording(white(1, 1000)))
-    with pytest.raises(fl.FrictionloopError, match=r"interval_s = \(5.0, 20.0\) s"):
-        noise(recording(white(1)), (5, 20))
 
 
 def test_newtons_come_from_weights_of_the_same_unit_or_from_the_map():

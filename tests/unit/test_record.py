@@ -179,11 +179,6 @@ def test_a_failure_on_the_way_keeps_the_old_file(saved, monkeypatch):
     assert os.listdir(saved.parent) == [saved.name]
 
 
-def test_a_file_has_a_name():
-    with pytest.raises(fl.FrictionloopError, match="must be the name of a file"):
-        fl.save(fl.simulate(fl.paper(), 0.01), "")
-
-
 def test_a_run_as_a_table_comes_back_as_a_recording(tmp_path):
     """The table's columns are read by their names, with rate and unit found in its header."""
     fl.save(RUN, tmp_path / "run.csv")
@@ -206,8 +201,3 @@ def test_a_sweep_as_a_table_has_a_row_per_run(tmp_path):
 @pytest.mark.parametrize("name", ["run.xlsx", "run", "run.mat"])
 def test_other_endings_are_refused(tmp_path, name):
     assert "must end in .h5, .hdf5, .nc or .csv" in complaint(fl.save, RUN, tmp_path / name)
-
-
-def test_a_sweep_is_not_kept_in_a_table(tmp_path):
-    with pytest.raises(fl.FrictionloopError, match="must end in"):
-        fl.sweep(fl.feasible(), {"controller.kp": [1.0]}, 0.02, path=tmp_path / "grid.csv")

@@ -675,12 +675,6 @@ def test_a_variable_with_wrong_times_says_what_is_wrong(name):
         assert len(str(caught.value)) < 250
 
 
-@pytest.mark.parametrize("array", [[0.3, 0.5], np.array([0.3, 0.5])])
-def test_an_array_without_a_rate_is_refused(array):
-    with pytest.raises(FrictionloopError, match="rate_hz"):
-        paper().evolve({"disturbance": array})
-
-
 def test_samples_of_a_variable_take_its_rate_and_refuse_another():
     array = over([0.0, 0.01, 0.02], None, "mN", (300, 500, 400))
     assert (
@@ -695,20 +689,6 @@ def test_samples_of_a_variable_take_its_rate_and_refuse_another():
     assert Samples(values_n=xr.DataArray([0.3, 0.5], dims="k"), rate_hz=np.int64(50)).rate_hz == 50
     with pytest.raises(FrictionloopError, match="rate_hz = -1"):
         Samples(values_n=array, rate_hz=-1)
-
-
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        (over([0.0, 0.01, 0.02], force_units="dyn"), "unit = 'dyn': must be one of N, mN, uN, kN, cN, gf, kgf, lbf"),
-        (np.ones((3, 2)), r"values_n = .*float64 of shape \(3, 2\)"),
-        (np.ones(3, complex), "values_n = .*complex128"),
-        (np.array([1.0, np.nan]), "values_n.1 = nan: "),
-    ],
-)
-def test_an_array_that_is_no_force_is_refused(values, said):
-    with pytest.raises(FrictionloopError, match=said):
-        Samples(values_n=values, rate_hz=100)
 
 
 # Resampling

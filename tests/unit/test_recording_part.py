@@ -73,14 +73,6 @@ def test_a_blank_behind_a_gap_is_named_by_its_time(path, tmp_path):
         read_recording(Recording(path=path, column="force", start_s=10.6, stop_s=11.5), RATE_HZ)
 
 
-def test_times_that_start_again_have_no_part_that_can_be_named(tmp_path):
-    again = np.r_[np.arange(300), np.arange(300)] / RATE_HZ
-    np.savetxt(tmp_path / "f.csv", np.c_[again, again], delimiter=",", header="time_s,force", comments="")
-    with pytest.raises(FrictionloopError, match="no later than the row before") as refused:
-        read_recording(Recording(path=str(tmp_path / "f.csv"), column="force"), RATE_HZ)
-    assert "start_s" not in str(refused.value)
-
-
 def test_with_a_rate_given_the_part_is_that_of_the_times_and_a_gap_behind_it_is_not_told(path):
     before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=10.1, stop_s=10.25)
     assert scaled(before, "N").force[[0, -1]].tolist() == [100, 250]

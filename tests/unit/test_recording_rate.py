@@ -122,13 +122,6 @@ def test_recorders_bring_channels_by_name_with_their_rate(tmp_path, name):
         read_recording(Recording(path=str(path), column="nix", scale=1.0), 500.0)
 
 
-def test_volts_of_a_recorder_are_no_newtons(tmp_path):
-    pytest.importorskip("nptdms")
-    recorded_files.tdms(tmp_path / "a.tdms", {"ft": FORCE}, 500.0)
-    with pytest.raises(FrictionloopError, match=r"in V: scale"):
-        read_recording(Recording(path=str(tmp_path / "a.tdms")), 500.0)
-
-
 # A header with names for the first columns only: the others go by number, in a run as in `identify channels`.
 
 
@@ -163,11 +156,3 @@ def test_a_run_takes_the_columns_that_the_list_of_channels_has(path):
 def test_one_that_is_not_there_is_refused_with_all_that_are(path):
     with pytest.raises(fl.FrictionloopError, match=r"is not there \(names in line 1 for 3 of 6 .* from 0 to 5"):
         read_recording(fl.Recording(path=path, column="6"), RATE_HZ)
-
-
-@pytest.mark.parametrize("mark", [" ", ","])
-def test_a_longer_row_among_decimal_points_is_no_decimal_comma(tmp_path, mark):
-    (tmp_path / "f.txt").write_text("t_s Ft\n0.001 1.5\n0.002 2.5 3.5\n".replace(" ", mark))
-    with pytest.raises(fl.FrictionloopError, match="line 3: t_s is in a row of 3 cells, of 2 columns") as refused:
-        read_recording(fl.Recording(path=str(tmp_path / "f.txt"), column="Ft"), RATE_HZ)
-    assert "comma" not in str(refused.value)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.steps import SHOWN, uneven_in
+from frictionloop.quantities.steps import uneven_in
 from frictionloop.recordings.read import read_recording, scaled
 from frictionloop.recordings.told import found
 
@@ -44,22 +43,6 @@ def test_the_force_is_that_at_even_times(tmp_path, name, scale):
     assert f"straight lines: {mean_hz / 10:.3g} Hz loses up to 5 %" in found(even).uneven
 
 
-@pytest.mark.parametrize(
-    ("times", "name", "more", "says"),
-    [
-        (TIMES_S, "time_s", {"resample_hz": 50.0}, "resample_hz = 50 Hz: must be at least 7"),
-        (np.delete(TIMES_S, slice(300, 400)), "time_s", {}, "gap after line 301.* = 1.4 s"),
-        (TIMES_S[::-1], "time_s", {}, "usual step of|falling"),
-        (1e6 * TIMES_S, "time", {}, "unit of 'time' is missing"),
-        (TIMES_S, "a", {}, "column of times is missing"),
-    ],
-)
-def test_what_cannot_be_brought_to_even_times_is_one_line(tmp_path, times, name, more, says):
-    recording = written(tmp_path, times, name).model_copy(update={"resample_hz": 100.0, **more})
-    with pytest.raises(fl.FrictionloopError, match=says):
-        read_recording(recording, 100.0)
-
-
 def test_a_hole_is_left_out_by_the_part_and_a_blank_is_refused(tmp_path):
     times = np.delete(TIMES_S, slice(300, 400))
     recording = written(tmp_path, times).model_copy(update={"resample_hz": 100.0, "start_s": 12.0})
@@ -69,11 +52,6 @@ def test_a_hole_is_left_out_by_the_part_and_a_blank_is_refused(tmp_path):
     written(tmp_path, times, force=force)
     with pytest.raises(fl.FrictionloopError, match="line 902: force is 'nan'; no number at "):
         read_recording(recording, 100.0)
-
-
-def test_two_rates_are_refused():
-    with pytest.raises(fl.FrictionloopError, match="rate_hz and resample_hz"):
-        fl.feasible().evolve({"disturbance": {"kind": "recording", "path": "a", "rate_hz": 1.0, "resample_hz": 1.0}})
 
 
 def test_a_run_of_it(tmp_path):
@@ -136,21 +114,6 @@ def test_gaps_come_first_and_jitter_is_one_figure(tmp_path):
     assert beside.startswith(f"{missing}; steps up to") and "at most 0.00" in beside
 
 
-def test_many_gaps_are_counted(tmp_path):
-    times = np.delete(EVEN_S, range(10, 900, 10))
-    with pytest.raises(FrictionloopError) as refused:
-        found(recorded(tmp_path / "a.csv", times))
-    assert str(refused.value).count("before line") == SHOWN
-    assert f"and {89 - SHOWN} more; accepted" in str(refused.value)
-
-
-def test_a_gap_in_an_array_is_named_by_the_array_of_times(tmp_path):
-    times = kept(EVEN_S)
-    savemat(tmp_path / "a.mat", {"ft": np.full(times.size, 0.5), "t": times})
-    with pytest.raises(FrictionloopError, match="2 before column 't' at index 300, 1 before column 't' at index 698;"):
-        found(Recording(path=str(tmp_path / "a.mat"), column="ft"))
-
-
 # Samples at uneven times: refused, or brought to even ones where a map asks for it, and what was done is said.
 
 
@@ -205,21 +168,6 @@ def test_lost_samples_are_bridged_and_counted_a_hole_is_not(tmp_path):
     assert brought.more["gaps"] == 2 and brought.more["most_apart_ms"] == pytest.approx(6.0)
     with pytest.raises(fl.FrictionloopError, match=r"gap after row 699 = 0.202 s"):
         load(write(tmp_path / "b.csv", np.delete(times, slice(700, 800))), 500.0)
-
-
-@pytest.mark.parametrize(
-    ("times", "header", "says"),
-    [
-        (uneven(), "time_s,f,x", "must be at least 499.6, the mean rate"),
-        (uneven()[::-1], "time_s,f,x", "times at row 1 = 'falling'"),
-        (1e6 * uneven(), "time,f,x", "unit of 'time' is missing"),
-        (uneven(), "a,f,x", "column of times is missing"),
-    ],
-)
-def test_what_cannot_be_resampled_is_one_line(tmp_path, times, header, says):
-    hertz = 100.0 if "least" in says else 600.0
-    with pytest.raises(fl.FrictionloopError, match=says):
-        load(write(tmp_path / "a.csv", times, header=header), hertz)
 
 
 def test_a_project_asks_for_it(tmp_path):

@@ -77,21 +77,6 @@ def test_without_times_a_part_counts_from_the_first_sample(tmp_path):
         part(recording, start_s=-1.0)
 
 
-@pytest.mark.parametrize("given", [{}, {"rate_hz": RATE_HZ}])
-@pytest.mark.parametrize(
-    ("ends", "said"),
-    [
-        ({"start_s": 1.0}, "start_s = 1 s: must be from 3 to 4.999"),
-        ({"stop_s": 1.0}, "stop_s = 1 s: must be from 3 to 4.999"),
-        ({"start_s": 5.5}, "start_s = 5.5 s: must be from 3 to 4.999"),
-        ({"stop_s": 5.5}, "stop_s = 5.5 s: must be from 3 to 4.999"),
-    ],
-)
-def test_an_end_outside_the_times_is_refused(tmp_path, given, ends, said):
-    with pytest.raises(fl.FrictionloopError, match=said):
-        part(written(tmp_path, 3.0 + ROWS / RATE_HZ), **ends, **given)
-
-
 def test_a_part_lasts_from_its_start_or_from_the_first_time(tmp_path):
     recording = written(tmp_path, 3.0 + ROWS / RATE_HZ)
     for start_s in (None, 0.0, 3.0):

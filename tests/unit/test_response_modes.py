@@ -83,21 +83,6 @@ def test_a_stepped_sine_gives_the_sensor(tmp_path):
     assert low < 173.0 < high
 
 
-@pytest.mark.parametrize(
-    ("header", "channels", "says"),
-    [
-        ("f,gain", 'magnitude = { column = "gain" }', "channels = 'magnitude'"),
-        ("f,gain", 'frequency = { column = "f" }', "channels = 'frequency': must be frequency, and"),
-        ("f,gain", 'frequency = { column = "g" }', "'g' is unknown"),
-    ],
-)
-def test_a_table_that_is_no_response_is_one_line(tmp_path, header, channels, says):
-    hertz = np.linspace(100, 200, 20)
-    path = lab(tmp_path, header, (hertz, hertz), channels)
-    with pytest.raises(fl.FrictionloopError, match=says):
-        fl.identify.bench(path)
-
-
 def test_a_refusal_names_its_picture(tmp_path, capsys):
     draw = np.random.default_rng(2)
     hertz = np.linspace(60, 400, 120)
@@ -151,19 +136,6 @@ def test_a_table_reads_every_form(tmp_path):
     np.savez(tmp_path / "b.npz", f=hertz, h=values)
     map_ = {"frequency": "f", "response": "h"}
     np.testing.assert_allclose(response_table(opened(tmp_path / "b.npz", map_, table=True)).response, values)
-
-
-def test_decibels_are_read_and_suspected(tmp_path):
-    hertz = np.linspace(100, 200, 60)
-    size = np.abs(analytic(hertz, [(150.0, 20.0, 0.01)]))
-    table = np.column_stack([hertz, 20 * np.log10(size)])
-    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="f,size", comments="")
-    map_ = {"frequency": {"column": "f"}, "magnitude": {"column": "size", "unit": "dB"}}
-    found = response_table(opened(tmp_path / "a.csv", map_, table=True))
-    np.testing.assert_allclose(np.abs(found.response), size, rtol=1e-9)
-    map_["magnitude"] = {"column": "size"}
-    with pytest.raises(fl.FrictionloopError, match="magnitude = -"):
-        response_table(opened(tmp_path / "a.csv", map_, table=True))
 
 
 @pytest.mark.slow

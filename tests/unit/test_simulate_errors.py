@@ -112,16 +112,6 @@ def test_a_disturbance_faster_than_the_control_rate_can_resolve(disturbance, tol
     assert fl.simulate(CONSTANT.evolve({"setpoint": disturbance}), 0.01).sizes["time"] == 50
 
 
-@pytest.mark.parametrize(
-    "use", [fl.simulate, fl.Stepper, fl.linearise, fl.kp_limit, fl.reachable, fl.to_toml, lambda s: fl.sweep(s, {})]
-)
-@pytest.mark.parametrize("given", ["paper", None, fl.Friction()], ids=repr)
-def test_a_system_is_a_system(use, given):
-    with pytest.raises(fl.FrictionloopError, match=r"^system = .*: .*System") as failure:
-        use(given)
-    assert "\n" not in str(failure.value)
-
-
 # Bad input to a bench: one line that names the parameter, what was given and what would be accepted.
 
 
@@ -249,23 +239,3 @@ def test_where_nothing_is_scored_there_is_no_number():
 
 
 # What is no run, and what are no points, is refused in one line.
-
-
-@pytest.mark.parametrize("given", [3, None, "run.h5", {}])
-@pytest.mark.parametrize(
-    "metric", [fl.metrics, fl.r2_identity, fl.rms_error, fl.r2_bound, fl.saturation_index, fl.regression]
-)
-def test_what_is_no_run_has_no_score(metric, given):
-    with pytest.raises(fl.FrictionloopError, match=rf"^run\b.* {type(given).__name__}\b.*fl\.simulate"):
-        metric(given)
-
-
-def test_a_grid_has_its_metrics_already():
-    grid = fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, duration_s=0.01)
-    with pytest.raises(fl.FrictionloopError, match=r"^run: Dataset is no run"):
-        fl.metrics(grid)
-
-
-def test_a_sweep_of_no_points_is_refused():
-    with pytest.raises(fl.FrictionloopError, match=r"^points = 3: .*\{path: values"):
-        fl.sweep(fl.paper(), 3, duration_s=0.01)

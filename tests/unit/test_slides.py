@@ -33,23 +33,6 @@ def test_two_estimators_of_the_spectrum(power):
     assert np.mean([slide.slope_welch for slide in found]) == pytest.approx(power, abs=0.3)
 
 
-def test_electroadhesion_is_refused_by_name():
-    run = strokes()
-    rising = np.abs(run.f_m.values)
-    with pytest.raises(fl.FrictionloopError, match="electroadhesion"):
-        friction(run.assign(amplitude=("time", rising, {"units": "V"})))
-    friction(run.assign(amplitude=("time", rising.max() - rising, {"units": "um"})))
-
-
-def test_a_record_without_a_slide_is_refused():
-    run = strokes()
-    still = run.assign(position=("time", 0 * run.position.values, {"units": "m"}))
-    with pytest.raises(fl.FrictionloopError, match="slides = 0"):
-        friction(still)
-    with pytest.raises(fl.FrictionloopError, match="no column 'load'"):
-        friction(run.drop_vars("load"))
-
-
 def test_a_simulated_bench():
     """The finger of the bench slides on a plate that is still: friction over load is that of its law."""
     flat = {"friction.roughness_rms": 0.0, "friction.occlusion_ratio": 1.0, "friction.load_exponent": 1.0}

@@ -121,17 +121,6 @@ def test_a_command_must_be_finite(command):
     assert loop.time_s == 0.0  # nothing has happened
 
 
-def test_this_plant_knows_no_motion():
-    with pytest.raises(fl.FrictionloopError, match="motion"):
-        fl.Stepper(BASE).tick(1.0, motion=(0.0, 0.02, 0.5))
-
-
-@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "a", None])
-def test_a_bad_seed_is_one_line(seed):
-    with pytest.raises(fl.FrictionloopError, match="seed"):
-        fl.Stepper(BASE, seed)
-
-
 @pytest.mark.parametrize("system", [BASE, fl.bench()], ids=["paper", "bench"])
 def test_after_a_reset_it_is_a_new_one(system):
     loop = fl.Stepper(system, seed=3)

@@ -270,8 +270,3 @@ def test_points_of_a_list_and_words():
     assert math.isfinite(listed.peaks[0]) and math.isinf(listed.peaks[1])
     words = fl.best(fl.sweep(fl.feasible(), {"setpoint.kind": ["log_sweep", "constant"]}, 0.1))
     assert words.best["r2_identity"].point == {"setpoint.kind": "log_sweep"}
-
-
-def test_what_is_no_sweep_is_refused():
-    with pytest.raises(fl.FrictionloopError):
-        fl.best(fl.simulate(fl.paper(), 0.1))

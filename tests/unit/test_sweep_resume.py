@@ -120,16 +120,6 @@ def test_points_of_other_code_are_refused(monkeypatch, tmp_path):
     assert path.read_bytes() == before
 
 
-def test_a_run_is_no_sweep_to_resume(tmp_path):
-    path = tmp_path / "run.h5"
-    fl.save(fl.simulate(BASE, 0.02), path)
-    with pytest.raises(fl.FrictionloopError, match=r"\.h5: .*another sweep"):
-        fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS)
-    path.write_bytes(b"not HDF5")
-    with pytest.raises(fl.FrictionloopError, match="cannot be read"):
-        fl.sweep(BASE, KPS, path=path, resume=True, **OPTIONS)
-
-
 def test_a_real_signal_while_threads_work(monkeypatch, tmp_path):
     """Not an exception of our own: SIGINT reaches the main thread while workers run in others."""
     run_tile, calls = sweep_module.run_tile, []

@@ -195,24 +195,6 @@ BAD_FILES = {
 }
 
 
-@pytest.mark.parametrize(
-    ("content", "ends"),
-    [
-        ("[plate]\nq = = 3", "(at line 2, column 5): 'q = = 3'"),
-        ('preset = "bench"\n\n[sensor]\nq = 2\n[plate]\nq = -3 # mine', "(line 6: 'q = -3 # mine')"),
-        ('preset = "bench"\nplate.q = -3', "(line 2: 'plate.q = -3')"),
-        ('preset = "bench"\n[controller.model]\nplate_hz = "no"', "(line 3: 'plate_hz = \"no\"')"),
-        ('preset = "bench"\n[plate]\ncutof_hz = 3', "(line 3: 'cutof_hz = 3')"),
-        (WHOLE.replace("kp = 10.0", "kp = true"), "'kp = true  # N/N: Proportional gain K_p (paper, Sec. 2.3)')"),
-    ],
-)
-def test_a_bad_value_is_shown_with_its_line(tmp_path, content, ends):
-    (tmp_path / "bad.toml").write_text(content)
-    with pytest.raises(fl.FrictionloopError) as failure:
-        fl.read_toml(tmp_path / "bad.toml")
-    assert str(failure.value).endswith(ends)
-
-
 @pytest.mark.parametrize("case", BAD_FILES)
 def test_a_bad_file_is_one_line_that_names_it(tmp_path, case):
     content, told = BAD_FILES[case]
@@ -224,22 +206,6 @@ def test_a_bad_file_is_one_line_that_names_it(tmp_path, case):
     assert line.startswith(f"{path}: ")
     assert told in line
     assert "\n" not in line
-
-
-def test_unreadable_files(tmp_path):
-    with pytest.raises(fl.FrictionloopError, match="No such file"):
-        fl.read_toml(tmp_path / "none.toml")
-    with pytest.raises(fl.FrictionloopError, match="directory"):
-        fl.read_toml(tmp_path)
-    binary = tmp_path / "binary.toml"
-    binary.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(fl.FrictionloopError, match=r"binary\.toml: .*UTF-8"):
-        fl.read_toml(binary)
-
-
-def test_writing_where_there_is_no_folder(tmp_path):
-    with pytest.raises(fl.FrictionloopError, match="cannot be written"):
-        fl.write_toml(fl.paper(), tmp_path / "nowhere" / "system.toml")
 
 
 def test_writing_replaces_the_old_file_whole(tmp_path):
@@ -320,24 +286,6 @@ def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
     path = tmp_path / "bench.toml"
     path.write_bytes(b'\xef\xbb\xbfpreset = "bench"\n[controller]\nkp = 3\n')
     assert fl.read_toml(path) == fl.bench().evolve({"controller.kp": 3.0})
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ('preset = "bench"'.encode("utf-16"), "UTF-8 (byte 0)"),
-        (b"", 'is empty; accepted: preset = "paper"'),
-        (b"# nothing yet\n", 'is empty; accepted: preset = "paper"'),
-        (b'preset = "bench"\nmotion.speed_mm_s = [30, 100]\n', "sweep --over, design controller --speeds 30,100"),
-    ],
-)
-def test_files_of_another_kind_say_what_they_are(tmp_path, content, said):
-    path = tmp_path / "bench.toml"
-    path.write_bytes(content)
-    with pytest.raises(fl.FrictionloopError) as caught:
-        fl.read_toml(path)
-    assert said in str(caught.value)
-    assert str(caught.value).startswith(f"{path}: ")
 
 
 def test_where_a_default_comes_from_is_not_said_of_a_value_that_was_given():

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from numba import njit
 from scipy.linalg import solve_discrete_lyapunov
 
-from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
-from frictionloop.quantities import FrictionloopError
-from frictionloop.sensing.touch import CREEP_M_S, TouchState, check_follows, touch_coefficients, touch_step
+from frictionloop.parameters.motion import LoadCells, PositionSensor, Touch
+from frictionloop.sensing.touch import CREEP_M_S, TouchState, touch_coefficients, touch_step
 
 DT = 2e-4
 QUIET = Touch(position=PositionSensor(noise_um=0.0), load=LoadCells(noise_n=0.0))
@@ -223,12 +222,3 @@ def test_lanes_have_the_bits_of_a_single_step(lanes):
     for row, (tracked, speed, position, load, z) in zip(together, lanes, strict=True):
         state, seen = touch_step((tracked, speed, 0.4, 1e-3, 1e-4, -1.0, 0.02), position, load, z, -z, coefficients)
         assert tuple(row) == (*state, *seen)
-
-
-def test_strokes_that_the_sensors_do_not_follow_are_refused():
-    check_follows(Sliding(), Touch())
-    check_follows(Strokes(speed_mm_s=500.0), Touch())
-    with pytest.raises(FrictionloopError, match=r"^motion\.speed_mm_s = 501 mm/s: .*\.fastest_mm_s = 500$"):
-        check_follows(Strokes(speed_mm_s=501.0), Touch())
-    with pytest.raises(FrictionloopError, match=r"^motion\.stroke_mm = 300 mm: .*\.length_mm = 255$"):
-        check_follows(Strokes(stroke_mm=300.0), Touch())

@@ -37,16 +37,6 @@ def test_a_value_of_a_file_is_asked_about_in_what_describes_it(tmp_path):
     assert doubt.remedy == {"plate.max_amplitude_um": pytest.approx(2.5)}
 
 
-def test_a_refused_delay_in_microseconds_names_what_was_meant(tmp_path):
-    with pytest.raises(
-        fl.FrictionloopError, match=r"controller.delay_s = 250.0 s: must be .* did you mean 0.00025 s\?$"
-    ):
-        fl.bench().evolve({"controller.delay_s": 250.0})
-    (tmp_path / "mine.toml").write_text('preset = "bench"\n[controller]\ndelay_s = 250\n')
-    with pytest.raises(fl.FrictionloopError, match=r"did you mean 0.00025 s\?"):
-        fl.read_toml(tmp_path / "mine.toml")
-
-
 def test_nothing_is_no_question():
     assert list(unusual(fl.paper().evolve({"sensor.noise_rms_n": 0.0, "disturbance.amplitude_n": 0.0}))) == []
 

@@ -8,7 +8,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.parameters.aliases import GUESSES
-from frictionloop.quantities import FrictionloopError, check_each_once, check_known
+from frictionloop.quantities import check_each_once, check_known
 
 BENCH = fl.bench()
 
@@ -109,20 +109,6 @@ def test_no_value_makes_a_hint_fail(block, word, given):
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "said"),
-    [
-        ("contact", "slider", "0 of a slider"),
-        ("bristle_stiffness_n_m", 2e4, "0.6 N"),
-        ("bristle_damping_n_s_m", 1.4, "no damper"),
-    ],
-)
-def test_a_contact_of_before_is_told_its_slip_length(name, given, said):
-    with pytest.raises(fl.FrictionloopError, match=f"finger.{name}.*finger.slip_length_um.*{said}") as error:
-        fl.bench().evolve({f"finger.{name}": given})
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize(
     ("name", "said"),
     [
         ("compliance_um_per_n", "slip_length_um = 30 um"),
@@ -146,21 +132,3 @@ def test_what_is_there_once_is_accepted():
     check_known("laws", ["observer", "lookup"], THERE)
     check_known("laws", [], THERE)
     check_each_once("laws", "law", ["observer", "lookup"])
-
-
-@pytest.mark.parametrize(
-    ("name", "line"),
-    [
-        ("obsever", "^laws: 'obsever' .*did you mean observer.*lookup, retuned_pi, observer$"),
-        ("xyz", "^laws: 'xyz' is unknown; accepted: lookup, retuned_pi, observer$"),
-    ],
-)
-def test_an_unknown_name_is_told_with_near_ones(name, line):
-    with pytest.raises(FrictionloopError, match=line):
-        check_known("laws", ["lookup", name], THERE)
-
-
-@pytest.mark.parametrize(("names", "said"), [((), "''"), (("a", "b", "a"), "'a,b,a'")])
-def test_none_or_twice_is_refused(names, said):
-    with pytest.raises(FrictionloopError, match=f"^laws = {said}: "):
-        check_each_once("laws", "law", names)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import frictionloop as fl
 from frictionloop.identification import rigs, straightness, weights
 from frictionloop.parameters.calibration_bench import CalibrationBench
 
@@ -88,10 +87,3 @@ def test_a_wrong_unit_is_suspected_aloud(factor, word):
 def test_masses_in_grams_are_suspected():
     doubts = straightness(weights(table(1e3 * UP, 0.7 * UP * G))).findings
     assert "unit = g" in [each.remedy for each in doubts]
-
-
-def test_what_a_table_refuses():
-    with pytest.raises(fl.FrictionloopError, match="3 or more"):
-        weights(table([0, 0.1], [0, 1]))
-    with pytest.raises(fl.FrictionloopError, match="slope of f_m = 0"):
-        weights(table(UP, np.ones(8)))
