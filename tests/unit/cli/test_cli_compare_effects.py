@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-import pytest
-
 import frictionloop as fl
 from frictionloop.design.comparison.effect_comparison import arrived, compare_effects
 from frictionloop.design.comparison.protocol import able, population
@@ -53,21 +51,3 @@ def test_what_is_kept_is_not_run_again():
         fl.bench(), ["bump"], ["lookup"], 6, speeds_mm_s=[80.0], kept=kept, save=lambda: saved.append(1)
     )
     assert (found.cells, saved) == ({("lookup", "bump", 80.0): {"contrast": 7.0}}, [])
-
-
-@pytest.mark.parametrize(
-    ("more", "line"),
-    [
-        (("--effects", "gratin"), "effect: 'gratin' is unknown; did you mean grating"),
-        (("--effects", "bump", "--out", "r.h5"), "out = r.h5: not with effects"),
-        (("--effects", "bump", "--duration-s", "5"), "duration_s = 5.0: not with effects"),
-        (("--effects", "bump", "--seed", "3"), "must be another than for tuning"),
-        (("--effects", "bump", "--speeds", "900"), "speeds = 900 mm/s: must be from 2 to 500"),
-    ],
-)
-def test_what_is_wrong_is_one_line(frictionloop, more, line):
-    kept = [word for k in range(1, len(WORDS), 2) if WORDS[k] not in more for word in WORDS[k : k + 2]]
-    answer = frictionloop("compare", *kept, *more)
-    assert (answer.code, answer.out) == (2, "")
-    assert line in answer.err
-    assert len(answer.err.strip().splitlines()) == 1

@@ -103,21 +103,6 @@ def test_a_folder_stands_for_the_image_in_it(frictionloop, tmp_path):
     assert "teensy31.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
 
 
-@pytest.mark.parametrize(
-    ("address", "says"),
-    [
-        ("simulator:", "address = 'simulator:': must be sim:, emulated:"),
-        ("serial:///dev/no-such-port", "/dev/no-such-port: no such port; there is "),
-        ("tcp://localhost", "address = 'tcp://localhost': must be sim:"),
-        ("emulated:no-such.elf", "no-such.elf"),
-        ("COM9", "address = 'COM9': must be serial://COM9"),
-        ("/dev/ttyACM0", "address = '/dev/ttyACM0': must be serial:///dev/ttyACM0"),
-    ],
-)
-def test_an_address_where_nothing_is(frictionloop, address, says):
-    assert says in refused(frictionloop("device", "info", address))
-
-
 def test_an_address_is_refused_before_what_drives_a_device_is_loaded():
     script = """
 import sys
@@ -156,31 +141,6 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
     lowest = model.nominal_n * np.exp(-model.susceptibility_per_um2 * model.max_amplitude_um**2)
     assert said["before"]["law.low_n"] == pytest.approx(lowest, rel=1e-3)
     assert said["after"]["law.low_n"] == pytest.approx(0.2, abs=2**-28)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["drive.ceilng_um=2"], "parameter 'drive.ceilng_um': unknown; near: drive.ceiling_um"),
-        (
-            ["xyzzy=1"],
-            "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
-        ),
-        (["kp=3"], "parameter: 'kp' is unknown; did you mean controller.kp?"),
-        (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
-        (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
-        (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
-        (["force.zero_counts=1"], "force.zero_counts = 1 numbers: must be 2"),
-        (["drive.ceiling_um"], "'drive.ceiling_um': must be NAME=VALUE, such as controller.kp=0.05"),
-        (["drive.ceiling_um="], "'drive.ceiling_um=': must be NAME=VALUE"),
-        (["=2"], "'=2': must be NAME=VALUE"),
-        ([], "set: needs NAME=VALUE or --system FILE"),
-        (["--system", "nothing.toml"], "nothing.toml"),
-        (["law.low_n=0.9", "law.high_n=0.1"], "commit: refused, law.high_n = 0.1 N"),
-    ],
-)
-def test_what_is_not_set_is_one_line(frictionloop, arguments, says):
-    assert says in refused(frictionloop("device", "set", "sim:", *arguments))
 
 
 HOLD = ("controller.kp=0.04", "controller.ki=100")
@@ -261,13 +221,6 @@ def test_what_a_board_that_nobody_described_cannot_tell_needs_its_system(frictio
     assert frictionloop("device", "set", "sim:", "law.number=2").code == 0
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=1"))
     assert said.startswith("law = 'lookup': must be pi; ")
-
-
-def test_a_parameter_as_a_flag_is_told_how_it_is_written_here(frictionloop):
-    said = refused(frictionloop("device", "set", "sim:", "--controller.kp", "5000"))
-    assert said == "--controller.kp: is no option here; without dashes: controller.kp=5000"
-    said = refused(frictionloop("device", "info", "sim:", "--controller.kp", "5000"))
-    assert said == "Unknown option: --controller.kp. device info takes no parameters of a system; see --help"
 
 
 @pytest.mark.slow
@@ -448,24 +401,6 @@ def test_a_run_clears_the_fault_of_the_one_before(frictionloop, monkeypatch, kep
     assert asked == ["done", "done"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--duration-s", "0"], "duration_s = 0"),
-        (["--decimation", "0"], "decimation = 0: must be a whole number from 1 to 65535"),
-        (["--controller.rate_hz", "10000"], "controller.rate_hz = 10000 Hz: must be 5000"),
-        (["--out", "run.csv"], "out = 'run.csv'"),
-        (["--plot", "run.h5"], "plot = 'run.h5'"),
-        (["--out", "nowhere/run.h5"], "nowhere"),
-        (["--contoller.kp", "1"], "contoller.kp"),
-        (["missing.toml"], "missing.toml"),
-    ],
-)
-def test_a_run_that_is_refused_leaves_no_file(frictionloop, tmp_path, arguments, says):
-    assert says in refused(frictionloop("device", "run", "sim:", *arguments))
-    assert list(tmp_path.iterdir()) == []
-
-
 # --------------------------------------------------------------------------------------------------------------- clear
 
 
@@ -505,16 +440,6 @@ def test_lines_of_the_monitor_have_every_channel(frictionloop):
     assert of["load"] == pytest.approx(system.motion.load_n, rel=0.3)
     assert of["speed"][-1] == pytest.approx(system.motion.speed_mm_s, rel=0.3)
     assert np.diff(of["position"])[-1] == pytest.approx(0.05 * of["speed"][-1], rel=0.3)
-
-
-@pytest.mark.parametrize("rate", ["0", "-1", "101", "nan", "inf"])
-def test_a_rate_that_nobody_can_read_is_refused(frictionloop, rate):
-    assert "must be above 0, at most 100" in refused(frictionloop("device", "monitor", "sim:", "--rate-hz", rate))
-
-
-@pytest.mark.parametrize("duration", ["0", "-1", "nan", "inf"])
-def test_a_time_without_end_or_beginning_is_refused(frictionloop, duration):
-    assert "must be above 0 and finite" in refused(frictionloop("device", "monitor", "sim:", "--duration-s", duration))
 
 
 # --------------------------------------------------------------------------------------------------------------- flash

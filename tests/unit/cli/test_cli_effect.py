@@ -30,23 +30,6 @@ def test_an_effect_is_changed_without_code(frictionloop):
     )
 
 
-@pytest.mark.parametrize(
-    ("change", "line"),
-    [
-        (
-            "of.1.height",
-            "effect.of.1.height: is unknown; accepted instead of 'height': kind, height_mm, width_mm, load_n",
-        ),
-        ("of.2.height_mm", "effect.of.2.height_mm: is unknown; accepted instead of '2': 0, 1"),
-        ("of.1.width_mm", "effect: of.1.width_mm = -1 mm: must be greater than 0"),
-    ],
-)
-def test_what_an_effect_does_not_have_is_one_line(frictionloop, change, line):
-    answer = frictionloop("effect", "check", "bump", f"--effect.{change}=-1")
-    assert (answer.code, answer.out) == (2, "")
-    assert line in answer.err
-
-
 def test_a_picture_of_heights_and_a_model_of_a_recording_come_in_without_code(frictionloop):
     Image.fromarray(np.tile(np.arange(0, 200, 4, dtype=np.uint8), (4, 1))).save("ramp.png")
     scale = ("--mm-per-pixel", "0.2", "--polarity", "bright", "--low-n", "0", "--high-n", "1")

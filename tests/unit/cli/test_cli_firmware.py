@@ -57,33 +57,6 @@ def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(tmp_path)
     assert fl.firmware.export(fl.bench().evolve({"controller.kind": "lookup"}), tmp_path / "table").stable
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("--preset", "bench", "--controller.rate_hz", "10000"), "controller.rate_hz = 10000 Hz: must be 5000"),
-        (("--preset", "bench", "--controller.kind", "pi", "--controller.kp", "1e12"), "kp"),
-    ],
-)
-def test_what_the_firmware_cannot_do_is_one_line_and_no_file(frictionloop, tmp_path, arguments, says):
-    folder = tmp_path / "table"
-    refused = frictionloop("firmware", "export", *arguments, "--out", str(folder))
-    assert refused.code == 2 and says in refused.err and refused.err.count("\n") == 1
-    assert not folder.exists()
-
-
-def test_a_folder_that_is_a_file_is_refused(frictionloop, tmp_path):
-    (tmp_path / "table").write_text("mine")
-    refused = frictionloop("firmware", "export", *PI, "--out", str(tmp_path / "table"))
-    assert refused.code == 2 and "must be a folder" in refused.err
-    assert (tmp_path / "table").read_text() == "mine"
-
-
-def test_an_unknown_board_is_refused_before_anything_is_written(frictionloop, tmp_path):
-    refused = frictionloop("firmware", "build", *PI, "--board", "uno", "--out", str(tmp_path / "image"))
-    assert refused.code == 2 and "board = 'uno'" in refused.err and "teensy31" in refused.err
-    assert not (tmp_path / "image").exists()
-
-
 def test_help_lists_every_board(frictionloop, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     out = frictionloop("firmware", "build", "--help").out

@@ -113,20 +113,6 @@ def test_reproduce_makes_a_claim_alone(frictionloop):
     assert not Path("report").exists()
 
 
-def test_reproduce_of_an_unknown_name_is_one_line(frictionloop):
-    answer = frictionloop("reproduce", "--only", "resonances")
-    assert (answer.code, answer.out) == (2, "")
-    assert answer.err.startswith("error: only = 'resonances': is neither figure nor claim; near are resonance")
-    assert answer.err.count("\n") == 1
-
-
-def test_reproduce_into_a_folder_that_cannot_be_made(frictionloop):
-    Path("file").write_text("")
-    answer = frictionloop("reproduce", "--out", "file")
-    assert (answer.code, answer.out) == (2, "")
-    assert answer.err == "error: file: cannot be made (Not a directory)\n"
-
-
 def test_a_command_that_is_told_to_end_is_interrupted_as_by_ctrl_c(monkeypatch, capsys):
     """A limit on time sends SIGTERM; a sweep keeps and tells what is done then."""
     from frictionloop.cli import app

@@ -171,20 +171,3 @@ def test_fingers_that_were_interrupted_go_on(frictionloop, monkeypatch):
     answer = frictionloop(*POPULATION, "--out", "f.h5")
     assert answer.code == 130
     assert answer.err.startswith("interrupted: 4 of 4 runs done, kept in f.h5\ncontinue with: ")
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--over", "controller.kp=1,2", "--population", "p.toml"), "population: accepted with --fingers N"),
-        (("--fingers", "3", "--friction.nominal_n", "2"), "friction.nominal_n: each finger brings its own"),
-        (("--fingers", "3", "--over", "controller.kp=1,2"), "over: give --over"),
-        (("--fingers", "3", "--coefficients", "2,1"), "coefficients = '2,1': must be"),
-        ((), "over: give --over"),
-    ],
-    ids=str,
-)
-def test_what_is_wrong_is_one_line(frictionloop, words, said):
-    answer = frictionloop("sweep", "--preset", "bench", *words)
-    assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
-    assert answer.err.startswith(f"error: {said}")

@@ -19,7 +19,6 @@ from frictionloop.findings import CATALOGUE
 DESIGN, CONTROLLER, CHECK = "design", ("design", "controller"), ("design", "check")
 WEAK = ("--controller.kind", "pi", "--controller.kp", "0", "--controller.ki", "7")
 ASKED = ("--slip-lengths-um", "11.5", "--sensitivity-peak", "1.6")
-STILL = ("--finger.kind", "rigid", "--setpoint.kind", "constant", "--setpoint.offset_n", "0.6")
 RINGS = ("--controller.kind", "pi", "--controller.kp", "0.05", "--controller.ki", "60", "--slip-lengths-um", "0")
 
 
@@ -81,34 +80,6 @@ def test_flags_of_what_must_hold_are_fields_of_requirements():
         speeds_mm_s=(20.0, 60.0), loads_n=(0.4,), slip_lengths_um=(0.0, 30.0), delay_error=0.1, finger_gain=1.5
     )
     assert MustHold().requirements(None) == Requirements()
-
-
-@pytest.mark.parametrize(("verb", "tokens", "said"), [
-    ("controller", ("--law", "observr"), "law: 'observr' is unknown; did you mean limit_observer"),
-    ("controller", ("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
-    ("controller", ("--resonance-error", "0.6"), "resonance_error = 0.6: must be from 0 to 0.25"),
-    ("controller", ("--setpoint.offset_n", "2"), "in reach"),
-    ("controller", (*STILL, "--law", "pi", "--sensitivity-peak", "1.001"), "6.28 1/s lowers what is felt"),
-    ("controller", ("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s"),
-    ("controller", ("--slip-lengths-um", "0,b"), "slip_lengths_um = '0,b': must be"),
-    ("controller", ("--preset", "feasible", "--loads", "0.4,1.2"), "loads_n: motion.kind = "),
-    ("controller", ("my.toml", "--preset", "bench"), "my.toml and --preset bench: give one"),
-    ("controller", ("--fingers-seed", "3"), "fingers_seed = 3: "),
-    ("controller", ("no.toml",), "no.toml: cannot be read"),
-    ("check", ("--controller.kind", "oracle"), "oracle"),
-    ("check", ("--law", "pi"), "Unknown option"),
-    ("check", ("--population", "people.toml"), "with --fingers N"),
-    ("sensor", ("--electrodes.gap_um", "5"), "electrodes.gap_um = 5 um: must be above the travel of 7.5"),
-    ("sensor", ("--noise-rms-n", "1e-6"), "noise_rms_n = 1e-06 N: must be above"),
-    ("sensor", ("--save-design", "a.yaml"), "--save-design = 'a.yaml': must end in .toml"),
-    ("sensor", ("--spice", "a.txt"), "--spice = 'a.txt': must end in .cir"),
-    ("plate", ("--geometry.thick", "3"), "did you mean geometry.thickness_mm"),
-])  # fmt: skip
-def test_bad_input_is_one_line_and_leaves_nothing(frictionloop, verb, tokens, said):
-    answer = frictionloop(DESIGN, verb, *tokens)
-    assert (answer.code, answer.out) == (2, "")
-    assert answer.err.startswith("error: ") and answer.err.count("\n") == 1 and said in answer.err
-    assert list(Path().iterdir()) == []
 
 
 def test_a_synthesis_that_fails_leaves_nothing(frictionloop, monkeypatch):

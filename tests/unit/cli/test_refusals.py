@@ -68,9 +68,10 @@ def test_each_is_refused_in_a_line_by_its_code(name, frictionloop, tmp_path):
     path, text = SECTIONS[name]
     anew, names = os.environ.get("FRICTIONLOOP_GOLDEN"), {}
     for found in ENTRY.findall(text):
-        source, known = Entry.read(found)
+        (source, known), before = Entry.read(found), set(tmp_path.iterdir())
         said = refusal(source, names, frictionloop).replace(f"{tmp_path}/", "")
         assert "\n" not in said and bool(said) == bool(known), f"{source}\n{said}"
+        assert source[0] != "$" or not said or set(tmp_path.iterdir()) == before, f"{source} leaves a file"
         if anew and known:
             assert known == "?" or said.split(": ")[0] == known.split(": ")[0], f"{source}\n{said}"
             text = text.replace(f"{source}\n{known}\n", f"{source}\n{said}\n", 1)

@@ -63,13 +63,6 @@ def test_an_error_in_the_file_is_told_in_one_line(frictionloop, folder, text, to
     assert len(ran.err.strip().splitlines()) == 1
 
 
-@pytest.mark.parametrize("tokens", [("--use",), ("--use", "absent.py")])
-def test_a_file_that_is_not_there_is_told(frictionloop, tokens):
-    ran = frictionloop("simulate", *tokens)
-    assert ran.code == 2
-    assert "--use" in ran.err
-
-
 # Without a library of an extra, its users say in one line what to install, before anything is done.
 
 
