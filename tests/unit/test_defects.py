@@ -225,3 +225,14 @@ def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
     assert told_or_right(hits_entry, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
     values = hits_entry(Take(kind="hits", files=("b",)), [moved], Sensor(), "").measured
     assert "sensor.cutoff_hz" in {each.path for each in values}
+
+
+def test_crosstalk_is_taken_off_by_the_map(tmp_path):
+    draw = np.random.default_rng(2)
+    load, force = draw.normal(size=3000), draw.normal(size=3000)
+    np.savez(tmp_path / "a.npz", load=load, f=force + 0.05 * load, fs=1000.0)
+    channels = {"load": {"column": "load"}, "f_m": {"column": "f", "crosstalk": {"load": 0.05}}}
+    np.testing.assert_allclose(fl.identify.load(tmp_path / "a.npz", channels).f_m, force, atol=1e-12)
+    channels["f_m"]["crosstalk"] = {"lod": 0.05}
+    with pytest.raises(fl.FrictionloopError, match="'lod' is unknown; did you mean load"):
+        fl.identify.load(tmp_path / "a.npz", channels)

@@ -172,3 +172,16 @@ def test_noise_that_goes_with_the_response_is_no_mode(steps, magnitude):
         inside += ends.low < 1612 < ends.high
     # Of intervals of 90 % at least five of eight hold the truth, but for a chance of 1 in 200.
     assert inside >= 5
+
+
+def test_decibels_are_read_and_suspected(tmp_path):
+    hertz = np.linspace(100, 200, 60)
+    size = np.abs(analytic(hertz, [(150.0, 20.0, 0.01)]))
+    table = np.column_stack([hertz, 20 * np.log10(size)])
+    np.savetxt(tmp_path / "a.csv", table, delimiter=",", header="f,size", comments="")
+    map_ = {"frequency": {"column": "f"}, "magnitude": {"column": "size", "unit": "dB"}}
+    found = response_table(opened(tmp_path / "a.csv", map_, table=True))
+    np.testing.assert_allclose(np.abs(found.response), size, rtol=1e-9)
+    map_["magnitude"] = {"column": "size"}
+    with pytest.raises(fl.FrictionloopError, match="magnitude = -"):
+        response_table(opened(tmp_path / "a.csv", map_, table=True))
