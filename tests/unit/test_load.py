@@ -132,28 +132,6 @@ def test_clipping_is_seen_and_a_turning_signal_is_not_clipped(tmp_path):
     assert found["cut"] == pytest.approx(np.mean(wave > 0.8), rel=0.02)
 
 
-def test_what_is_refused(tmp_path):
-    (tmp_path / "a.csv").write_text(
-        "t [ms],force [N]\n" + "\n".join(f"{k},{k * k}" for k in (*range(9), *range(12, 99)))
-    )
-    assert "3 samples missing, first after row 8" in complaint(tmp_path / "a.csv")
-    (tmp_path / "b.csv").write_text("t [ms],force [N]\n" + "\n".join(f"{k},{k * k}" for k in range(99)))
-    assert "did you mean force" in complaint(tmp_path / "b.csv", {"f_m": "forze"})
-    (tmp_path / "c.csv").write_text("t [ms],force [N]\n" + "\n".join(f"{k},{'x' if k == 7 else k}" for k in range(99)))
-    assert "at row 7 = nan" in complaint(tmp_path / "c.csv", {"f_m": "force"})
-    (tmp_path / "d.csv").write_text("t [ms],force [N]\n" + "\n".join(f"{k},0" for k in range(99)))
-    assert "0 throughout" in complaint(tmp_path / "d.csv", {"f_m": "force"})
-    scipy.io.savemat(tmp_path / "e.mat", {"a": np.arange(100.0), "b": np.arange(90.0), "fs": 10.0})
-    assert "samples of channels = " in complaint(tmp_path / "e.mat", {"f_m": "a", "hammer": "b"})
-    whole = (tmp_path / "e.mat").read_bytes()
-    (tmp_path / "f.mat").write_bytes(whole[: len(whole) // 2])
-    assert "damaged or encrypted" in complaint(tmp_path / "f.mat")
-    assert "unknown" in complaint(tmp_path / "g.xyz")
-    assert "no such file" in complaint(tmp_path / "g.mat")
-    (tmp_path / "h.csv").write_text("")
-    assert "is empty" in complaint(tmp_path / "h.csv")
-
-
 def test_a_missing_extra_is_one_line(tmp_path, monkeypatch):
     import sys
 

@@ -95,36 +95,6 @@ def test_a_truncated_file_is_one_line(saved):
         assert complaint(fl.load, saved).startswith(f"{saved}: cannot be read")
 
 
-def test_what_is_no_run_file_is_one_line(tmp_path):
-    text = tmp_path / "run.h5"
-    text.write_text("time,f_a\n0,1\n")
-    assert complaint(fl.load, text).startswith(f"{text}: cannot be read")
-    assert "no such file" in complaint(fl.load, tmp_path / "none.h5")
-    assert complaint(fl.load, tmp_path).startswith(f"{tmp_path}: cannot be read")
-    other = tmp_path / "other.h5"
-    xr.Dataset({"x": ("t", [1.0])}).to_netcdf(other, engine="h5netcdf")
-    assert complaint(fl.load, other).startswith(f"{other}: ")
-
-
-@pytest.mark.parametrize(
-    ("attrs", "told"),
-    [
-        ({}, "'system'"),
-        ({"system": "{"}, "'system'"),
-        ({"system": 3}, "'system'"),
-        ({"system": '{"setpoint": 3}'}, "run: setpoint = 3"),
-        ({"system": "[]"}, "run: "),
-    ],
-)
-def test_a_run_without_a_readable_system(attrs, told):
-    assert told in complaint(fl.system_of, RUN.drop_attrs().assign_attrs(attrs))
-
-
-def test_a_folder_that_does_not_exist(tmp_path):
-    path = tmp_path / "nowhere" / "run.h5"
-    assert complaint(fl.save, RUN, path).startswith(f"{path}: cannot be written")
-
-
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
 def test_a_folder_that_may_not_be_written(tmp_path):
     tmp_path.chmod(0o500)
@@ -196,8 +166,3 @@ def test_a_sweep_as_a_table_has_a_row_per_run(tmp_path):
     assert len(rows) == 12
     point = grid.isel({"controller.kp": 1, "controller.ki": 2, "seed": 1})
     assert [float(cell) for cell in rows[-1].split(",")[3:]] == [float(value) for value in point.data_vars.values()]
-
-
-@pytest.mark.parametrize("name", ["run.xlsx", "run", "run.mat"])
-def test_other_endings_are_refused(tmp_path, name):
-    assert "must end in .h5, .hdf5, .nc or .csv" in complaint(fl.save, RUN, tmp_path / name)

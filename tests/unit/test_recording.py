@@ -149,16 +149,6 @@ def test_a_bad_cell_is_refused_with_its_line(tmp_path, cell, said, header):
     assert len(message) < 110
 
 
-def test_a_bad_first_cell_is_not_taken_for_a_header(tmp_path):
-    assert refusal(text(tmp_path, "nan\n1\n")) == "line 1: column 0 is 'nan'; accepted: a finite number"
-
-
-def test_a_short_row_and_a_blank_line_are_gaps(tmp_path):
-    assert refusal(text(tmp_path, "0,1\n0\n0,2\n"), "1").startswith("line 2: column 1 is blank;")
-    assert refusal(text(tmp_path, "force\n1\n\n2\n"), "force").startswith("line 3: force is blank;")
-    assert refusal(text(tmp_path, "1\nx\n2\ny\n")).startswith("line 2: column 0 is 'x' (and 1 more);")
-
-
 @pytest.mark.parametrize(
     ("content", "column", "said"),
     [
@@ -192,17 +182,6 @@ def test_a_bad_cell_outside_the_window_does_no_harm(tmp_path):
     assert read(path, start_s=0.01, stop_s=0.02).tolist() == [1.0, 2.0]
 
 
-def test_a_column_that_is_not_there_lists_those_that_are(tmp_path):
-    path = text(tmp_path, "speed,force\n1,2\n")
-    assert refusal(path, "forse") == (
-        "column = 'forse' is not there (names in line 1); accepted: 'speed', 'force', a number from 0 to 1"
-    )
-    assert refusal(path, "2").startswith("column = '2' is not there (names in line 1);")
-    assert refusal(text(tmp_path, "1,2\n"), "f").endswith("; accepted: a number from 0 to 1")
-    many = text(tmp_path, ",".join(f"c{k}" for k in range(30)) + "\n")
-    assert refusal(many, "f").endswith("'c19' and 11 more")
-
-
 # The rate
 
 
@@ -227,14 +206,6 @@ def test_a_column_of_times_gives_the_rate(tmp_path, name, per_s):
     assert refusal(path, "0", rate_hz=None) == f"{TIMES}; accepted: 'force'"
 
 
-@pytest.mark.parametrize("header", ["Zeitpunkt;Kraft\n", "", "x [cm];force\n"])
-def test_a_column_that_rises_as_times_do_is_no_force(tmp_path, header):
-    rows = "".join(f"{0.001 * k:.4f};{0.5 + 0.01 * (k % 3)}\n" for k in range(30))
-    told = refusal(text(tmp_path, header + rows), "0")
-    other = header.strip().split(";")[1] if header else "1"
-    assert told == f"{TIMES}; accepted: {other!r}"
-
-
 # Units
 
 
@@ -251,14 +222,6 @@ def test_a_unit_beside_the_column_scales_it(tmp_path):
     assert read(path, unit="mN").tolist() == [0.25, -0.5]
     assert read(path).tolist() == [250.0, -500.0]
     assert read(path, unit="V", scale=2.0).tolist() == [500.0, -1000.0]
-
-
-def test_a_unit_that_is_no_force_needs_a_scale(tmp_path):
-    assert refusal(text(tmp_path, "1\n2\n"), unit="V") == ("column '0' in V: scale is missing: N per V")
-    path = text(tmp_path, "force_mv\n1\n2\n")
-    assert refusal(path, "force_mv").startswith("column 'force_mv' in mV: scale is missing")
-    assert refusal(path, "force_mv", unit="N").startswith("column 'force_mv': unit = 'N': must be 'mV'")
-    assert read(path, "force_mv", scale=0.5).tolist() == [0.5, 1.0]
 
 
 def test_a_scale_that_contradicts_its_unit_is_refused():
@@ -291,20 +254,6 @@ def test_uneven_times_are_refused_with_the_line_of_the_gap(tmp_path, times, said
     path = text(tmp_path, "t,force\n" + "".join(f"{t},1\n" for t in times))
     assert refusal(path, "force", rate_hz=None).startswith(said)
     assert read(path, "force").size == len(times)
-
-
-def test_the_times_are_not_a_force(tmp_path):
-    path = text(tmp_path, "time,force\n0,1\n1,2\n")
-    assert refusal(path) == f"{TIMES}; accepted: 'force'"
-
-
-@pytest.mark.parametrize("content", ["1\n2\n", "t,force\n0,1\n"])
-def test_a_missing_rate(tmp_path, content):
-    path = text(tmp_path, content)
-    column = "force" if "force" in content else "0"
-    told = refusal(path, column, rate_hz=None)
-    assert told.startswith("rate_hz is missing; accepted: --dist")
-    assert told.endswith("accepted: --disturbance.rate_hz, or a column 'time_s' or 'Time [ms]'")
 
 
 def test_a_wav_brings_its_own_rate(tmp_path):
@@ -400,21 +349,6 @@ def test_a_bad_sample_is_refused_with_its_index(tmp_path, name, bad):
 # Files that are no recordings
 
 
-def test_an_unknown_format_and_a_missing_file(tmp_path):
-    accepted = ".csv .tsv .txt .dat .asc .h5 .hdf5 .nc .mat .npy .npz .wav .lvm .tdms .uff .unv"
-    assert refusal(tmp_path / "a.xlsx") == f"format '.xlsx' is unknown; accepted: {accepted}"
-    assert refusal(tmp_path) == f"is a folder; accepted is a file: {accepted}"
-    assert refusal(tmp_path / "a.csv") == "there is no such file"
-    (tmp_path / "b.csv").mkdir()
-    assert refusal(tmp_path / "b.csv") == f"is a folder; accepted is a file: {accepted}"
-
-
-@pytest.mark.parametrize("name", ["a.csv", "a.h5", "a.nc", "a.mat", "a.wav"])
-def test_an_empty_file(tmp_path, name):
-    (tmp_path / name).touch()
-    assert "empty" in (said := refusal(tmp_path / name)) or "rows of numbers = 0" in said
-
-
 def test_a_file_without_samples(tmp_path):
     assert refusal(text(tmp_path, "# only a note\n\n")) == "rows of numbers = 0: must be 1 or more"
     assert refusal(text(tmp_path, "force\n"), "force") == "column = 'force' holds no samples"
@@ -498,11 +432,6 @@ def test_titles_and_settings_above_the_names_are_passed_over(tmp_path):
         assert found(Recording(path=str(path), column="F")).head == f"names in line {line}"
 
 
-def test_names_of_which_too_few_stand_above_the_numbers_are_refused(tmp_path):
-    said = refusal(text(tmp_path, "Trial 3\nt (s),F [N]\n0,x\n"), "F")
-    assert said.startswith("line 2 = 't (s), F [N]': must be numbers or units below Trial 3")
-
-
 def test_a_comment_right_above_the_numbers_is_a_line_of_names(tmp_path):
     path = text(tmp_path, "# ATI Nano17\n# t (s),F [mN]\n0,1\n0.01,2\n")
     assert read(path, "F", rate_hz=None).tolist() == [1e-3, 2e-3]
@@ -515,12 +444,6 @@ def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
     assert read(path, "Ft", rate_hz=None).tolist() == [1.0, 2.0]
     one = found(Recording(path=str(path), column="Ft"))
     assert (one.column, one.head, one.rate_by) == ("Ft [mN]", "names in line 2, units in line 3", "'t [s]'")
-
-
-@pytest.mark.parametrize("name", ["level/dB", "level [dB]", "level dB", "level in dB"])
-def test_a_level_is_no_force(tmp_path, name):
-    path = text(tmp_path, f"t,{name}\n0,1\n0.01,2\n")
-    assert "in dB: scale is missing" in refusal(path, "level", rate_hz=None)
 
 
 def test_decimal_commas_below_settings_are_named(tmp_path):
@@ -726,12 +649,3 @@ def test_what_the_lower_rate_cannot_hold_is_taken_out(tmp_path):
     write(path, np.sin(2 * np.pi * 130 * time_s)[:, None])
     inner = read(path, "dataQ", rate_hz=1000.0, at_hz=250.0)[100:-100]
     assert np.max(np.abs(inner)) < 2e-5
-
-
-def test_one_sample_and_rates_too_far_apart(tmp_path):
-    path = text(tmp_path, "1\n2\n")
-    assert read(path, start_s=0.01, at_hz=300.0).tolist() == [2.0]
-    for at_hz in (1e-4, 1.1e7, float("nan")):
-        assert refusal(path, at_hz=at_hz) == (
-            f"100 Hz cannot be resampled to {at_hz:g} Hz; accepted: 0.001 to 1e+07 Hz"
-        )

@@ -88,29 +88,6 @@ def test_a_device_that_plays_the_sweep():
     assert inside(found.susceptibility, 0.5, found.method_per_um2) and inside(found.nominal, 0.8, found.method_n)
 
 
-def refused(recording):
-    with pytest.raises(fl.FrictionloopError) as failure:
-        susceptibility(recording)
-    assert "\n" not in str(failure.value)
-    return str(failure.value)
-
-
-def test_what_is_refused():
-    attracted = known.finger(lambda a: 1 + 0.2 * a**2, duration_s=20.0)
-    volts = attracted.assign(amplitude=attracted.amplitude.assign_attrs(units="V"))
-    assert "electroadhesion" in refused(attracted) and "electroadhesion" in refused(volts)
-    plain = known.finger(duration_s=20.0)
-    assert "kind 'scale'" in refused(plain.assign(amplitude=plain.amplitude.assign_attrs(units="V")))
-    assert "amplitude, its largest" in refused(
-        plain.assign(amplitude=0 * plain.amplitude + 1.0).assign(amplitude=plain.amplitude * 0)
-    )
-    assert "surely below 0" in refused(known.finger(lambda a: 1 + 0 * a, duration_s=20.0, scatter=0.1))
-    assert "pieces of 0.1 s" in refused(known.finger(duration_s=3.0))
-    assert "no column 'load'" in refused(plain.drop_vars("load"))
-    with pytest.raises(fl.FrictionloopError, match="'steps', 'sweep' or 'noise'"):
-        amplitude_protocol(fl.bench(), "jump")
-
-
 @pytest.mark.slow
 def test_a_controller_with_the_table_of_another_law():
     """On a rough contact the measured table commands the force that is asked for, and the Gaussian's does not."""
@@ -125,14 +102,6 @@ def test_a_controller_with_the_table_of_another_law():
     assert errors[1] < 0.5 * errors[0]
     device = fl.System.from_tree(asked.evolve(table.overrides()).model_dump()).evolve({"controller.form": "firmware"})
     assert fl.rms_error(fl.simulate(device, 10.0)) == pytest.approx(errors[1], rel=0.02)
-
-
-def test_a_table_that_does_not_fall_is_refused():
-    for table in ((1.0, 2.0, 0.0), (2.0, 1.0)):
-        with pytest.raises(fl.FrictionloopError, match="table_um2"):
-            fl.bench().evolve({"controller.model.table_um2": table, "controller.model.table_size": 3})
-    with pytest.raises(fl.FrictionloopError, match=r"table_um2 .*table_size = 2"):
-        fl.bench().evolve({"controller.model.table_um2": (1.0, 0.0)})
 
 
 @pytest.mark.slow
