@@ -51,10 +51,7 @@ for system in systems:
         fl.sweep(system, {"plate.max_amplitude_um": [2.3, 2.4, 2.5]}, 0.01, n_jobs=1)
 """
 """Fills the cache with tiles of single runs ("1"), or with those of sweeps, which take three runs or more at once."""
-TOGETHER = (
-    ("tests/claims/",),
-    ("tests/unit/cli/test_design_cli.py", "tests/unit/cli/test_cli_readme.py"),
-)
+TOGETHER = (("tests/claims/",), ("tests/unit/cli/test_design_cli.py", "tests/unit/cli/test_cli_readme.py"))
 """Tests that share what takes long to compute, the report's results and a design: one worker takes them all."""
 DEAREST = (
     *(name for names in TOGETHER for name in names),

@@ -22,15 +22,7 @@ from frictionloop.report.protocol import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
 from frictionloop.report.reproduction import Reproduction
 from frictionloop.report.results import HALF, Results
 from frictionloop.report.step_response import PRINTED_MS
-from frictionloop.report.systems import (
-    FEASIBLE,
-    PER_SAMPLE,
-    WORKING,
-    compared,
-    in_both_units,
-    per_sample,
-    readings,
-)
+from frictionloop.report.systems import FEASIBLE, PER_SAMPLE, WORKING, compared, in_both_units, per_sample, readings
 from frictionloop.report.tolerances import (
     R2_MUCH,
     R2_STEP,
@@ -44,11 +36,7 @@ from frictionloop.report.tolerances import (
 
 OUT, PART, NOT = Verdict.COMES_OUT, Verdict.ASSUMED, Verdict.NOT_OUT
 GROUPS = {
-    Group.PRINTED: [
-        "kp-40-saturated",
-        "low-gain-attenuates",
-        "higher-gain-amplifies",
-    ],
+    Group.PRINTED: ["kp-40-saturated", "low-gain-attenuates", "higher-gain-amplifies"],
     Group.ASSUMED: [
         "kp-range-low",
         "kp-range-high",
@@ -63,9 +51,7 @@ GROUPS = {
         "one-order-lower",
         "ki-influence",
     ],
-    Group.NOT_OUT: [
-        "one-order-not-linear",
-    ],
+    Group.NOT_OUT: ["one-order-not-linear"],
     Group.CONSTRUCTION: [
         "hammer-resonance",
         "sensor-floor",
@@ -74,12 +60,7 @@ GROUPS = {
         "range-achievable",
         "calibration-r2",
     ],
-    Group.ARITHMETIC: [
-        "dynamic-range",
-        "resonance",
-        "displacement",
-        "floor-below-1e-4",
-    ],
+    Group.ARITHMETIC: ["dynamic-range", "resonance", "displacement", "floor-below-1e-4"],
     Group.SLIP: [
         "disturbance-amplitude",
         "dynamic-range-db",
@@ -113,12 +94,7 @@ GROUPS = {
     ],
 }
 DEVICE = {
-    **dict.fromkeys(
-        [
-            "pi-reduces-variability",
-        ],
-        OUT,
-    ),
+    **dict.fromkeys(["pi-reduces-variability"], OUT),
     **dict.fromkeys(
         [
             "printed-gains-stable",
@@ -135,13 +111,7 @@ DEVICE = {
         ],
         PART,
     ),
-    **dict.fromkeys(
-        [
-            "amplitude-overshoot",
-            "clean-of-artefacts",
-        ],
-        NOT,
-    ),
+    **dict.fromkeys(["amplitude-overshoot", "clean-of-artefacts"], NOT),
 }
 """The page's prose says the same as these; a change here is a change there."""
 NOT_OF_A_RUN = {

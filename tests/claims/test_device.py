@@ -13,13 +13,7 @@ import frictionloop as fl
 from frictionloop.report import protocol
 from frictionloop.report.people import LOOKUPS, WITHOUT, lookup, stronger, the_finger
 from frictionloop.report.protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
-from frictionloop.report.step_response import (
-    overshoot,
-    skin_limit_ms,
-    steady_error_n,
-    step_windows,
-    times_ms,
-)
+from frictionloop.report.step_response import overshoot, skin_limit_ms, steady_error_n, step_windows, times_ms
 
 RATE_HZ = 5000.0
 

@@ -22,10 +22,7 @@ Band = tuple[float, float]
 
 
 def index_of_spectrum(
-    frequency_hz: ArrayLike,
-    psd_n2_hz: ArrayLike,
-    finger: Skin | None = None,
-    band_hz: Band = (LOWEST_HZ, HIGHEST_HZ),
+    frequency_hz: ArrayLike, psd_n2_hz: ArrayLike, finger: Skin | None = None, band_hz: Band = (LOWEST_HZ, HIGHEST_HZ)
 ) -> Array:
     """Return D = sqrt(integral of S(f) / F_th(f)^2 df), an index of how strongly a residual force is felt.
 
@@ -72,10 +69,7 @@ def index_of_spectrum(
 
 
 def index_of_residual(
-    residual_n: ArrayLike,
-    rate_hz: float,
-    finger: Skin | None = None,
-    band_hz: Band = (LOWEST_HZ, HIGHEST_HZ),
+    residual_n: ArrayLike, rate_hz: float, finger: Skin | None = None, band_hz: Band = (LOWEST_HZ, HIGHEST_HZ)
 ) -> Array:
     """Return D of a recorded residual: `index_of_spectrum` of its Welch spectrum.
 

@@ -138,10 +138,7 @@ def test_a_fault_ends_a_run_and_keeps_what_was_recorded(device: Device, board: A
         if rows > 1000:
             board.raise_fault("force_range")
 
-    with pytest.raises(
-        Interrupted,
-        match=r"^fault force_range at tick \d+: .*: 7 N; \d+ samples are in",
-    ) as ended:
+    with pytest.raises(Interrupted, match=r"^fault force_range at tick \d+: .*: 7 N; \d+ samples are in") as ended:
         device.run(0.5, 2.0, path=tmp_path / "cut.h5", progress=later)
     assert ended.value.code == "FAULT-FORCE-RANGE"
     kept = fl.load(tmp_path / "cut.h5")

@@ -10,22 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_runs import integrated_noise_rms_n, noise_spectrum, run_linear
 
-from frictionloop.analysis import (
-    command_noise_rms_n,
-    equation_3_rms_n,
-    kp_limit,
-    linearise,
-    output_noise_rms_n,
-)
+from frictionloop.analysis import command_noise_rms_n, equation_3_rms_n, kp_limit, linearise, output_noise_rms_n
 from frictionloop.parameters import paper
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    share=st.floats(0.02, 0.98),
-    ki=st.floats(0.01, 500),
-    delay_s=st.one_of(st.just(0.0), st.floats(0, 1e-3)),
-)
+@given(share=st.floats(0.02, 0.98), ki=st.floats(0.01, 500), delay_s=st.one_of(st.just(0.0), st.floats(0, 1e-3)))
 def test_variance_equals_the_integral_of_the_spectrum(share: float, ki: float, delay_s: float) -> None:
     system = paper().evolve({"controller.ki": ki, "controller.delay_s": delay_s})
     limit = kp_limit(system)

@@ -294,11 +294,7 @@ FAILS = fl.Vibration("failing", fails, Failing, lambda f: Failing(f.until_um, f.
 @pytest.mark.parametrize(("below", "told"), [(0.0, "nan at 1.1"), (1.0, "-0.1 at 1.1")])
 @pytest.mark.parametrize(
     ("contact", "form"),
-    [
-        ("bristle", "float"),
-        ("bristle", "firmware"),
-        pytest.param("rigid", "float", marks=pytest.mark.slow),
-    ],
+    [("bristle", "float"), ("bristle", "firmware"), pytest.param("rigid", "float", marks=pytest.mark.slow)],
 )
 def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(below, told, contact, form):
     fl.register(FAILS, FailingFriction)
@@ -403,11 +399,7 @@ def test_a_metric_whose_value_fails_is_told_by_its_line(of, told):
 
 
 @pytest.mark.parametrize(
-    ("of", "told"),
-    [
-        (lambda run: run.f_a.values, r".*\(10,\)"),
-        (lambda run: run.nothing, "AttributeError: .*nothing"),
-    ],
+    ("of", "told"), [(lambda run: run.f_a.values, r".*\(10,\)"), (lambda run: run.nothing, "AttributeError: .*nothing")]
 )
 def test_a_metric_of_runs_that_fails_is_told_by_its_line(of, told):
     fl.register(fl.RunMetric("own", of))

@@ -114,14 +114,7 @@ def test_without_sections_it_is_pi_to_the_bit(forces, seed):
 
 
 @settings(max_examples=150)
-@given(
-    TOLD,
-    st.integers(0, 6),
-    st.booleans(),
-    st.booleans(),
-    st.floats(0, 5),
-    st.floats(0, 1000),
-)
+@given(TOLD, st.integers(0, 6), st.booleans(), st.booleans(), st.floats(0, 5), st.floats(0, 1000))
 def test_it_never_leaves_its_clamp_nor_winds_up(told, count, feedforward, overdrive, kp, ki):
     """For an error e inside |e| <= E: I goes on only while v is inside, so it stays within the clamp and ki dt E."""
     forces, setpoints, valid = columns(told)
@@ -206,11 +199,7 @@ def test_held_sections_are_hanus_on_a_state_space(count):
 
 
 @settings(max_examples=60)
-@given(
-    TOLD,
-    st.integers(1, 4),
-    st.booleans(),
-)
+@given(TOLD, st.integers(1, 4), st.booleans())
 def test_nothing_winds_up_whatever_the_error(told, count, feedforward):
     """kp y + I is the command, so I moves towards it by ki dt/kp of the way, and never beyond."""
     forces, setpoints, valid = columns(told)

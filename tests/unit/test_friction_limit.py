@@ -14,12 +14,7 @@ from scipy.integrate import solve_ivp
 from frictionloop.parameters import Friction
 from frictionloop.parameters.plant import FingerFriction, FrictionLaw
 from frictionloop.physics.friction import friction_force, halving_amplitude_um
-from frictionloop.physics.friction_limit import (
-    limit_coefficients,
-    limit_step,
-    occlusion_coefficients,
-    occlusion_step,
-)
+from frictionloop.physics.friction_limit import limit_coefficients, limit_step, occlusion_coefficients, occlusion_step
 from frictionloop.physics.vibration import vibrated_step
 
 DT = 2e-4

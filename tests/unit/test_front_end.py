@@ -23,7 +23,7 @@ designs = st.builds(
             "amplifier.parasitic_pf": cpar,
             "amplifier.gain_bandwidth_mhz": gbw,
             "filters.bandpass_q": q,
-        },
+        }
     ),
     st.floats(1, 200),
     st.floats(0.01, 1000),

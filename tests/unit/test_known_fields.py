@@ -19,10 +19,7 @@ from frictionloop.parameters.represented import Represented
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 
 PLANT = ("friction", "plate", "finger", "motion")
-SEEN = {
-    LINEAR: (*PLANT, "sensor", "controller", "touch"),
-    FIRMWARE: ("controller", "touch", "board"),
-}
+SEEN = {LINEAR: (*PLANT, "sensor", "controller", "touch"), FIRMWARE: ("controller", "touch", "board")}
 INNER = {"controller": [fl.Model], "touch": [fl.PositionSensor, fl.LoadCells]}
 KINDS = {name: [*kinds_of(name), *INNER.get(name, ())] for names in SEEN.values() for name in names}
 BLOCKS = [(of, block) for of, names in SEEN.items() for name in names for block in KINDS[name]]

@@ -72,8 +72,5 @@ def test_the_step_before_does_not_flatten_the_step_after():
     after, before = (steps(law=largest).isel(law=0, slip_length_um=0) for largest in (0.8, 7.0))
     figure = figure_step(before, after, "as asked")
     titles = [axes.get_title("left") for axes in figure.axes]
-    assert titles == [
-        "before: as in the file: cut off, the force goes from 0.5 to 7 N",
-        "after: as designed",
-    ]
+    assert titles == ["before: as in the file: cut off, the force goes from 0.5 to 7 N", "after: as designed"]
     assert all(0.75 < axes.get_ylim()[1] < 1.5 for axes in figure.axes)

@@ -24,7 +24,7 @@ IDEAL = DESIGN.evolve(
         "amplifier.current_noise_fa_rthz": 0.0,
         "electrodes.imbalance": 0.0,
         "filters.bandpass_q": 0.5,
-    },
+    }
 )
 """The op-amp and the band-pass so wide that the usual formulas hold."""
 

@@ -14,11 +14,7 @@ from streaming import settled_state, weighting_error_db
 from weighting_fit import fit_prototype
 
 from frictionloop.parameters import Skin
-from frictionloop.perception import (
-    displacement_threshold_um,
-    force_threshold_n,
-    weighting_sos,
-)
+from frictionloop.perception import displacement_threshold_um, force_threshold_n, weighting_sos
 from frictionloop.perception.weighting import ERROR_DB, GRID_HZ, HIGHPASS_HZ, PROTOTYPE, RATES_HZ, gain_db, roots_of
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import biquad_step

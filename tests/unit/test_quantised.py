@@ -36,8 +36,7 @@ def test_q28_is_the_nearest(value):
 
 
 @pytest.mark.parametrize(
-    "system",
-    [fl.paper(), fl.feasible(), BENCH, BENCH.evolve(fl.RETUNED), BENCH.evolve({"controller": NOTCH})],
+    "system", [fl.paper(), fl.feasible(), BENCH, BENCH.evolve(fl.RETUNED), BENCH.evolve({"controller": NOTCH})]
 )
 def test_words_are_within_the_ranges_of_the_schema(system):
     for name, values in controller_words(system).items():

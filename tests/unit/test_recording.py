@@ -240,10 +240,7 @@ def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
 @pytest.mark.parametrize(
     ("times", "said"),
     [
-        (
-            [0, 1, 2, 4, 5],
-            "rows missing in the times: 1 before line 5; accepted: steps of 1 s if 't' is in s, --dist",
-        ),
+        ([0, 1, 2, 4, 5], "rows missing in the times: 1 before line 5; accepted: steps of 1 s if 't' is in s, --dist"),
         ([0, 1, 2, 3.002, 4.002], "steps up to 0.2 % off, most before line 5; accepted"),
         ([0, 1, 1, 2, 3], "times no later than the row before: line 4: t is '1'; accepted"),
         ([3, 2, 1], "times no later than the row before: line 3: t is '2' and 1 more; accepted"),
@@ -386,8 +383,7 @@ def test_any_bytes_are_read_or_refused_in_one_line(name, content):
 
 
 @pytest.mark.parametrize(
-    "header",
-    ["Ft/mN", "Ft in mN", "Ft mN", '"Ft, mN"', "Ft [mN]\n", "Ft\nmN", "Ft\n(mN)", "Ft\n\u00b5N"],
+    "header", ["Ft/mN", "Ft in mN", "Ft mN", '"Ft, mN"', "Ft [mN]\n", "Ft\nmN", "Ft\n(mN)", "Ft\n\u00b5N"]
 )
 def test_a_unit_is_found_wherever_the_header_has_it(tmp_path, header):
     name, _, unit = header.partition("\n")

@@ -150,18 +150,12 @@ REFUSED = {
         lambda: retune_notch(BENCH.evolve({"sensor.kind": "lowpass", "sensor.noise_rms_n": 0.0})),
         "sensor.kind = 'lowpass': ",
     ),
-    "saturation": (
-        lambda: retune_notch(BENCH.evolve({"setpoint.offset_n": 1.6})),
-        "in reach",
-    ),
+    "saturation": (lambda: retune_notch(BENCH.evolve({"setpoint.offset_n": 1.6})), "in reach"),
     "delay": (
         lambda: retune_notch(BENCH.evolve({"controller.delay_s": 0.02}), least_ki=200.0),
         "kp = 0.183, ki = 23.96 1/s",
     ),
-    "resonance": (
-        lambda: retune_notch(BENCH.evolve({"sensor.q": 2000.0}), 1.5, 0.5, least_ki=100.0),
-        "ki = 542.9 1/s",
-    ),
+    "resonance": (lambda: retune_notch(BENCH.evolve({"sensor.q": 2000.0}), 1.5, 0.5, least_ki=100.0), "ki = 542.9 1/s"),
 }
 
 

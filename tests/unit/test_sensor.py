@@ -15,11 +15,7 @@ from frictionloop.quantities.normals import normals
 from frictionloop.sensing.force_sensor import linearise_sensor
 
 # A finger that vibration does not move: the force on it is f0 + d(t) alone.
-DEAD = {
-    "friction.susceptibility_per_um2": 1e-30,
-    "setpoint": fl.Constant(offset_n=0.5),
-    "sensor.noise_rms_n": 0.0,
-}
+DEAD = {"friction.susceptibility_per_um2": 1e-30, "setpoint": fl.Constant(offset_n=0.5), "sensor.noise_rms_n": 0.0}
 F0 = 0.8
 # Readings near 1 N, a dozen roundings per period, forgotten with the sensor's time constant; and weights that hold to
 # 1e-13 (test_quadrature).

@@ -81,10 +81,7 @@ def test_values_may_be_arrays_scalars_or_words():
 
 
 STRUCTURAL = {
-    "kinds": {
-        "disturbance.kind": ["sine", "constant", "noise"],
-        "disturbance.offset_n": [0.1, 0.3],
-    },
+    "kinds": {"disturbance.kind": ["sine", "constant", "noise"], "disturbance.offset_n": [0.1, 0.3]},
     "delays": {"controller.delay_s": [0.0, 50e-6, 200e-6, 330e-6, 0.002]},
     "rates": {"controller.rate_hz": [1000.0, 5000.0, 20000.0]},
     "table sizes": {"controller.model.table_size": [0, 2, 64]},

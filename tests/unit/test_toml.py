@@ -167,10 +167,7 @@ BAD_FILES = {
     "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
     "a law that was removed": ('preset = "bench"\n[controller]\nkind = "tracker"\nload_hz = 100.0', "take 'notch_pi'"),
     "a reference that is no law": ('preset = "bench"\n[controller]\nkind = "oracle"\npreview = true', "'notch_pi'"),
-    "a law under another name": (
-        'preset = "bench"\ncontroller.kind = "open_loop"',
-        "open loop is 'lookup'",
-    ),
+    "a law under another name": ('preset = "bench"\ncontroller.kind = "open_loop"', "open loop is 'lookup'"),
     "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
     "nothing": ("", "is empty; accepted: preset = "),
     "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),

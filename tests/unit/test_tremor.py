@@ -13,12 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import welch
 
-from frictionloop.physics.tremor import (
-    TremorState,
-    tremor_coefficients,
-    tremor_start,
-    tremor_step,
-)
+from frictionloop.physics.tremor import TremorState, tremor_coefficients, tremor_start, tremor_step
 from frictionloop.quantities.normals import normals
 
 DT = 2e-4

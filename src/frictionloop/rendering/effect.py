@@ -136,7 +136,7 @@ class EffectKinds(Kinds):
 
     def accepted(self) -> str:
         """Return the kinds there are, in words."""
-        return f"accepted: {', '.join(map(repr, self.names))}"
+        return f"accepted: {', '.join(map(repr, sorted(self.names)))}"
 
 
 _HOME = {

@@ -124,9 +124,7 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
     assert "not kept" in frictionloop(*WORDS).err
 
 
-@pytest.mark.parametrize(
-    "words", [("--laws", "retunedpi"), ("--speeds", "nan"), ("--plots", "no/figures"), ("no.toml",)]
-)
+@pytest.mark.parametrize("words", ["--laws retunedpi", "--speeds nan", "--plots nowhere/figures", "missing.toml"])
 def test_what_is_wrong_is_said_before_any_law_is_designed(frictionloop, monkeypatch, words):
     def designed(*_):
         raise AssertionError("a law was designed")
