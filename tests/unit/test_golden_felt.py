@@ -1,20 +1,16 @@
-"""What the verbs of effects, experiments and the report show: compared with the screens kept in tests/golden.
-
-``FRICTIONLOOP_GOLDEN=1 pytest FILE`` writes them anew.
-"""
+"""What the verbs of effects, experiments and the report show: compared with the screens kept in tests/golden."""
 
 from __future__ import annotations
 
-import os
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from golden import check_screen
 
 import frictionloop as fl
 
-GOLDEN = Path(__file__).parents[1] / "golden"
 BENCH = fl.bench().evolve({"controller.kind": "notch_pi", "controller.feedforward": True})
 R, X = fl.rendering, fl.experiments
 
@@ -63,10 +59,4 @@ def folder(tmp_path_factory):
 def test_the_screen_is_as_kept(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
     monkeypatch.setattr("frictionloop.report.results.cited_version", lambda: "VERSION")
-    said = f"{ANSWERS[name]()}\n"
-    path = GOLDEN / f"{name}.txt"
-    if os.environ.get("FRICTIONLOOP_GOLDEN"):
-        path.write_text(said, encoding="utf-8")
-    assert said == path.read_text(encoding="utf-8")
-    rows = said.splitlines()
-    assert len(rows) <= 24 and max(map(len, rows)) <= 80
+    check_screen(name, str(ANSWERS[name]()))

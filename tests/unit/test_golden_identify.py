@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 import simulated_lab
+from golden import check_screen
 from scipy.constants import g as GRAVITY
 
 import frictionloop as fl
-from frictionloop.findings.render import LINES, WIDTH
-
-FOLDER = Path(__file__).parents[1] / "golden"
 
 
 @pytest.fixture(scope="module")
@@ -36,16 +33,8 @@ def bench(lab):
     return fl.identify.bench(lab)
 
 
-def hold(name, said):
-    if os.environ.get("FRICTIONLOOP_GOLDEN"):
-        (FOLDER / name).write_text(said + "\n", encoding="utf-8")
-    lines = said.splitlines()
-    assert len(lines) <= LINES and max(map(len, lines)) <= WIDTH
-    assert (FOLDER / name).read_text(encoding="utf-8").rstrip("\n") == said
-
-
 def test_bench(bench):
-    hold("identify-bench.txt", str(bench))
+    check_screen("identify-bench", str(bench))
     everything = bench.to_json() + bench.to_html()
     assert all(each.code in everything and str(each) for each in bench.findings)
 
@@ -61,7 +50,7 @@ def test_channels(tmp_path, monkeypatch):
     np.savetxt("slide.csv", columns, delimiter=",", header=head, comments="")
     os.utime("slide.csv", (1.7e9, 1.7e9))
     found = fl.identify.channels("slide.csv")
-    hold("identify-channels.txt", str(found))
+    check_screen("identify-channels", str(found))
     assert {each.code for each in found.findings} == {"DATA-GAPS", "CLIPPED", "COUNTER-WRAPS", "SIGN-DOUBT"}
     assert fl.identify.read_map(_written(found)).channels["channel_1"].column == "Ft"
 
@@ -77,7 +66,7 @@ def test_compare(bench, tmp_path):
     q = bench.measured["sensor.q"]
     after.write_text(bench.to_json().replace(repr(q.value), repr(1.1 * q.value)))
     found = fl.identify.compare(before, after)
-    hold("identify-compare.txt", str(found))
+    check_screen("identify-compare", str(found))
     (changed,) = found.findings
     assert changed.more["path"] == "sensor.q" and changed.value == pytest.approx(10.0)
     assert fl.identify.certified_corners(before) == bench.corners
@@ -86,5 +75,5 @@ def test_compare(bench, tmp_path):
 def test_run():
     with fl.connect("sim:") as device:
         found = fl.identify.run("quiet", device)
-    hold("identify-run.txt", str(found.saved_at("quiet.h5")))
+    check_screen("identify-run", str(found.saved_at("quiet.h5")))
     assert (found.samples, found.lost_samples) == (50_000, 0)
