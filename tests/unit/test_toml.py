@@ -157,54 +157,6 @@ def test_numbers_carry_their_units():
     assert tomllib.loads(text)["controller"]["model"]["table_size"] == 0
 
 
-WHOLE = fl.to_toml(fl.paper())
-BAD_FILES = {
-    "a newer version's": (WHOLE.replace("schema = 1", "schema = 2"), "schema = 2: "),
-    "no schema number": (WHOLE.replace("schema = 1", 'schema = "one"'), "schema = 'one'"),
-    "not TOML": ("kp = = 3", "is not TOML"),
-    "a block twice": (WHOLE + "\n[plate]\n", "each [block] "),
-    "an unfinished line": (WHOLE[: WHOLE.index('"log') + 3], "is not TOML"),
-    "an unknown preset": ('preset = "papr"', "preset = 'papr' is unknown; accepted: 'paper', 'feasible'"),
-    "a law that was removed": ('preset = "bench"\n[controller]\nkind = "tracker"\nload_hz = 100.0', "take 'notch_pi'"),
-    "a reference that is no law": ('preset = "bench"\n[controller]\nkind = "oracle"\npreview = true', "'notch_pi'"),
-    "a law under another name": ('preset = "bench"\ncontroller.kind = "open_loop"', "open loop is 'lookup'"),
-    "a missing block": (WHOLE[: WHOLE.index("[controller]")], "controller is missing"),
-    "nothing": ("", "is empty; accepted: preset = "),
-    "a misspelt block": (WHOLE.replace("[plate]", "[plat]"), "plat"),
-    "a misspelt name": (WHOLE.replace("kp =", "kP ="), "controller.kP"),
-    "a wrong unit suffix": ('preset = "paper"\ncontroller.delay_ms = 0.2', "controller.delay_s = 0.0002 s"),
-    "a misspelt name where all else is missing": (
-        "[plate]\ncutof_hz = 3",
-        "'plate.cutof_hz'; did you mean plate.cutoff_hz (Hz)",
-    ),
-    "a block alone": ("[controller]\nkp = 3", 'setpoint is missing; preset = "paper"'),
-    "a misspelt empty block": ('preset = "paper"\n[controler]', "'controler'; did you mean controller"),
-    "a bool": ('preset = "paper"\ncontroller.kp = true', "controller.kp = True N/N: "),
-    "a bool in a whole file": (WHOLE.replace("kp = 10.0", "kp = true"), "controller.kp = True N/N: "),
-    "a list as preset": ("preset = [1]", "preset = [1] is unknown"),
-    "a negative tau": (
-        WHOLE.replace("susceptibility_per_um2 = 0.38", "susceptibility_per_um2 = -0.38"),
-        "friction.susceptibility_per_um2 = -0.38 um^-2: must be greater than 0",
-    ),
-    "a NaN": ('preset = "paper"\ncontroller.kp = nan', "controller.kp = nan N/N: "),
-    "an unknown kind": (WHOLE.replace('"log_sweep"', '"chirp"'), "setpoint"),
-    "no kind": (WHOLE.replace('kind = "log_sweep"\n', ""), "setpoint"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_FILES)
-def test_a_bad_file_is_one_line_that_names_it(tmp_path, case):
-    content, told = BAD_FILES[case]
-    path = tmp_path / "bad.toml"
-    path.write_text(content)
-    with pytest.raises(fl.FrictionloopError) as failure:
-        fl.read_toml(path)
-    line = str(failure.value)
-    assert line.startswith(f"{path}: ")
-    assert told in line
-    assert "\n" not in line
-
-
 def test_writing_replaces_the_old_file_whole(tmp_path):
     path = tmp_path / "system.toml"
     fl.write_toml(fl.paper(), path)
