@@ -12,10 +12,10 @@ import frictionloop as fl
 from frictionloop.device.bench_boards import ENDS
 from frictionloop.firmware.compiled import host_sources
 from frictionloop.firmware.compiler import shared_library
-from frictionloop.firmware.parameter_words import firmware_words, n_per_count
+from frictionloop.firmware.parameter_words import n_per_count
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import named, parameter_words
+from frictionloop.quantities.schema import named
 
 TICK_HZ = 5000
 FINGERS, EACH_S = 1000, 36.0
@@ -125,15 +125,6 @@ def raised(readings: Told, words: np.ndarray, finger: int = 0) -> list[Raised]:
     faults = named("faults")
     rows = found[: min(many, room)].tolist()
     return [Raised(finger, tick, faults[fault], value, float(readings.force_n[tick])) for tick, fault, value in rows]
-
-
-def tightened(system: fl.System, share: float) -> np.ndarray:
-    """Return the words of a board with the limits of app_sensors.c at a share of theirs."""
-    words = firmware_words(system)
-    for name in ("force_jump_n", "position_jump_m", "load_jump_n", "contrary_n", "turn_m", "hum_n", "stuck_ticks"):
-        at = parameter_words()[f"safety.{name}"].first
-        words[at] = max(round(share * int(words[at])), 2)
-    return words
 
 
 def _q28(force_n: np.ndarray) -> np.ndarray:

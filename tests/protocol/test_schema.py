@@ -9,8 +9,6 @@ from typing import Any
 from frictionloop.device.codec import HEADER, LARGEST_BODY
 from frictionloop.quantities.schema import firmware_folder, parameter_words, schema, schema_path
 
-ROOT = schema_path().parents[1]
-
 
 def test_the_headers_are_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("generate", schema_path().with_name("generate.py"))

@@ -9,8 +9,6 @@ import frictionloop as fl
 from frictionloop.parameters.block import Block
 from frictionloop.studio.panels import panels_of
 
-SMALL = fl.rendering.Map(values_n=[[0.1, 0.2], [0.3, 0.4]], pitch_mm=1.0)
-
 
 def changed_by(fields):
     return {path for each in fields for path in each.get("columns") or [each["path"]]}

@@ -17,7 +17,6 @@ import frictionloop.identification as find
 from frictionloop.identification import rigs
 from frictionloop.identification.resonance import model, sandwich
 from frictionloop.identification.weights_calibration import arriving
-from frictionloop.parameters.calibration_bench import CalibrationBench
 
 G = 9.80665
 
@@ -286,7 +285,6 @@ def test_a_reading_that_never_changes_has_no_noise():
 
 # A recording is a recording
 
-BENCH = CalibrationBench()
 RUNS = {
     "weights": rigs.weights_rig([0, 0.1, 0.2, 0.1, 0, 0.1], dwell_s=2.0, rate_hz=500.0),
     "hammer": rigs.hammer_rig(hits=4),

@@ -24,11 +24,6 @@ SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its
 VERBS = "list", "info", "set", "run", "play", "recover", "clear", "monitor", "flash"
 
 
-def rows(out):
-    """Return a borderless table as a dictionary."""
-    return {line.split("  ", 1)[0]: line.split("  ", 1)[1].strip() for line in out.splitlines() if "  " in line}
-
-
 def refused(answer):
     """Return the one line that says what is wrong."""
     assert answer.code == 2 and answer.out == "" and answer.err.startswith("error: ") and answer.err.count("\n") == 1
