@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import re
-import subprocess
 import tomllib
 from pathlib import Path
 
@@ -46,51 +45,6 @@ def test_words_in_messages():
     catalogue = tomllib.loads((SRC / "findings" / "catalogue.toml").read_text(encoding="utf-8"))
     said = [f"{each['title']} {each.get('template', '')}" for each in catalogue.values()]
     assert sum(map(words_of, SRC.rglob("*.py"))) + sum(len(each.split()) for each in said) <= MOST_WORDS
-
-
-# What `make` installs: every file of the package index with its hash, of the versions in requirements/lock.txt.
-
-
-FOLDER = Path(__file__).parents[2] / "requirements"
-HASHED = sorted(path.name for path in FOLDER.glob("*.txt") if path.name != "lock.txt")
-LOCKED = dict(re.findall(r"^([\w.-]+)==(\S+)$", (FOLDER / "lock.txt").read_text(encoding="utf-8"), re.MULTILINE))
-OTHER_SYSTEMS = {"colorama"}
-"""What only Windows installs."""
-
-
-def plain(name):
-    return re.sub(r"[-_.]+", "-", name).lower()
-
-
-@pytest.mark.parametrize("name", HASHED)
-def test_every_pin_has_a_hash_and_the_version_of_the_lock(name):
-    text = (FOLDER / name).read_text(encoding="utf-8").replace("\\\n", "")
-    pins = [line.split() for line in text.splitlines() if line and not line.startswith(("#", "-r "))]
-    locked = {plain(package): version for package, version in LOCKED.items()}
-    assert pins
-    for requirement, *more in pins:
-        package, version = requirement.split("==")
-        assert sum(each.startswith("--hash=sha256:") for each in more) > 0, package
-        assert version == locked.get(plain(package), version), package
-        assert plain(package) in locked or package in OTHER_SYSTEMS, package
-
-
-def test_the_files_together_have_all_that_is_locked():
-    text = "".join((FOLDER / name).read_text(encoding="utf-8") for name in HASHED)
-    pinned = {plain(package) for package in re.findall(r"^([\w.-]+)==", text, re.MULTILINE)}
-    assert {plain(package) for package in LOCKED} <= pinned
-
-
-def test_no_file_names_a_host():
-    assert not [path.name for path in FOLDER.iterdir() if "://" in path.read_text(encoding="utf-8")]
-
-
-@pytest.mark.slow
-def test_a_step_of_make_says_what_it_does_and_is_not_silent():
-    step = ["sh", str(FOLDER / "step.sh"), "Waiting, usually 3 s"]
-    done = subprocess.run([*step, "sleep", "3"], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (0, "Waiting, usually 3 s .\n")
-    assert subprocess.run([*step, "false"], capture_output=True, check=False).returncode == 1
 
 
 # docs/reliability.md: every fault with all that is to be known of it, and commands that run a test.
