@@ -22,6 +22,11 @@ BUILD_EXAMPLES = r"""Examples
   frictionloop firmware build my-controller.toml --out my-image --laws pi,notch_pi
   frictionloop firmware build my-controller.toml --out my-image --board mps2
 """
+LAW_EXAMPLES = r"""Examples
+
+  frictionloop firmware law my-controller.toml --out law.c
+  frictionloop firmware law my-bench.toml --use my_law.py --controller.kind leaky_pi --out law.c
+"""
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
 
@@ -68,3 +73,19 @@ def build(
     with fl.progress.waiting(f"building {board}"):
         found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.cycles)
     shown.show(found.with_findings(given.findings), saved={"image and table": out})
+
+
+def law(
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.BenchPreset = None,
+    overrides: flags.Overrides = None,
+    out: Annotated[Path, Parameter(help="File of C to write.", group=flags.RESULT)],
+    shown: screen.Shown = screen.BRIEFLY,
+) -> None:
+    """Write a system's control law as C99 for a board of your own: gains, inverse, overdrive and a bit test in it."""
+    checks.check_output("out", out, (".c",))
+    given = flags.given(file, preset, overrides, "bench")
+    found = fl.firmware.law(given.system, out)
+    shown.show(found.with_findings(given.findings), saved={"law": out})

@@ -2,13 +2,19 @@
 
 export        a system as parameter table: words, numbers with units, the system itself
 build         the image that runs it, with the table beside it
+law           a system's control law as C99, for a board of one's own
 """
 
 from __future__ import annotations
 
 from frictionloop.quantities.lazily import lazily
 
-HOMES = {"exported": "Exported export", "built_image": "Built build", "board_fit": "board_findings"}
+HOMES = {
+    "exported": "Exported export",
+    "built_image": "Built build",
+    "law_source": "LawSource law",
+    "board_fit": "board_findings",
+}
 __getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]
 
