@@ -182,10 +182,10 @@ MUTATIONS = [
     ),
     Mutation(
         "Q from a tap 10 % low",
-        SRC + "identification/ring_down.py",
+        SRC + "identification/poles.py",
         "np.exp(-0.5 * angle / q)",
         "np.exp(-0.45 * angle / q)",
-        "unit/test_ring_down.py",
+        "unit/test_modes.py",
     ),
     Mutation(
         "threshold at 150 Hz",

@@ -44,9 +44,7 @@ myst_heading_anchors = 3
 executed_pages = [
     "start",
     "tutorial",
-    "bench",
-    "bench-gains",
-    "loop-gain",
+    "will-it-ring",
     "controllers",
     "plate",
     "force-sensor",
@@ -55,7 +53,6 @@ executed_pages = [
     "finger",
     "perception",
     "effects",
-    "effects-gallery",
     "how-to/*",
 ]
 executed_style = LOOK

@@ -15,7 +15,7 @@ from typing import Any
 
 import frictionloop
 from frictionloop.design.comparison import EVALUATION_SEED
-from frictionloop.design.comparison.effects import Cell, Key, effect_cells
+from frictionloop.design.comparison.effect_comparison import Cell, Key, compare_effects
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from frictionloop.report import arrivals as shown
@@ -39,7 +39,7 @@ def run(laws: Sequence[str], path: Path = RUNS, count: int = FINGERS, effects: S
         path.parent.mkdir(exist_ok=True)
         path.write_text(json.dumps({"about": decided_by, "cells": rows}), encoding="utf-8")
 
-    effect_cells(bench(), effects, laws, count, EVALUATION_SEED, shown.SPEEDS_MM_S, kept=cells, save=save)
+    compare_effects(bench(), effects, laws, count, EVALUATION_SEED, shown.SPEEDS_MM_S, kept=cells, save=save)
     found: dict[str, Any] = about | {"speeds_mm_s": shown.SPEEDS_MM_S, "laws": {}}
     for law in laws:
         ways = {name: [cells[law, name, speed] for speed in shown.SPEEDS_MM_S] for name in effects}

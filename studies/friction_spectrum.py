@@ -10,7 +10,7 @@ import numpy as np
 from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.state_space import Array
-from frictionloop.loop.felt import plain_stroke
+from frictionloop.loop.reference_runs import plain_stroke
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from studies.causes import mean_occlusion

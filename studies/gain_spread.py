@@ -2,8 +2,8 @@
 
 ``python -m studies.gain_spread 1000`` takes every capable one of so many fingers of the comparison, at 20 and 80 mm/s.
 A controller believes the bench's finger; or the finger's own friction and susceptibility by two plain strokes, as a
-session does before its first trial (experiments/reach), and then as it may be later: off by a factor up to 1.5 either
-way. Each law is designed for the loop gain that is left, and is scored on three sines and three holds.
+session does before its first trial, and then as it may be later: off by a factor up to 1.5 either way. Each law is
+designed for the loop gain that is left, and is scored on three sines and three holds.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from frictionloop.design.comparison import protocol
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
-from frictionloop.experiments.reach import simulated_reach
+from frictionloop.experiments.measured_finger import simulated_finger
 from frictionloop.parameters import System, bench
 from studies.as_it_runs import residual_n
 from studies.conditions import conditions
@@ -36,8 +36,8 @@ def told(system: System, people: Sequence[Mapping[str, Any]], spread: float, see
     off = spread ** np.random.default_rng(seed).uniform(-1.0, 1.0, (len(people), 2))
     found = []
     for finger, factors in zip(people, off.tolist(), strict=True):
-        reach = simulated_reach(system.evolve(dict(finger)))
-        values = min(reach.highest_n * factors[0], RANGE_N), reach.susceptibility_per_um2 * factors[1]
+        measured = simulated_finger(system.evolve(dict(finger)))
+        values = min(measured.reach.high_n * factors[0], RANGE_N), measured.susceptibility_per_um2 * factors[1]
         found.append({**finger, **dict(zip(BELIEVED, values, strict=True))})
     return found
 

@@ -17,7 +17,7 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.quantities.version import package_version
 
 HERE = Path(__file__).parent
-SHOWN_IN = [HERE.parent / "docs" / name for name in ("experiments.md", "validation.md", "which-law.md")]
+SHOWN_IN = [HERE.parent / "docs" / name for name in ("validation.md", "which-law.md")]
 """Pages of the documentation with tables of a study."""
 RESULTS, PAGES = HERE / "results", HERE / "pages"
 SHOWN = re.compile(r"<!-- results/([\w-]+)\.csv -->\n.*?<!-- end -->", re.DOTALL)

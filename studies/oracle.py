@@ -19,7 +19,7 @@ from frictionloop.loop import simulate, sweep
 from frictionloop.loop.kernel.access import doubles, load
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.loop import Tile
-from frictionloop.loop.kernel.lower_bench import contact_of_step
+from frictionloop.loop.kernel.lower_blocks import contact_of_step
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.signals import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows

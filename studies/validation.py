@@ -18,9 +18,9 @@ import xarray as xr
 import frictionloop as fl
 from frictionloop.experiments import Observer
 from frictionloop.hardware.plate.envelope import time_constant_s
-from frictionloop.loop.felt import weighted
+from frictionloop.loop.reference_runs import weighted
 from frictionloop.parameters.plate_design import PlateDesign
-from frictionloop.parameters.still import STILL
+from frictionloop.parameters.presets import STILL
 from studies.kept import keep
 from studies.slide import slide_statistics
 from studies.slide_onset import stick_to_slip

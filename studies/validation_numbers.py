@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-ABOUT = "; assumed ±20 %"
+ABOUT = "; ±20 %"
 DERLER = (
     "[Derler, Rotaru](https://discovery.researcher.life/article/24def7cbf4333be7a1684c6b65e3309b), wet glass, abstract"
 )

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import json
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -91,6 +93,17 @@ DEAREST = (
 SOAK = Path(__file__).with_name("soak.json")
 """What `make soak` found: the outcome of each campaign, and of which commit and versions."""
 CAMPAIGNS = pytest.StashKey[list[str]]()
+ROOT = SOAK.parents[1]
+DECIDE = {
+    "": ("quantities", "parameters", "physics", "sensing", "control", "rendering", "loop"),
+    "firmware": ("firmware", "device"),
+    "protocol": ("firmware", "device"),
+    "experiments": ("device", "experiments", "live"),
+    "reference": ("analysis", "hardware", "identification", "recordings"),
+    "unit": ("analysis", "design", "hardware", "identification", "recordings"),
+    "tests": ("analysis", "design", "report"),
+}
+"""Rooms that decide the campaigns of a folder, of all and besides."""
 SOAKED = ("soak", True)
 """What says of a report that it is a campaign's, also to the process that other workers report to."""
 
@@ -112,7 +125,7 @@ def pytest_collection_finish() -> None:
 
 
 class Soak:
-    """Store what the campaigns that were run found, beside what is stored of the others."""
+    """Store what the campaigns that were run found, beside what is stored of the others; tell what is of other code."""
 
     def __init__(self) -> None:
         self.found: dict[str, dict[str, Any]] = {}
@@ -121,13 +134,24 @@ class Soak:
         """Keep outcome and time of a campaign."""
         if SOAKED in report.user_properties and (report.when == "call" or not report.passed):
             outcome = "xfailed" if hasattr(report, "wasxfail") else report.outcome
-            self.found[report.nodeid] = {"outcome": outcome, "seconds": round(report.duration, 1)} | _of()
+            self.found[report.nodeid] = {
+                "outcome": outcome, "seconds": round(report.duration, 1), "code": deciding_code(report.nodeid),
+                "numba": version("numba"), "numpy": version("numpy"),
+            }  # fmt: skip
 
     def pytest_sessionfinish(self) -> None:
         """Write the file."""
         if self.found:
             kept = json.loads(SOAK.read_text()) if SOAK.exists() else {}
             SOAK.write_text(json.dumps(dict(sorted((kept | self.found).items())), indent=1) + "\n")
+
+    def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
+        """Tell how many campaigns are stored, how many of them did not pass, and how many other code has decided."""
+        if config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+            stored = json.loads(SOAK.read_text(encoding="utf-8"))
+            failed = sum(found["outcome"] == "failed" for found in stored.values())
+            stale = sum(found.get("code") != deciding_code(name) for name, found in stored.items())
+            terminalreporter.line(f"campaigns: {len(stored)} stored, {failed} failed, {stale} of other code: make soak")
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -152,9 +176,15 @@ def _rank(item: pytest.Item) -> int:
     return found[0] if found else len(DEAREST)
 
 
-def _of() -> dict[str, str]:
-    commit = subprocess.run(["git", "rev-parse", "--short=10", "HEAD"], capture_output=True, text=True, check=False)
-    return {"commit": commit.stdout.strip(), "numba": version("numba"), "numpy": version("numpy")}
+@cache
+def deciding_code(name: str) -> str:
+    """Return a digest of the code that decides a campaign: its file, and the rooms that its folder tests."""
+    file = Path(name.partition("::")[0])
+    rooms = [ROOT / "src" / "frictionloop" / room for room in (*DECIDE[""], *DECIDE.get(file.parent.name, ()))]
+    paths = [ROOT / file, *(path for room in rooms for path in sorted(room.rglob("*.py")))]
+    if file.parent.name in ("firmware", "protocol"):
+        paths += sorted((ROOT / "firmware" / "core").glob("*.[ch]"))
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in paths if path.exists())).hexdigest()[:16]
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import frictionloop as fl
 from frictionloop.figures.style import BLACK, BLUE, GREY, arrow, schematic, styled, svg
-from frictionloop.report.figures.diagram import _block, _box, _signal, _sum
+from frictionloop.report.schematics import _block, _box, _signal, _sum
 
 FILE = "_build/figures/bench-diagram.svg"
 TOP, BOTTOM, OVER = 3.4, 0.9, 5.85

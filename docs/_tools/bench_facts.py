@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import frictionloop as fl
-from frictionloop.analysis.headroom import headroom
+from frictionloop.analysis.limits import headroom
 from frictionloop.report.beyond import NOTCH, RETUNED_GAINS, stored
-from frictionloop.report.claims.people import capable_share
+from frictionloop.report.claims.device import capable_share
 from frictionloop.report.protocol import SCORED_S
 
 

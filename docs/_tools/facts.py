@@ -42,48 +42,6 @@ def _reading(name: str, system: fl.System) -> Iterable[Any]:
     return name, *signals, band, f"{in_reach:.0%}", f"{fl.r2_bound(run):.3f}", f"{fl.r2_identity(run):.3f}"
 
 
-def gains() -> str:
-    """Return R2 and saturation over kp, with and without sensor noise."""
-    rows = []
-    for kp in GAINS:
-        system = fl.feasible().evolve({"controller.kp": kp})
-        scores = *score(system), *score(system.evolve({"sensor.noise_rms_n": 0.0}))
-        literal = score(fl.paper().evolve({"controller.kp": kp}))[0]
-        rows.append((f"{kp:g}", *_formatted(scores), f"{literal:.3f}"))
-    header = "$K_p$", "$R^2$", "saturated", "$R^2$, no noise", "saturated, no noise", "$R^2$, `fl.paper()`"
-    return table(header, rows)
-
-
-def _formatted(scores: Iterable[float]) -> list[str]:
-    return [f"{x:.3f}" if i % 2 == 0 else f"{x:.1%}" for i, x in enumerate(scores)]
-
-
-def integral_gains() -> str:
-    """Return R2 over ki, and the time in which the integral corrects."""
-    rows = []
-    for ki in (0.2, 2.0, 20.0, 200.0, 2000.0, 10_000.0):
-        r2, saturated = score(fl.feasible().evolve({"controller.ki": ki}))
-        correction_s = (1 + 10.0) / ki
-        rows.append((f"{ki:g}", f"{correction_s:.2g} s", f"{r2:.3f}", f"{saturated:.1%}"))
-    return table(("$K_i$ (1/s)", "$(1 + K_p)/K_i$", "$R^2$", "saturated"), rows)
-
-
-def noise_readings() -> str:
-    """Return what the printed 1e-4 does, read as rms, as density and as variance."""
-    nyquist_hz = fl.feasible().controller.rate_hz / 2
-    readings = {
-        "none": 0.0,
-        r"rms, $10^{-4}$ N": 1e-4,
-        r"density, $10^{-4}\ \mathrm{N}/\sqrt{\mathrm{Hz}}$": 1e-4 * math.sqrt(nyquist_hz),
-        r"variance, $10^{-4}\ \mathrm{N}^2$": math.sqrt(1e-4),
-    }
-    rows = []
-    for name, rms_n in readings.items():
-        r2, saturated = score(fl.feasible().evolve({"sensor.noise_rms_n": rms_n}))
-        rows.append((name, f"{rms_n * 1e3:.3g}", f"{r2:.3f}", f"{saturated:.1%}"))
-    return table(("Reading", "rms (mN)", "$R^2$", "saturated"), rows)
-
-
 def delays() -> str:
     """Return phase margin and largest stable kp over the delay."""
     rows = []

@@ -1,7 +1,7 @@
 """Numbers and tables that pages hold as text, so that they are read unbuilt too: python docs/_tools/filled.py.
 
 ``22.9<!-- n.kp_limit -->`` is a number of `facts.numbers`, and what stands between ``<!-- table_gains -->`` and
-``<!-- end -->`` a table of `facts` or `notch_table`. The command writes both anew; the build stops where they are not
+``<!-- end -->`` a table of `facts`. The command writes both anew; the build stops where they are not
 what the package computes.
 """
 
@@ -12,21 +12,16 @@ import sys
 from pathlib import Path
 
 import facts
-import notch_table
 
 PAGES = (
     "paper-notes.md",
-    "paper-notes-device.md",
     "model.md",
     "finger.md",
     "which-law.md",
     "how-to/reproduce-the-paper.md",
     "../README.md",
 )
-TABLES = (
-    facts.readings, facts.gains, facts.integral_gains, facts.noise_readings, facts.delays, facts.noise_gains,
-    notch_table.notch_parts,
-)  # fmt: skip
+TABLES = facts.readings, facts.delays, facts.noise_gains
 NUMBER = re.compile(r"[\w.,+−%-]+<!-- n\.(\w+) -->")
 TABLE = re.compile(r"<!-- table_(\w+) -->\n.*?<!-- end -->", re.DOTALL)
 

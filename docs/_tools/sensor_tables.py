@@ -6,11 +6,10 @@ import math
 
 from tables import table
 
-from frictionloop.hardware.sensor.answers import SensorAnswers, sensor
 from frictionloop.hardware.sensor.electrodes import electrostatic_n_per_m
 from frictionloop.hardware.sensor.noise_budget import noise_budget
-from frictionloop.hardware.sensor.search import propose_sensor
-from frictionloop.hardware.sensor.wanted import SensorRequirement
+from frictionloop.hardware.sensor.sensor_answers import SensorAnswers, sensor
+from frictionloop.hardware.sensor.sensor_search import SensorRequirement, propose_sensor
 from frictionloop.parameters.sensor_design import SensorDesign
 
 

@@ -9,8 +9,7 @@ from sphinx.application import Sphinx
 
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
-from frictionloop.studio.replay import played
-from frictionloop.studio.static_page import page_of, stroked
+from frictionloop.studio.replay import page_of, played, stroked
 
 NAME = "studio-demo.html"
 SEED = 0

@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 import frictionloop as fl
 from frictionloop.parameters.block import Block
-from frictionloop.parameters.wording import known_names
+from frictionloop.parameters.refusals import known_names
 from frictionloop.quantities import unit_of
 
 BLOCKS: dict[str, type[Block]] = {

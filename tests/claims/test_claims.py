@@ -12,15 +12,13 @@ import pytest
 
 from frictionloop.parameters import paper
 from frictionloop.report.beyond import COMMAND, NOTCH
-from frictionloop.report.build import claims_json
 from frictionloop.report.claims import COUNTED, THESIS, TOPICS, Claim, Group, Verdict, one_claim
-from frictionloop.report.claims.claim import SOME_READINGS, having, lacking
-from frictionloop.report.claims.counting import counts, not_counted, paper_and_ours
-from frictionloop.report.claims.judging import FILLED, Told, texts
-from frictionloop.report.claims.worded import accepted, condition, shown
-from frictionloop.report.device import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
-from frictionloop.report.page import holding
+from frictionloop.report.claims.claim import FILLED, SOME_READINGS, Told, having, lacking, texts
+from frictionloop.report.claims.worded import accepted, condition, counts, not_counted, paper_and_ours
+from frictionloop.report.numbers import shown
+from frictionloop.report.page import claims_json, holding
 from frictionloop.report.people import LOOKUPS
+from frictionloop.report.protocol import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
 from frictionloop.report.reproduction import Reproduction
 from frictionloop.report.results import HALF, Results
 from frictionloop.report.step_response import PRINTED_MS

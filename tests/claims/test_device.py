@@ -11,8 +11,8 @@ from scipy.stats import linregress
 
 import frictionloop as fl
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.people import LOOKUPS, WITHOUT, lookup, stronger, the_finger
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.step_response import (
     overshoot,
     skin_limit_ms,

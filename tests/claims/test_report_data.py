@@ -10,9 +10,9 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.report.gains import KIS, KPS, Range, at, middle, optimum, spread, useful_range
-from frictionloop.report.noise import LEVELS_N, NOISE_READINGS, knee_n
 from frictionloop.report.results import parts
-from frictionloop.report.systems import FEASIBLE, WORKING, compared, held, noise_above_n, reachable_share, readings
+from frictionloop.report.sensor_noise import LEVELS_N, NOISE_READINGS, knee_n
+from frictionloop.report.systems import FEASIBLE, WORKING, at_means, compared, noise_above_n, reachable_share, readings
 
 
 def cut(values, gains=(1.0, 2.0, 4.0, 8.0)):
@@ -78,7 +78,7 @@ def test_the_working_reading_is_the_preset():
 
 
 def test_a_held_system_stands_at_its_means():
-    still = held(fl.paper())
+    still = at_means(fl.paper())
     assert still.setpoint == fl.Constant(offset_n=0.6) and still.disturbance == fl.Constant(offset_n=0.4)
 
 

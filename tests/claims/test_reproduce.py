@@ -17,12 +17,13 @@ from frictionloop.loop.progress import Bar
 from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
-from frictionloop.report import build, protocol
+from frictionloop.report import page as built
+from frictionloop.report import protocol
 from frictionloop.report.claims import THESIS, Group
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS
-from frictionloop.report.figures import DRAWINGS
 from frictionloop.report.page import Drawn, maths, render
+from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.reproduction import reproduce
 from frictionloop.report.results import FIELDS, Results, parts
 from frictionloop.report.stability import asked_for
@@ -63,9 +64,9 @@ def folder(results, tmp_path_factory):
     """Reproduce into a folder, with the results that the other tests use too."""
     target = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "Results", lambda bar: results)
-        build.prepare(target)
-        build.build_report(target, progress=False)
+        patch.setattr(built, "Results", lambda bar: results)
+        built.prepare(target)
+        built.build_report(target, progress=False)
     return target
 
 
@@ -97,7 +98,7 @@ def test_links_within_the_page_lead_somewhere(page):
 def test_the_page_shows_every_figure_and_claim(page, results, folder):
     claims = json.loads((folder / "claims.json").read_text(encoding="utf-8"))["claims"]
     assert {f"claim-{claim['id']}" for claim in claims} <= set(page.ids)
-    names = set(DRAWINGS)
+    names = set(FIGURES)
     files = {path.name for path in (folder / "figures").iterdir()}
     assert files == {f"{name}.{ending}" for name in names for ending in ("svg", "png")}
     for name in names:
@@ -120,24 +121,24 @@ def test_a_figure_is_the_same_bytes_twice(results, folder, name):
     version, command, seeds = source.split(" · ")
     assert (version, command) == (f"frictionloop {cited_version()}", f"frictionloop reproduce --only {name}")
     assert seeds.startswith("seeds ") or seeds == "no random numbers"
-    assert svg(DRAWINGS[name](results), name, source) == written
+    assert svg(FIGURES[name].draw(results), name, source) == written
     with Image.open(folder / "figures" / f"{name}.png") as picture:
         assert picture.info["Source"] == source and min(picture.size) > 300
 
 
 def test_the_page_is_the_same_text_twice(results, claims):
-    figures = dict.fromkeys(DRAWINGS, EMPTY)
+    figures = dict.fromkeys(FIGURES, EMPTY)
     assert render(results, claims, figures) == render(results, claims, figures)
 
 
 def test_symbols_are_set(results, claims):
-    figures = dict.fromkeys(DRAWINGS, EMPTY)
+    figures = dict.fromkeys(FIGURES, EMPTY)
     text = render(results, claims, figures)
     assert "<i>K</i><sub>p</sub> starts at 5" in text and "{{" not in text
 
 
 def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_does_not(results, claims):
-    figures = dict.fromkeys(DRAWINGS, EMPTY)
+    figures = dict.fromkeys(FIGURES, EMPTY)
     text = " ".join(render(results, claims, figures).split())
     answer = text[text.index('<section id="answer">') :]
     assert answer[: answer.index("</b>")].endswith("The idea of the paper comes out:")
@@ -148,7 +149,7 @@ def test_the_first_sentence_tells_whether_the_idea_holds_and_the_next_part_what_
 
 
 def test_all_that_comes_out_is_named_of_the_text_and_of_the_device_apart(results, claims):
-    text = render(results, claims, dict.fromkeys(DRAWINGS, EMPTY))
+    text = render(results, claims, dict.fromkeys(FIGURES, EMPTY))
     told = text[text.index('<ul class="told">') :].partition("</ul>")[0]
     of_text, of_device, _, not_out = re.findall(r"<li>(.*?)</li>", told, re.DOTALL)
     for part, group, verdict in ((of_text, False, "comes out"), (of_device, True, "comes out")):
@@ -159,7 +160,7 @@ def test_all_that_comes_out_is_named_of_the_text_and_of_the_device_apart(results
 
 
 def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_besides(results, claims):
-    text = " ".join(render(results, claims, dict.fromkeys(DRAWINGS, EMPTY)).split())
+    text = " ".join(render(results, claims, dict.fromkeys(FIGURES, EMPTY)).split())
     found = results.checked
     # They are found for Ms 1.5 on the bench, whose slip length is shorter: a longer one takes gain at the resonance.
     assert protocol.the_bench().finger.slip_length_um > bench().finger.slip_length_um
@@ -178,7 +179,7 @@ def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_be
 
 
 def test_how_friction_of_the_finger_goes_with_speed_is_told(results, claims):
-    text = " ".join(render(results, claims, dict.fromkeys(DRAWINGS, EMPTY)).split())
+    text = " ".join(render(results, claims, dict.fromkeys(FIGURES, EMPTY)).split())
     slope = the_finger()["friction.speed_slope"]
     assert slope < 0
     assert f"its friction falls with speed (<code>friction.speed_slope</code> −{-slope:.3g})" in text
@@ -198,7 +199,7 @@ def test_points_above_the_line_at_the_lowest_force_are_at_the_largest_amplitude(
 
 
 def test_every_rule_of_agreement_is_on_the_page(results, claims):
-    figures = dict.fromkeys(DRAWINGS, EMPTY)
+    figures = dict.fromkeys(FIGURES, EMPTY)
     text = render(results, claims, figures)
     assert all(str(maths(rule)) in text for rule in RULES)
 
@@ -211,15 +212,15 @@ def test_a_folder_that_cannot_be_made_is_one_line(tmp_path):
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(build.os, "access", lambda path, mode: False)
-    monkeypatch.setattr(build, "Results", lambda advance: pytest.fail("computed before looking"))
+    monkeypatch.setattr(built.os, "access", lambda path, mode: False)
+    monkeypatch.setattr(built, "Results", lambda advance: pytest.fail("computed before looking"))
     with pytest.raises(FrictionloopError, match="not writable"):
         reproduce(tmp_path)
 
 
 def test_a_figure_that_cannot_be_written_is_one_line(results, tmp_path, monkeypatch):
-    monkeypatch.setattr(build, "Results", lambda bar: results)
-    monkeypatch.setattr(build, "DRAWINGS", {"fig-1b": DRAWINGS["fig-1b"]})
+    monkeypatch.setattr(built, "Results", lambda bar: results)
+    monkeypatch.setattr(built, "FIGURES", {"fig-1b": FIGURES["fig-1b"]})
     (tmp_path / "figures" / "fig-1b.svg" / "taken").mkdir(parents=True)
     with pytest.raises(FrictionloopError, match=r"fig-1b\.svg: cannot be written"):
         reproduce(tmp_path)
@@ -251,7 +252,7 @@ def test_every_figure_and_claim_can_be_cited_by_version_command_and_seeds(folder
     lines = re.findall(
         r'<p class="cite">frictionloop [\w.+]+ · <code>frictionloop reproduce --only (\S+)</code> · (.+)</p>', text
     )
-    assert sorted(name for name, _ in lines) == sorted([*DRAWINGS, *(claim["id"] for claim in claims)])
+    assert sorted(name for name, _ in lines) == sorted([*FIGURES, *(claim["id"] for claim in claims)])
     seeds = dict(lines)
     assert (seeds["fig-5a"], seeds["fig-1b"]) == ("seeds 0 to 14", "no random numbers")
     assert all(seeds[claim["id"]].endswith(claim["seeds"]) for claim in claims if claim["seeds"] != "none")

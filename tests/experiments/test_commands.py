@@ -7,9 +7,9 @@ import pytest
 from frictionloop.cli.experiment import _range
 from frictionloop.experiments.planning import power
 from frictionloop.experiments.protocol import read_protocol
-from frictionloop.experiments.study_result import unfitted
+from frictionloop.experiments.study import unfitted
 from frictionloop.experiments.summary import fits
-from frictionloop.experiments.table import COLUMNS
+from frictionloop.experiments.trials import COLUMNS
 from frictionloop.quantities import FrictionloopError
 
 
@@ -45,7 +45,7 @@ def test_a_participant_without_a_threshold_is_told_with_the_reason():
 
 def test_the_protocol_of_the_page_passes_its_check(tmp_path):
     """The one that docs/experiments.md shows."""
-    from frictionloop.experiments.dry_run import check
+    from frictionloop.experiments.planning import check
     from frictionloop.experiments.study import study_system
 
     page = (Path(__file__).parents[2] / "docs" / "experiments.md").read_text(encoding="utf-8")

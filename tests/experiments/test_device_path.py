@@ -10,7 +10,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_trials, resume, run, running
-from frictionloop.experiments.clock import ClockMap
+from frictionloop.experiments.device_strokes import ClockMap
 from frictionloop.experiments.protocol import bundled, read_protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
 from frictionloop.experiments.study import study_system
@@ -199,5 +199,5 @@ def test_the_bench_told_by_a_device_has_the_reach_of_its_finger(engines):
     found = engine.reach(system, 0)
     engine.close()
     bench = running.engine_at("bench:", system).reach(system, 0)
-    assert found.highest_n == pytest.approx(bench.highest_n, rel=0.15)
-    assert found.lowest_n == pytest.approx(bench.lowest_n, rel=0.25)
+    assert found.reach.high_n == pytest.approx(bench.reach.high_n, rel=0.15)
+    assert found.reach.low_n == pytest.approx(bench.reach.low_n, rel=0.25)

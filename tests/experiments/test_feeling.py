@@ -5,8 +5,13 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol
-from frictionloop.experiments.feeling import asked_along, strength_along, strength_of_period
-from frictionloop.experiments.participant import Observer, SimulatedParticipant
+from frictionloop.experiments.participant import (
+    Observer,
+    SimulatedParticipant,
+    asked_along,
+    strength_along,
+    strength_of_period,
+)
 from frictionloop.experiments.study import study_system
 
 RIDGE = Protocol(

@@ -6,9 +6,8 @@ import json
 import pytest
 
 from frictionloop.experiments import Protocol, run
-from frictionloop.experiments.kept_sessions import read_trials
-from frictionloop.experiments.keyboard import Keyboard, bar
-from frictionloop.experiments.respondent import Aborted
+from frictionloop.experiments.folder import read_trials
+from frictionloop.experiments.respondent import Aborted, Keyboard, bar
 
 PLAN = Protocol(
     stimulus={"standard": 0.35},

@@ -162,7 +162,7 @@ def test_a_walk_stays_between_its_ends():
         (lambda: Staircase(0.0, (2.0,), "ratio"), "start = 0: must be above 0"),
         (lambda: Staircase(1.0, (1.0,), "ratio"), "steps = .*: must be above 1 ratio"),
         (lambda: Staircase(1.0, reversals=None), "one is needed"),
-        (lambda: Staircase(1.0).add_response(math.nan), "= nan.*must be finite"),
+        (lambda: Staircase(1.0).add_response(math.nan), "result, delivered = .nan.*must be finite"),
         (lambda: Psi([1.0], [1.0], [1.0], trials=None), "one is needed"),
         (lambda: Interleaved({}), "must be methods by name"),
     ],

@@ -9,10 +9,10 @@ from frictionloop.experiments import Protocol, read_protocol, read_trials, resum
 from frictionloop.experiments.fitting import drawn_together, fitted, share_out
 from frictionloop.experiments.needed import needed
 from frictionloop.experiments.protocol import bundled
-from frictionloop.experiments.reach import Reach
+from frictionloop.physics.reach import Reach
 from frictionloop.quantities import FrictionloopError
 
-FINGER = Reach(0.4801, 0.1, 0.25)
+FINGER = Reach(0.1, 0.4801)
 PLAN = read_protocol("jnd-friction-constant")  # 0.3 to 0.5 N
 
 
@@ -21,7 +21,7 @@ def test_levels_out_of_reach_are_drawn_towards_the_standard_until_all_can_be_giv
     assert factor == pytest.approx(0.8)
     assert plan.method.levels == pytest.approx([0.8 * each for each in PLAN.method.levels])
     assert needed(plan).high_n <= 0.4801
-    assert fitted(PLAN, Reach(0.6, 0.1, 0.3)) == (PLAN, 1.0)
+    assert fitted(PLAN, Reach(0.1, 0.6)) == (PLAN, 1.0)
 
 
 def test_a_session_is_refused_with_the_share_out_of_reach():
@@ -30,7 +30,7 @@ def test_a_session_is_refused_with_the_share_out_of_reach():
         fitted(PLAN.evolve({"out_of_reach": "refuse"}), FINGER)
     assert fitted(PLAN.evolve({"out_of_reach": "mark"}), FINGER)[1] == 1.0
     with pytest.raises(FrictionloopError, match=r"N \(75 % is out\)"):
-        fitted(PLAN, Reach(0.35, 0.1, 0.2))  # the standard itself
+        fitted(PLAN, Reach(0.1, 0.35))  # the standard itself
 
 
 @pytest.mark.parametrize("name", bundled())
@@ -43,13 +43,13 @@ def test_every_bundled_protocol_can_be_drawn_together(name):
 
 def test_without_a_standard_the_end_that_can_be_given_stays():
     plan = read_protocol("magnitude-estimation").evolve({"blocks.catch_level": 0.25})  # 0.25 to 0.5 N
-    drawn, factor = fitted(plan, Reach(0.4501, 0.1, 0.2))
+    drawn, factor = fitted(plan, Reach(0.1, 0.4501))
     assert factor == pytest.approx(0.8)
     assert drawn.method.levels == pytest.approx([0.25, 0.29, 0.338, 0.394, 0.45])
     assert drawn.blocks.catch_level == 0.25
-    upper = fitted(plan, Reach(0.8, 0.2999, 0.2))[0]
+    upper = fitted(plan, Reach(0.2999, 0.8))[0]
     assert (upper.method.levels[0], upper.method.levels[-1]) == pytest.approx((0.3, 0.5))
-    both = fitted(plan, Reach(0.4751, 0.2749, 0.2))[0]
+    both = fitted(plan, Reach(0.2749, 0.4751))[0]
     assert (both.method.levels[0], both.method.levels[-1]) == pytest.approx((0.275, 0.475))
 
 
@@ -64,10 +64,10 @@ def test_the_reach_is_measured_before_and_after_and_what_followed_is_in_the_log(
 
     (before,) = logged("reach")
     adjusted = {each["what"]: each["value"] for each in logged("adjusted") if "value" in each}
-    assert adjusted["controller.model.nominal_n"] == before["highest_n"]
+    assert adjusted["controller.model.nominal_n"] == before["high_n"]
     resume(path)
     assert [each["when"] for each in logged("reach")] == ["before", "after"]
     after = logged("reach")[1]
-    assert after["highest_n"] == pytest.approx(before["highest_n"], rel=0.2)
+    assert after["high_n"] == pytest.approx(before["high_n"], rel=0.2)
     system = fl.load(path / read_trials(path)["raw"][3]).attrs["system"]
-    assert json.loads(system)["controller"]["model"]["nominal_n"] == before["highest_n"]
+    assert json.loads(system)["controller"]["model"]["nominal_n"] == before["high_n"]

@@ -8,9 +8,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_protocol, run, session_export
-from frictionloop.experiments.convergence import convergence
 from frictionloop.experiments.psychometric import probability
-from frictionloop.experiments.summary import fits, funnel, pooled
+from frictionloop.experiments.summary import convergence, fits, funnel, pooled
 from frictionloop.quantities import FrictionloopError
 
 PLAN = Protocol(

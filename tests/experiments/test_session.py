@@ -11,7 +11,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, folder
-from frictionloop.experiments.kept_sessions import read_trials
+from frictionloop.experiments.folder import read_trials
 from frictionloop.experiments.running import resume, run
 from frictionloop.quantities import FrictionloopError
 

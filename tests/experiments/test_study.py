@@ -12,18 +12,16 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_protocol, session_export
-from frictionloop.experiments.dry_run import check
-from frictionloop.experiments.function_fit import fit
 from frictionloop.experiments.needed import needed
 from frictionloop.experiments.participant import Observer
+from frictionloop.experiments.planning import check
 from frictionloop.experiments.protocol import bundled, to_toml
-from frictionloop.experiments.psychometric import probability
+from frictionloop.experiments.psychometric import fit, probability
 from frictionloop.experiments.running import run
-from frictionloop.experiments.sequence import Sequence, latin_square
-from frictionloop.experiments.study import STUDY, simulate_trials, study_system
-from frictionloop.experiments.study_result import study_of
+from frictionloop.experiments.sequence import TrialOrder, latin_square
+from frictionloop.experiments.study import STUDY, simulate_trials, study_of, study_system
 from frictionloop.experiments.summary import fits, funnel, groups
-from frictionloop.experiments.table import number_of
+from frictionloop.experiments.trials import number_of
 from frictionloop.parameters.files import read_tree
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report.study_page import page
@@ -156,7 +154,7 @@ def test_a_latin_square_has_each_after_each_equally_often(n):
 
 def test_conditions_are_counterbalanced_by_the_number_in_the_code():
     plan = read_protocol("study-friction")
-    first = [Sequence(plan, f"P{k:02d}").conditions[0].name for k in range(1, 5)]
+    first = [TrialOrder(plan, f"P{k:02d}").conditions[0].name for k in range(1, 5)]
     assert first == ["closed", "open"] * 2
 
 
@@ -169,8 +167,8 @@ def test_needed_forces_are_those_of_the_levels():
     ("changes", "said"),
     [
         ({"stimulus.field": "levle_n"}, "effect.levle_n is unknown; accepted: kind, level_n"),
-        ({"stimulus": {"standard": None, "field": "level_n"}}, "stimulus.standard: must be a number"),
-        ({"method": {"kind": "adjustment"}}, 'task is "'),
+        ({"stimulus": {"standard": None, "field": "level_n"}}, "stimulus.standard is missing: a number"),
+        ({"method": {"kind": "adjustment"}}, "must be another than adjustment for task '2ifc'"),
         ({"method.start": [5.0]}, "must be within"),
         ({"validity.load_n": [1.0, 0.5]}, "must be two rising values"),
         ({"timeline.cue_s": -1}, "timeline.cue_s"),
@@ -190,7 +188,7 @@ def test_a_number_of_trials_ends_any_method_and_constant_stimuli_end_without():
     plan = read_protocol("jnd-friction-constant").evolve({"blocks.practice": 0})
     assert check(plan, study_system()).trials == (84, 84)
     assert check(plan.evolve({"stop.trials": 10}), study_system()).trials == (10, 10)
-    with pytest.raises(FrictionloopError, match="stop: must have trials"):
+    with pytest.raises(FrictionloopError, match="stop is missing: trials, reversals, width or time_s"):
         Protocol(method={"kind": "psi"}, stop={})
 
 

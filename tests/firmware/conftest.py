@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.device.bench_boards import Drive, HostBoard, Sample
 from frictionloop.device.codec import Decoder, Message, encode
-from frictionloop.device.host_board import Drive, HostBoard, Sample
 from frictionloop.firmware.compiled import host_library
 from frictionloop.firmware.image import Image, build
 from frictionloop.firmware.parameter_words import firmware_words

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import encode
-from frictionloop.device.emulator.corpus import SESSION, hello
-from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.emulator.budget import SESSION, hello
 from frictionloop.quantities.schema import firmware_folder, parameter_words
 
 WATCHED = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all", "-g", "-O1"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.host_board import Sample
+from frictionloop.device.bench_boards import Sample
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema
 

@@ -8,10 +8,8 @@ import pytest
 
 from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, WORST_TICK
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.budget import FLOODED, LINE_BYTES, traced
-from frictionloop.device.emulator.corpus import opening, strokes
-from frictionloop.device.emulator.costs import ASSUMED, cycles
-from frictionloop.device.emulator.trace import CycleTrace
+from frictionloop.device.emulator.budget import FLOODED, LINE_BYTES, opening, strokes, traced
+from frictionloop.device.emulator.trace import ASSUMED, CycleTrace, cycles
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 capstone = pytest.importorskip("capstone", reason="install frictionloop[emulator]")

@@ -10,10 +10,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.device.host_board import Sample
+from frictionloop.device.bench_boards import Sample
 from frictionloop.firmware.compiled import host_library
-from frictionloop.firmware.effect_pieces import TOLERANCE_N
-from frictionloop.firmware.effect_tables import STEP, effect_tables
+from frictionloop.firmware.effect_tables import STEP, TOLERANCE_N, effect_tables
 from frictionloop.quantities.schema import schema
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.rendering.source import EffectSource

@@ -5,11 +5,11 @@ import pytest
 from broken_sensors import FAILURES, bench
 
 from frictionloop import FrictionloopError
+from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.bank import Bank
-from frictionloop.device.emulator.corpus import SESSION, edges, heartbeat, hello, opening, strokes
-from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.emulator.budget import SESSION, edges, heartbeat, hello, opening, strokes
+from frictionloop.device.emulator.registers import Bank
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import named, schema
@@ -197,7 +197,7 @@ def test_an_image_that_is_no_teensys_is_one_line(images, tmp_path):
     content = bytearray(images("pi").elf.read_bytes())
     content[content.index(bytes.fromhex("def9ffff"))] = 0
     (tmp_path / "other.elf").write_bytes(content)
-    with pytest.raises(FrictionloopError, match=r"other\.elf: is no image of a Teensy"):
+    with pytest.raises(FrictionloopError, match=r"other\.elf: is no Teensy image"):
         TeensyEmulator(tmp_path / "other.elf")
 
 

@@ -8,8 +8,7 @@ import pytest
 from frictionloop import FrictionloopError
 from frictionloop.firmware.compiler import zig
 from frictionloop.firmware.image import build
-from frictionloop.firmware.image_checks import check, check_teensy
-from frictionloop.firmware.image_files import loaded, read_hex
+from frictionloop.firmware.image_files import check, check_teensy, loaded, read_hex
 from frictionloop.quantities.schema import word_count
 
 CORTEX = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-ffreestanding", "-fno-sanitize=all", "-g")
@@ -139,5 +138,5 @@ def test_an_image_of_another_board_is_no_teensys(tmp_path):
     assert read_hex(path) == [
         (0x100, bytes.fromhex("214601360121470136007EFE09D21901")), (0x12030, b"abcd"), (0x08000100, b"!"),
     ]  # fmt: skip
-    with pytest.raises(FrictionloopError, match=r"^other\.hex: is no image of a Teensy"):
+    with pytest.raises(FrictionloopError, match=r"^other\.hex: is no Teensy image"):
         check_teensy(path.name, read_hex(path))

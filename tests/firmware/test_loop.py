@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import encode
-from frictionloop.device.emulator.corpus import SESSION, heartbeat, hello
-from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.emulator.budget import SESSION, heartbeat, hello
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.sensing.measurement import Measurement

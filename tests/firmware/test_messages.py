@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.codec import encode, framed
-from frictionloop.device.layout import HEADER, LAYOUTS
+from frictionloop.device.codec import HEADER, LAYOUTS, encode, framed
+from frictionloop.firmware.built_in import revision_here
 from frictionloop.firmware.effect_tables import effect_tables
-from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import schema, table_hash, word_count
 from frictionloop.rendering.source import EffectSource
 

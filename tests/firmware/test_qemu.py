@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from frictionloop.device.codec import Decoder
+from frictionloop.firmware.built_in import revision_here
 from frictionloop.firmware.compiled import declarations
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.image_files import loaded, symbol_bytes
-from frictionloop.firmware.revision import revision_here
 from frictionloop.quantities.schema import firmware_folder, schema
 
 QEMU = shutil.which("qemu-system-arm")

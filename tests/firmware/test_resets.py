@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from frictionloop.device.bench_boards import HostBoard
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.teensy import RESETS
-from frictionloop.device.host_board import HostBoard
 from frictionloop.quantities.schema import schema
 
 NAMES = schema()["resets"]

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device.boards import Emulated
-from frictionloop.firmware import revision
+from frictionloop.device.bench_boards import Emulated
+from frictionloop.firmware import built_in
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
 
@@ -19,22 +19,22 @@ from frictionloop.quantities.schema import firmware_folder
 def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a copy of the C sources that stands in their place."""
     copy = Path(shutil.copytree(firmware_folder(), tmp_path / "firmware"))
-    monkeypatch.setattr(revision, "firmware_folder", lambda: copy)
-    revision.revision_here.cache_clear()
+    monkeypatch.setattr(built_in, "firmware_folder", lambda: copy)
+    built_in.revision_here.cache_clear()
     yield copy
-    revision.revision_here.cache_clear()
+    built_in.revision_here.cache_clear()
 
 
 def test_it_is_the_version_and_eight_digits_and_fits_its_field():
-    told = revision.revision_here()
+    told = built_in.revision_here()
     assert re.fullmatch(r"[\w.+]+\+[0-9a-f]{8}", told)
-    assert len(told) <= revision.REVISION_BYTES
+    assert len(told) <= built_in.REVISION_BYTES
 
 
 def test_a_long_version_gives_way_to_the_checksum(monkeypatch, sources):
-    monkeypatch.setattr(revision, "package_version", lambda: "10.20.30.dev4")
-    assert revision.revision_here().startswith("10.20.3+")
-    assert len(revision.revision_here()) == 16
+    monkeypatch.setattr(built_in, "package_version", lambda: "10.20.30.dev4")
+    assert built_in.revision_here().startswith("10.20.3+")
+    assert len(built_in.revision_here()) == 16
 
 
 def test_the_checksum_is_the_crc_of_names_and_contents(sources):
@@ -42,13 +42,13 @@ def test_the_checksum_is_the_crc_of_names_and_contents(sources):
         str(path.relative_to(sources).as_posix()) for path in sources.rglob("*") if path.suffix in (".c", ".h")
     )
     joined = b"".join(name.encode() + b"\0" + (sources / name).read_bytes() + b"\0" for name in files)
-    assert revision.revision_here().endswith(f"+{zlib.crc32(joined):08x}")
+    assert built_in.revision_here().endswith(f"+{zlib.crc32(joined):08x}")
 
 
 @pytest.mark.parametrize("change", ["content", "name", "line ends"])
 def test_what_changes_it(sources, change):
-    before = revision.revision_here()
-    revision.revision_here.cache_clear()
+    before = built_in.revision_here()
+    built_in.revision_here.cache_clear()
     file = sources / "core" / "laws.c"
     if change == "content":
         file.write_bytes(file.read_bytes() + b"\n")
@@ -56,18 +56,18 @@ def test_what_changes_it(sources, change):
         file.rename(file.with_name("laws_2.c"))
     else:
         file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
-    assert (revision.revision_here() == before) == (change == "line ends")
+    assert (built_in.revision_here() == before) == (change == "line ends")
 
 
 def test_an_image_tells_it(images):
-    assert revision.revision_of(images("pi").elf) == revision.revision_here()
-    assert revision.other_sources(images("pi").elf) == ""
+    assert built_in.revision_of(images("pi").elf) == built_in.revision_here()
+    assert built_in.other_sources(images("pi").elf) == ""
 
 
 def test_a_file_without_one_says_nothing(tmp_path):
     (tmp_path / "a.elf").write_bytes(b"no ELF file")
-    assert revision.other_sources(tmp_path / "a.elf") == ""
-    assert revision.other_sources(tmp_path / "none.elf") == ""
+    assert built_in.other_sources(tmp_path / "a.elf") == ""
+    assert built_in.other_sources(tmp_path / "none.elf") == ""
 
 
 @pytest.mark.parametrize("other", [False, True])
@@ -77,7 +77,7 @@ def test_an_image_that_the_model_refuses_says_when_it_is_of_other_sources(images
 
     image = images("pi").elf
     if other:
-        monkeypatch.setattr(revision, "revision_here", lambda: "0.1.0+00000000")
+        monkeypatch.setattr(built_in, "revision_here", lambda: "0.1.0+00000000")
 
     def refuse(self):
         raise FrictionloopError("image writes 0x40000000, 4 bytes: no register")

@@ -5,9 +5,9 @@ import hashlib
 import numpy as np
 import pytest
 
+from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.corpus import edges, heartbeat, opening, strokes
-from frictionloop.device.host_board import HostBoard, Sample
+from frictionloop.device.emulator.budget import edges, heartbeat, opening, strokes
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionloop.device.codec import Message, encode, framed
-from frictionloop.device.layout import HEADER, LAYOUTS
+from frictionloop.device.codec import HEADER, LAYOUTS, Message, encode, framed
 from frictionloop.quantities.schema import schema
 
 STATES, REFUSALS = schema()["states"], schema()["refusals"]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionloop.device.host_board import Sample
+from frictionloop.device.bench_boards import Sample
 from frictionloop.quantities.schema import schema
 
 SOURCES = schema()["sources"]

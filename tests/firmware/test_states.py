@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device.host_board import Sample
+from frictionloop.device.bench_boards import Sample
 from frictionloop.quantities.schema import parameter_words, schema
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "firmware-states.md"
@@ -24,7 +24,8 @@ def table() -> list[tuple[str, str, str]]:
     rows = [[cell.strip().strip("`") for cell in line.strip("|\n ").split("|")] for line in lines]
     head, _, *body = rows
     assert head[1:] == list(schema()["states"])
-    return [(row[0], state, cell) for row in body for state, cell in zip(head[1:], row[1:], strict=True)]
+    cells = [(row[0].split("`, `"), *each) for row in body for each in zip(head[1:], row[1:], strict=True)]
+    return [(event, state, cell) for events, state, cell in cells for event in events]
 
 
 def commit(rig) -> str:

@@ -5,8 +5,7 @@ import zlib
 import frictionloop as fl
 from frictionloop.firmware.exported import export
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.values import differing, fingerprint
-from frictionloop.firmware.words import word_of
+from frictionloop.firmware.words import differing, fingerprint, word_of
 from frictionloop.quantities.schema import table_hash, word_count
 
 BENCH = fl.bench()

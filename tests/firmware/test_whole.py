@@ -10,10 +10,9 @@ import pytest
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
-from frictionloop.device.emulator.corpus import SESSION, hello
-from frictionloop.device.emulator.memory_map import PIT0_INTERRUPT
-from frictionloop.device.emulator.patience import Patience
-from frictionloop.device.emulator.processor import RETURN
+from frictionloop.device.emulator.budget import SESSION, hello
+from frictionloop.device.emulator.processor import RETURN, Patience
+from frictionloop.device.emulator.registers import PIT0_INTERRUPT
 from frictionloop.firmware.image_files import elf_file, loaded, symbol_bytes
 from frictionloop.quantities.schema import schema, word_count
 

@@ -10,10 +10,9 @@ import numpy as np
 from whole_sensors import FIRST, population
 
 import frictionloop as fl
+from frictionloop.device.bench_boards import Converters, HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
-from frictionloop.device.emulator.corpus import LARGEST, LEAST, SESSION, TICK_HZ, heartbeat, hello
-from frictionloop.device.host_board import HostBoard, Sample
-from frictionloop.device.simulated_pipe import Converters
+from frictionloop.device.emulator.budget import LARGEST, LEAST, SESSION, TICK_HZ, heartbeat, hello
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import schema

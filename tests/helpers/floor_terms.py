@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from frictionloop.identification.rigs.sensor import covariance
+from frictionloop.identification.rigs.sensor_rig import covariance
 
 
 class FloorTerms(NamedTuple):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import frictionloop as fl
-from frictionloop.parameters import wording
+from frictionloop.parameters import refusals
 
 
 def kinds_of(block):
     """The parameter classes of a block."""
-    return wording.kinds_of(fl.System, block)
+    return refusals.kinds_of(fl.System, block)

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.integrate import tanhsinh
 from scipy.signal import dlsim
 
+from frictionloop.analysis.disturbance import noise_sources
 from frictionloop.analysis.limits import panel_edges
 from frictionloop.analysis.linear import LinearLoop
-from frictionloop.analysis.noise import noise_sources
 
 
 def run_linear(space, inputs: np.ndarray) -> np.ndarray:

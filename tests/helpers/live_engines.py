@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import frictionloop as fl
-from frictionloop.device.live_engine import CHANNELS
+from frictionloop.live.engines import CHANNELS
 
 GRATING = fl.bench().evolve({"setpoint": {"kind": "effect"}, "controller.kind": "limit_observer"})
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.noise import OVERLAP_EXCESS, NoiseSpectrum, frequencies_inside
+from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.noise_density import OVERLAP_EXCESS, NoiseSpectrum, frequencies_inside
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]

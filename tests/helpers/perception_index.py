@@ -51,7 +51,7 @@ def index_of_spectrum(
 
     Notes
     -----
-    Source: energy summation over frequencies (assumed, from memory); docs/perception has worked examples.
+    Source: energy summation over frequencies (assumed, from memory); examples: test_perception_examples.py.
     """
     low, high = _band(band_hz)
     frequency = numbers("frequency_hz", frequency_hz, "Hz", 0.0)

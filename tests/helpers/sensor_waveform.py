@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import signal
 
-from frictionloop.hardware.sensor import baseband, front_end, springs
+from frictionloop.hardware.sensor import front_end, springs
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError, Lti
@@ -146,7 +146,7 @@ def _blocks(
         return np.zeros(n) if random is None else random.standard_normal(n) * (density * math.sqrt(rate_hz / 2))
 
     first_n = float(force(np.zeros(1))[0])
-    suspension = _Filter(baseband.suspension(design), 1 / rate_hz, first_n)
+    suspension = _Filter(front_end.suspension(design), 1 / rate_hz, first_n)
     sides = tuple(_Side(design, noise, 1 / rate_hz) for _ in range(2))
     turns = np.arange(samples_per_period) / samples_per_period
     carrier = design.excitation.amplitude_v * np.sin(2 * np.pi * turns)

@@ -6,7 +6,7 @@ import numpy as np
 import recorded_files as files
 
 from frictionloop.identification import rigs
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 VOLTS_PER_N = 3.0
 BENCH = CalibrationBench().evolve(

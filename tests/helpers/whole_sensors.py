@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import frictionloop as fl
-from frictionloop.device.simulated_pipe import ENDS
+from frictionloop.device.bench_boards import ENDS
 from frictionloop.firmware.compiled import host_sources
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.parameter_words import firmware_words, n_per_count

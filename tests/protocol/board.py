@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import Unplugged
-from frictionloop.device.pipe import Pipe
+from frictionloop.device.transport import Pipe
 from frictionloop.quantities.schema import schema, table_hash, word_count
 
 SAMPLES = 16
@@ -217,7 +217,7 @@ class Firmware:
 
     def __init__(self) -> None:
         from frictionloop import bench
-        from frictionloop.device.host_board import HostBoard, Sample
+        from frictionloop.device.bench_boards import HostBoard, Sample
         from frictionloop.firmware.parameter_words import firmware_words
 
         self.board, self.sample = HostBoard(firmware_words(bench())), Sample

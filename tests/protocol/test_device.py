@@ -235,9 +235,9 @@ def test_a_device_that_stops_talking_ends_a_run(device: Device, board: Any, tmp_
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda d: d.run(0.5, 0.0), "duration_s = 0: must be a number above 0"),
-        (lambda d: d.run(0.5, float("inf")), "duration_s = inf: must be a number above 0, in s"),
-        (lambda d: d.run(0.5, "a"), "duration_s = 'a': must be a number above 0, in s"),
+        (lambda d: d.run(0.5, 0.0), "duration_s = 0: must be finite, above 0 s"),
+        (lambda d: d.run(0.5, float("inf")), "duration_s = inf: must be finite, above 0 s"),
+        (lambda d: d.run(0.5, "a"), "duration_s = 'a': must be finite, above 0 s"),
         (lambda d: d.run(0.5, 1.0, decimation=1.5), "decimation = 1.5: must be whole, 1 to 65535"),
         (lambda d: d.run(0.5, 1.0, decimation=0), "decimation = 0: must be whole, 1 to 65535"),
         (lambda d: d.run(float("nan"), 1.0), "setpoint = nan N: must be -3.2768 to 3.2767"),

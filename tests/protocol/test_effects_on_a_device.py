@@ -9,8 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.errors import Refused
-from frictionloop.firmware.effect_files import write_tables
-from frictionloop.firmware.effect_tables import effect_tables
+from frictionloop.firmware.effect_tables import effect_tables, write_tables
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.rendering.source import EffectSource

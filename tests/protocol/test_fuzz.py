@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from frictionloop.device import codec
-from frictionloop.device.codec import Decoder, Message, cobs, crc16, encode, framed
-from frictionloop.device.layout import HEADER, LAYOUTS
+from frictionloop.device.codec import HEADER, LAYOUTS, Decoder, Message, cobs, crc16, encode, framed
 from frictionloop.quantities.schema import firmware_folder
 
 FUZZ = Path(__file__).with_name("fuzz.c")

@@ -10,8 +10,8 @@ import pytest
 
 from frictionloop.device.device import Device
 from frictionloop.device.link import Link
-from frictionloop.device.live_rows import Rows
-from frictionloop.device.recorder import ALL, SCALES
+from frictionloop.device.recording import ALL, SCALES
+from frictionloop.live.telemetry import Rows
 
 
 @pytest.mark.parametrize("kind", ["Board", "Firmware"])

@@ -17,8 +17,8 @@ import serial
 
 import frictionloop as fl
 from frictionloop.device.errors import Unplugged
-from frictionloop.device.serial_pipe import SerialPipe
-from frictionloop.loop.spool import Spool
+from frictionloop.device.transport import SerialPipe
+from frictionloop.loop.growing_file import Spool
 
 
 class Served:

@@ -17,9 +17,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop import spool as module
-from frictionloop.loop.spool import CHUNK_ROWS, Column, Spool
-from frictionloop.loop.unfinished import recovered, unfinished
+from frictionloop.loop import growing_file as module
+from frictionloop.loop.growing_file import CHUNK_ROWS, Column, Spool, recovered, unfinished
 
 COLUMNS = {
     "f_m": Column("f8", {"units": "N", "long_name": "measured force"}),
@@ -75,7 +74,7 @@ def test_a_finished_file_is_what_was_appended(spool: Spool) -> None:
 
 def test_a_growing_file_is_read_by_others(spool: Spool) -> None:
     spool.append(values(7000), {"lost_samples": 5})
-    with pytest.warns(UserWarning, match="was not finished; it has 7000 samples"):
+    with pytest.warns(UserWarning, match="unfinished, 7000 samples"):
         run = fl.load(spool.partial)
     assert (run.sizes["time"], run.attrs["lost_samples"], run.attrs["unfinished"]) == (7000, 5, 1)
     spool.append(values(10))
@@ -111,7 +110,7 @@ def test_a_recording_that_goes_on_is_left_alone(recording: Any, tmp_path: Path) 
     (partial,) = tmp_path.iterdir()
     with pytest.raises(fl.FrictionloopError, match=r"partial-\w+\.h5: in use"):
         recovered(partial, tmp_path / "run.h5")
-    with pytest.warns(UserWarning, match="was not finished"):
+    with pytest.warns(UserWarning, match="unfinished, "):
         assert fl.load(partial).sizes["time"] > 12_000 - 5000  # looking is free
     recording.kill()
     recording.wait()
@@ -124,7 +123,7 @@ def test_killed(recording: Any, tmp_path: Path) -> None:
     recording.kill()
     recording.wait()
     (partial,) = tmp_path.iterdir()
-    with pytest.raises(fl.FrictionloopError, match=f"no such file; an unfinished recording is in .*{partial.name}"):
+    with pytest.raises(fl.FrictionloopError, match=f"no such file; unfinished: .*{partial.name}"):
         fl.load(tmp_path / "run.h5")
     rows, damaged = recovered(partial, tmp_path / "run.h5")
     run = fl.load(tmp_path / "run.h5")

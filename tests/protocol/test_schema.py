@@ -6,7 +6,7 @@ import importlib.util
 import re
 from typing import Any
 
-from frictionloop.device.layout import HEADER, LARGEST_BODY
+from frictionloop.device.codec import HEADER, LARGEST_BODY
 from frictionloop.quantities.schema import firmware_folder, parameter_words, schema, schema_path
 
 ROOT = schema_path().parents[1]

@@ -7,7 +7,7 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
-from frictionloop.device.counted import counted
+from frictionloop.device.recording import counted
 
 BENCH = fl.bench().evolve(DESIGNED_NOTCH)
 

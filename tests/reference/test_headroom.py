@@ -7,7 +7,7 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
-from frictionloop.analysis.headroom import headroom
+from frictionloop.analysis.limits import headroom
 
 
 @pytest.mark.parametrize("length_um", [11.5, 0.0])

@@ -11,7 +11,7 @@ from noise_corner import fit_corner
 
 import frictionloop.identification as find
 from frictionloop.identification import rigs
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 BENCH = CalibrationBench()
 LOADS_N = np.arange(11) * 0.02 * 9.80665

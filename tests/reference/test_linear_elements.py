@@ -8,7 +8,8 @@ import pytest
 from frictionloop.analysis import elements, linearise, lumped_gain
 from frictionloop.control.lookup import lookup_table
 from frictionloop.parameters import System, paper
-from frictionloop.physics.friction import amplitude_for, friction_force, reachable
+from frictionloop.physics.friction import amplitude_for, friction_force
+from frictionloop.physics.reach import reachable
 from frictionloop.quantities import FrictionloopError
 
 
@@ -71,7 +72,7 @@ def test_the_default_point_is_the_middle_of_the_reachable_forces() -> None:
         ({"amplitude_um": 2.6}, "amplitude_um = 2.6 um: must be between 0 and 2.5"),
         ({"amplitude_um": float("nan")}, "amplitude_um = nan"),
         ({"force_n": 0.9}, "force_n = 0.9 N: must be between 0.074"),
-        ({"amplitude_um": 1.0, "force_n": 0.5}, "not both"),
+        ({"amplitude_um": 1.0, "force_n": 0.5}, "amplitude_um, force_n: give one"),
     ],
 )
 def test_an_impossible_point_is_one_line(point: dict[str, float], says: str) -> None:

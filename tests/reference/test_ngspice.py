@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from frictionloop.hardware.sensor import baseband, front_end, springs
+from frictionloop.hardware.sensor import front_end, springs
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.hardware.sensor.netlist import to_spice
 from frictionloop.parameters.sensor_design import SensorDesign
@@ -114,5 +114,5 @@ def test_a_moving_frame_in_time(ngspice):
     diff = np.interp(time, found[late, 0], found[late, 1])
     measured = 2j * np.mean(diff * np.exp(-2j * np.pi * 500 * time))
     volts = sum(front_end.amplitudes_v(design)) * 1e-6 / 100e-6
-    expected = volts * baseband.envelope_response(design, np.array(500.0))
+    expected = volts * front_end.envelope_response(design, np.array(500.0))
     assert abs(measured / expected - 1) < 0.01

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sensor_waveform import waveform
 
-from frictionloop.hardware.sensor import baseband, front_end
+from frictionloop.hardware.sensor import front_end
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError
@@ -43,14 +43,14 @@ def response(design, amplitude_n=0.01):
 def test_gain_and_phase(overrides):
     """0.1 % and 0.1 degree to 500 Hz."""
     design = CALM.evolve(overrides)
-    ratio = response(design) / baseband.sensor_response(design, TONES_HZ)
+    ratio = response(design) / front_end.sensor_response(design, TONES_HZ)
     assert np.max(np.abs(np.abs(ratio) - 1)) < 1e-3
     assert np.max(np.abs(np.angle(ratio, deg=True))) < 0.1
 
 
 def test_the_block_of_the_loop():
     """The same bounds for suspension, one pole and the delay of the band-pass."""
-    ratio = response(CALM) / baseband.loop_response(CALM, TONES_HZ)
+    ratio = response(CALM) / front_end.loop_response(CALM, TONES_HZ)
     assert (
         np.max(np.abs(np.abs(ratio) - 1)) < 1e-3 + 9e-4
     )  # the band-pass itself takes (500/12000)^2/2 = 0.09 % at 500 Hz

@@ -13,8 +13,8 @@ from frictionloop.studio import background
 OPENS = """
 import sys
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
 studio_app(Room(Session(TwinEngine(fl.bench().evolve({"setpoint": {"kind": "effect"}})))))

@@ -9,8 +9,8 @@ from studio_files import wav
 from studio_pages import opened, room_of, seen, until
 
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.studio.safe import Doors
+from frictionloop.live.engines import TwinEngine
+from frictionloop.studio.connections import Doors
 
 pytestmark = pytest.mark.slow
 LOST = "WebSocket", "ERR_CONNECTION", "403", "404"

@@ -8,9 +8,8 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
 import frictionloop as fl
-from frictionloop.device.live_crowd import CROWD, Crowd
-from frictionloop.device.live_engine import CHANNELS, TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import CHANNELS, CROWD, Crowd, TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.studio.crowd import PEOPLE
 from frictionloop.studio.room import Room
 

@@ -11,23 +11,23 @@ from studio_pages import opened, seen, until
 
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
-from frictionloop.device.boards import Simulated
+from frictionloop.device.bench_boards import Simulated
 from frictionloop.device.codec import Message
 from frictionloop.device.device import connect
-from frictionloop.device.device_session import DeviceSession
-from frictionloop.device.fault_codes import fault_code
-from frictionloop.device.live_device import DeviceEngine
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_record import recorded
-from frictionloop.device.live_rows import Rows
-from frictionloop.device.recorder import ALL
-from frictionloop.device.recorder import CHANNELS as TOLD
+from frictionloop.device.errors import fault_code
+from frictionloop.device.recording import ALL
+from frictionloop.device.recording import CHANNELS as TOLD
 from frictionloop.findings import CATALOGUE
 from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.live.device_engine import DeviceEngine
+from frictionloop.live.device_session import DeviceSession
+from frictionloop.live.engines import CHANNELS
+from frictionloop.live.session import recorded
+from frictionloop.live.telemetry import Rows
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 from frictionloop.studio.commands import obey
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.numbers import numbers_of
 from frictionloop.studio.room import Room
 

@@ -12,13 +12,13 @@ from wired_board import wired
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
 from frictionloop.device.device import connect
-from frictionloop.device.device_session import DeviceSession
-from frictionloop.device.live_device import DeviceEngine
-from frictionloop.device.live_engine import CHANNELS
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.live.device_engine import DeviceEngine
+from frictionloop.live.device_session import DeviceSession
+from frictionloop.live.engines import CHANNELS
 from frictionloop.studio.commands import obey
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow

@@ -10,9 +10,9 @@ import pytest
 from live_engines import GRATING, Echo
 
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
-from frictionloop.studio import drawing
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session
+from frictionloop.studio import background
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
 
@@ -36,14 +36,14 @@ def kinds(live, until):
 @pytest.fixture
 def slowly(monkeypatch):
     """Let a map take 0.3 s; yields the effects that were drawn."""
-    drawn, quick = [], drawing.map_of
+    drawn, quick = [], background.map_of
 
     def slow(system):
         drawn.append(system.setpoint.effect)
         time.sleep(0.3)
         return quick(system)
 
-    monkeypatch.setattr(drawing, "map_of", slow)
+    monkeypatch.setattr(background, "map_of", slow)
     return drawn
 
 

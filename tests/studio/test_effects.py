@@ -11,12 +11,11 @@ from studio_files import png
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.rendering.tables import Map
 from frictionloop.studio import effect_feasibility
 from frictionloop.studio.effect_feasibility import BEYOND, STEEP, WEAK, previewed
-from frictionloop.studio.gallery import BLACK_N, WHITE_N, gallery
-from frictionloop.studio.plate import asked
+from frictionloop.studio.effect_pictures import BLACK_N, WHITE_N, force_over, gallery
 from frictionloop.studio.room import Room
 
 
@@ -68,7 +67,7 @@ def test_a_look_ahead_that_dies_is_told_and_takes_nothing_with_it(monkeypatch):
         raise ValueError("no more room")
 
     monkeypatch.setattr(effect_feasibility, "preview", dies)
-    assert previewed(GRATING, 80.0, 0.5)["why"] == "Looking ahead has failed: ValueError: no more room"
+    assert previewed(GRATING, 80.0, 0.5)["why"] == "ValueError: no more room"
     assert "must be effect" in previewed(fl.bench(), 80.0, 0.5)["why"]
 
 
@@ -94,7 +93,7 @@ def test_friction_is_painted_erased_and_undone(page, serve):
     page.mouse.up()
     until(lambda: isinstance(effect(room), Map))
     places = np.array([-20.0, 0.0, 8.0, 20.0])
-    line = asked(room.session.engine.system.setpoint, places, np.array([0.0, 8.0]))
+    line = force_over(room.session.engine.system.setpoint, places, np.array([0.0, 8.0]))
     np.testing.assert_allclose(line, [[0.3, 0.6, 0.6, 0.3], [0.3, 0.3, 0.3, 0.3]], atol=0.005)
     assert page.is_visible("#own-effect")
     assert room.session.finger.load_n == 0.0
@@ -102,7 +101,7 @@ def test_friction_is_painted_erased_and_undone(page, serve):
     page.click("[data-tool=eraser]")
     page.mouse.click(x, y)
     until(lambda: effect(room) != painted)
-    line = asked(room.session.engine.system.setpoint, np.array([0.0, 8.0]), np.array([0.0]))
+    line = force_over(room.session.engine.system.setpoint, np.array([0.0, 8.0]), np.array([0.0]))
     np.testing.assert_allclose(line, [[0.3, 0.6]], atol=0.005)
     page.click("#undo")
     page.click("#undo")
@@ -130,7 +129,7 @@ def test_the_keyboard_paints_too(page, serve):
     page.keyboard.press("ArrowRight")
     page.keyboard.press("Enter")
     until(lambda: isinstance(effect(room), Map))
-    line = asked(room.session.engine.system.setpoint, np.array([-10.0, 2.0]), np.array([0.0]))
+    line = force_over(room.session.engine.system.setpoint, np.array([-10.0, 2.0]), np.array([0.0]))
     np.testing.assert_allclose(line, [[0.3, 0.6]], atol=0.005)
 
 

@@ -11,9 +11,8 @@ import frictionloop as fl
 from frictionloop.experiments import Protocol, read_trials, run
 from frictionloop.experiments.respondent import Aborted, Live
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.experiment.blind import live_of, trace_of
-from frictionloop.studio.experiment.desk import Desk
-from frictionloop.studio.experiment.serving import served
+from frictionloop.studio.experiment.desk import Desk, live_of, trace_of
+from frictionloop.studio.experiment.server import served
 
 slow = pytest.mark.slow
 PLAN = Protocol(

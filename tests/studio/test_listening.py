@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.listening import listening, prompt_loop
+from frictionloop.studio.connections import listening, prompt_loop
 
 
 def test_what_is_written_to_a_page_is_sent_at_once():

@@ -10,8 +10,7 @@ from studio_pages import until
 
 import frictionloop as fl
 from frictionloop.device.errors import DeviceError, Unplugged
-from frictionloop.device.live_device import DeviceEngine
-from frictionloop.device.live_line import LineAgain
+from frictionloop.live.device_engine import DeviceEngine, LineAgain
 
 SYSTEM = fl.bench().evolve({"setpoint": {"kind": "effect"}})
 

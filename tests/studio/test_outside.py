@@ -11,15 +11,14 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.loop.blocks import forget
 from frictionloop.studio.commands import obey
-from frictionloop.studio.gallery import gallery
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.panels import panels_of
+from frictionloop.studio.connections import Guest
+from frictionloop.studio.effect_pictures import gallery
+from frictionloop.studio.panels import as_python, panels_of, system_message
 from frictionloop.studio.room import Room
-from frictionloop.studio.share import as_python, system_message
 
 
 @pytest.fixture

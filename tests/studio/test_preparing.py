@@ -10,12 +10,12 @@ import pytest
 from live_engines import GRATING, Echo
 
 import frictionloop as fl
-from frictionloop.device.live_engine import TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import TwinEngine
+from frictionloop.live.session import Session
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio import preparing
+from frictionloop.studio import commands
 from frictionloop.studio.commands import obey
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.room import Room
 
 
@@ -46,7 +46,7 @@ def told(guest, kind):
 
 
 async def asked(engine, monkeypatch, meanwhile):
-    monkeypatch.setattr(preparing, "SOON_S", 0.01)
+    monkeypatch.setattr(commands, "SOON_S", 0.01)
     room, guest = Room(Session(engine)), Guest(True)
     room.join(guest)
     obey(room, guest, {"do": "set", "values": {"controller.kind": "pi"}})
@@ -60,7 +60,7 @@ async def asked(engine, monkeypatch, meanwhile):
 
 def test_the_session_goes_on_until_the_other_loop_is_ready(monkeypatch):
     def meanwhile(room, guest):
-        assert told(guest, "said")[0]["why"] == preparing.WAITS
+        assert told(guest, "said")[0]["why"] == commands.WAITS
         assert room.session.engine.system == GRATING
         obey(room, guest, {"do": "set", "values": {"friction.nominal_n": 1.1}})
 

@@ -13,15 +13,14 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import CHANNELS
+from frictionloop.live.session import Session
 from frictionloop.parameters.written import to_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.replay import STEPS, played, read_run
+from frictionloop.studio.connections import Guest
+from frictionloop.studio.replay import STEPS, needed_by, page_of, played, read_run, stroked
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
-from frictionloop.studio.static_page import needed_by, page_of, stroked
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx

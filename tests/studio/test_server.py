@@ -17,14 +17,13 @@ import frictionloop as fl
 from frictionloop import studio
 from frictionloop.cli.effect import LAW
 from frictionloop.cli.studio import _given as opened_with
-from frictionloop.device.live_engine import CHANNELS, TwinEngine
-from frictionloop.device.live_session import Session
+from frictionloop.live.engines import CHANNELS, TwinEngine
+from frictionloop.live.session import Session
+from frictionloop.studio.connections import WAITING, Doors, Guest
 from frictionloop.studio.frames import unpack
-from frictionloop.studio.guest import WAITING, Guest
+from frictionloop.studio.panels import as_command
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
-from frictionloop.studio.share import as_command
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx
@@ -128,7 +127,7 @@ def test_frames_come_with_every_channel_and_the_pointer_is_told_back():
     ("text", "why"),
     [
         ("nonsense", "Expecting value"),
-        ("[1]", "do = None"),
+        ("[1]", "do is missing: one of stop, go"),
         ('{"do": "format_disk"}', "must be one of"),
         ('{"do": "effect", "name": "../../etc/passwd"}', "must be one of"),
         ('{"do": "load", "load_n": NaN}', "must be 0.05 to 5"),

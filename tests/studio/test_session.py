@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from live_engines import GRATING, Echo
 
-from frictionloop.device.live_engine import CHANNELS, TwinEngine
-from frictionloop.device.live_path import FASTEST_MM_S, LATE_S
-from frictionloop.device.live_session import CATCH_UP_S, GONE_S, KEPT_S, SPARSE, Session
+from frictionloop.live.engines import CHANNELS, TwinEngine
+from frictionloop.live.finger import FASTEST_MM_S, LATE_S
+from frictionloop.live.session import CATCH_UP_S, GONE_S, KEPT_S, SPARSE, Session
 from frictionloop.studio.numbers import TURNED_MM, numbers_of, slides
 
 X, LOAD = 0, 1

@@ -7,7 +7,7 @@ import pytest
 from live_engines import GRATING
 from studio_pages import opened, room_of
 
-from frictionloop.device.live_engine import TwinEngine
+from frictionloop.live.engines import TwinEngine
 
 pytestmark = pytest.mark.slow
 SPANS = """(name) => {

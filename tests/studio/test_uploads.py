@@ -10,14 +10,13 @@ from live_engines import GRATING, Echo
 from studio_files import png, wav
 
 import frictionloop as fl
-from frictionloop.device.live_session import Session
+from frictionloop.live.session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.tables import Map
-from frictionloop.studio.guest import Guest
+from frictionloop.studio.connections import Doors, Guest
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import Doors
 from frictionloop.studio.server import studio_app
-from frictionloop.studio.share import system_message
 from frictionloop.studio.uploads import MOST_BYTES, MOST_PIXELS, PAINT_MM, PAINT_MOST_N, brought
 
 with warnings.catch_warnings():
@@ -59,8 +58,8 @@ def test_colours_are_turned_to_grey_and_it_is_said():
         ("wav", wav(np.zeros(100)), {}, "scale_n is missing"),
         ("wav", wav(np.zeros(100)), {"over": "place", "scale_n": "1", "offset_n": "0"}, "speed_mm_s is missing"),
         ("wav", wav(np.zeros(100)), WAV | {"over": "ear"}, "must be 'place' or 'time'"),
-        ("wav", wav(np.zeros(100_000), rate=1), WAV, "1e\\+05 s; at most 41 s"),
-        ("wav", wav(np.zeros(40), rate=1), WAV | {"over": "time"}, "40 s; at most 32.8 s"),
+        ("wav", wav(np.zeros(100_000), rate=1), WAV, "recording: length = 100000 s: must be at most 41 s"),
+        ("wav", wav(np.zeros(40), rate=1), WAV | {"over": "time"}, "recording: length = 40 s: must be at most 32.8 s"),
         ("paint", bytes(10), {"columns": "3", "rows": "4"}, "10 bytes"),
         ("paint", bytes(400 * 400), {"columns": "400", "rows": "400"}, "too many"),
     ],

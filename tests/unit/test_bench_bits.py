@@ -10,12 +10,12 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.lookup import inverse_step
 from frictionloop.loop import simulate as simulate_module
-from frictionloop.loop.all_metrics import TURNS
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import BENCH_TRACES
+from frictionloop.loop.parallel_runs import simulate_all
+from frictionloop.loop.reference_runs import TURNS
 from frictionloop.loop.simulate import run_tile
-from frictionloop.loop.workers import simulate_all
 
 PERIODS = 333  # not a whole number of blocks of 32
 DURATION_S = PERIODS / 5000.0

@@ -120,7 +120,7 @@ def test_only_what_changed_is_analysed_again(tmp_path):
 
 def test_three_lines_of_uncertainty():
     from frictionloop.identification import Estimate
-    from frictionloop.identification.measured import measured
+    from frictionloop.identification.estimate import measured
 
     one = measured("a", [Estimate(10.0, 0.3, "N", 8)], [0.4], "how", ["f"], "")
     assert one.error == pytest.approx(0.5) and one.between == 0
@@ -200,7 +200,7 @@ OF_ONE_ENTRY = ("did you mean hammer", "units of 'mass'")
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (("hits.mat", "hitz.mat"), "hitz.mat: there is no such file"),
+        (("hits.mat", "hitz.mat"), "hits = 'hitz.mat': must be a file beside it"),
         (('"hammer", unit', '"hamer", unit'), "did you mean hammer"),
         (('kind = "hits"', 'kind = "hit"'), "'hits'"),
         (('"sensor.moving_mass_kg"', '"sensor.moving_mas_kg"'), "moving_mass_kg"),

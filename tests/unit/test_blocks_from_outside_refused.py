@@ -219,6 +219,9 @@ def test_what_the_compiler_does_not_know_is_told_by_its_line():
     with pytest.raises(fl.FrictionloopError, match="law-mine.*" + HERE + ".*table.*dict") as refused:
         fl.simulate(BENCH.evolve({"controller.kind": "mine"}), 0.002)
     assert "\n" not in str(refused.value)
+    with pytest.raises(fl.FrictionloopError, match="mine: .*" + HERE + ".*table.*dict") as refused:
+        fl.design.check(BENCH.evolve({"controller.kind": "mine"}))
+    assert "\n" not in str(refused.value)
 
 
 def test_the_firmware_has_no_law_from_outside():
@@ -377,7 +380,7 @@ def most(state, sample, dt):
         (fl.StreamingMetric("own", fl.step(lambda s, x, dt: x.u), Most, nothing), HERE + "step .*0.6"),
         (fl.StreamingMetric("own", fl.step(most), float, nothing), "state = .*NamedTuple"),
         (fl.RunMetric("own", 3.0), "of = 3: "),
-        (fl.RunMetric("rms_error", nothing), "metric 'rms_error' "),
+        (fl.RunMetric("rms_error", nothing), "metric 'rms_error': taken; choose another name"),
         (fl.RunMetric("own one", nothing), 'metric "own one": '),
     ],
 )

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.device.simulated_pipe import Converters
+from frictionloop.device.bench_boards import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.kernel.structure import structure
-from frictionloop.loop.points import fingerprint, points_of
+from frictionloop.loop.sweep_points import fingerprint, points_of
 from frictionloop.quantities.schema import BITS, parameter_words
 from frictionloop.sensing.measurement import Measurement
 

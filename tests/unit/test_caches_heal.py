@@ -65,7 +65,7 @@ def test_functions_that_others_could_have_put_there_are_not_run(folder):
     (path,) = folder.rglob("*.nbc")
     path.parent.chmod(0o777)
     said, result = compiled(folder)
-    assert said == f"said: others may write to {path.parent}, and what lies there would be run: not used; chmod go-w it"
+    assert said == f"said: others may write to {path.parent}: not used; chmod go-w it"
     assert result == "0 6.0"
 
 

@@ -79,5 +79,5 @@ def test_shares_outside_are_cut():
 
 
 def test_a_clock_too_slow_is_refused():
-    with pytest.raises(FrictionloopError, match=r"^timer_hz = 100000 Hz: .*184000 Hz"):
+    with pytest.raises(FrictionloopError, match=r"^timer_hz = 100000 Hz: .*184000$"):
         period_ticks(1e5, 46e3)

@@ -12,17 +12,19 @@ from own_laws import register_both
 
 import frictionloop as fl
 from frictionloop.analysis.margins import gain_factor
-from frictionloop.analysis.occlusions import moistest
+from frictionloop.analysis.operating import moistest
+from frictionloop.design.bench_file import changed_since, read_designed, write_controller
 from frictionloop.design.controller_check import check
 from frictionloop.design.controller_findings import beyond_range, noisy, of_assumed, unbelieved
 from frictionloop.design.corners import broken, corners
-from frictionloop.design.designed_file import changed_since, read_designed, write_controller
-from frictionloop.design.over import with_longest_contact
+from frictionloop.design.operating_grid import ITSELF, with_longest_contact
 from frictionloop.design.requirements import Requirements
+from frictionloop.design.tracking import expected_error_n, tracking
+from frictionloop.loop import run_findings
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.motion import one_stroke_a_contact
 
-LIMITS = Requirements().limits
+LIMITED = ITSELF._replace(limits=Requirements().limits)
 PI = {"controller.kind": "pi", "controller.kp": 0.05, "controller.ki": 60.0}
 ONE_PLACE = {"finger": {"kind": "rigid"}}
 LIMIT_OBSERVER = {
@@ -82,7 +84,7 @@ def test_python_control_has_the_margins_of_a_corner(checked):
     G = series(np.exp(2j * np.pi * np.union1d(np.arange(0.5, 2499, 0.1), np.arange(100, 160, 0.002)) * ts))
     assert corner.sensitivity_peak == pytest.approx(np.max(1 / np.abs(1 + G)), rel=1e-4)
     real = G.real[:-1][(np.diff(np.sign(G.imag)) != 0) & (G.real[:-1] < 0)]  # its own margins lose digits here
-    assert corner.margins.gain_margin == pytest.approx(min(-1 / real, key=lambda k: abs(np.log(k))), rel=1e-3)
+    assert corner.loop.margins().gain_margin == pytest.approx(min(-1 / real, key=lambda k: abs(np.log(k))), rel=1e-3)
     factor = corner.loop.gain_factor(corner.limit)
     assert np.max(1 / np.abs(1 + factor * G)) == pytest.approx(corner.limit, rel=1e-4)
 
@@ -102,9 +104,9 @@ def test_less_gain_never_turns_what_holds_into_what_does_not(checked):
     slider = fl.bench().evolve({**PI, "finger.slip_length_um": 0.0})
     for share in (1.0, 0.83, 0.31, 0.07, 0.002):
         gains = {path: share * value for path, value in checked.would_hold.items()}
-        assert broken(corners(slider.evolve(gains), LIMITS)) is None
+        assert broken(corners(slider.evolve(gains), LIMITED)) is None
     more = {path: 1.02 * value for path, value in checked.would_hold.items()}
-    assert broken(corners(slider.evolve(more), LIMITS)) is not None
+    assert broken(corners(slider.evolve(more), LIMITED)) is not None
 
 
 def test_a_place_may_hold_where_another_does_not(checked):
@@ -161,8 +163,19 @@ def test_a_dead_band_is_not_certified_by_a_slope_of_nothing(outside):
     against = of(found, "LAW-CONTRADICTS")
     run = fl.simulate(found.system, 10.0, seed=0)
     assert against.value == pytest.approx(1e3 * float(fl.rms_error(run))) and against.value > 1.05 * against.limit
+    assert against.limit == pytest.approx(2e3 * expected_error_n(found.system))
+    beyond, within = found.tracking.reach.rms_error_beyond_n, found.tracking.reach.rms_error_within_n
+    assert found.tracking.reach == run_findings.reach_split(run, run["scored"].values)
+    assert math.hypot(beyond, within) == pytest.approx(found.tracking.rms_error_n)
+    assert found.tables()["error"].loc["scored", "rms, mN"] == pytest.approx(against.value)
     assert found.rows()[1][0] == "DOES NOT HOLD" and found.would_hold == {} and found.findings[0] is against
     assert json.loads(found.to_json())["holds"] is False
+
+
+def test_the_error_that_margins_promise_is_that_of_a_run():
+    there = fl.bench().evolve(fl.RETUNED)
+    assert expected_error_n(there) == pytest.approx(tracking(there).rms_error_n, rel=0.1)
+    assert math.isnan(expected_error_n(there.evolve({"disturbance": fl.Sine()})))
 
 
 @pytest.mark.slow
@@ -300,9 +313,9 @@ def test_what_was_checked_is_saved_with_what_was_asked_found_and_given(tmp_path)
 
 @pytest.mark.slow
 def test_a_look_at_people_that_is_stopped_keeps_those_who_were_looked_at(monkeypatch):
-    from frictionloop.design import on_fingers
+    from frictionloop.design import population_margins
 
-    seen, of_one = [], on_fingers._of
+    seen, of_one = [], population_margins._of
 
     def look(*given):
         seen.append(given)
@@ -310,7 +323,7 @@ def test_a_look_at_people_that_is_stopped_keeps_those_who_were_looked_at(monkeyp
             raise KeyboardInterrupt
         return of_one(*given)
 
-    monkeypatch.setattr(on_fingers, "_of", look)
+    monkeypatch.setattr(population_margins, "_of", look)
     found = check(WEAK, ON_DAHL, fl.fingers(8, 0))
     stopped = of(found, "STOPPED")
     assert (stopped.value, stopped.limit) == (3, 8) and found.fingers.sizes["finger"] == 3

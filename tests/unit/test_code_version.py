@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import frictionloop
-from frictionloop.loop.kept import COMPUTING, computing
+from frictionloop.loop.sweep_checkpoint import COMPUTING, computing
 from frictionloop.quantities import version
 from frictionloop.quantities.version import sources_digest
 
@@ -87,7 +87,7 @@ def test_every_room_that_a_run_imports_is_read():
 
 
 def test_every_process_finds_the_same():
-    code = "from frictionloop.loop.kept import computing; print(computing())"
+    code = "from frictionloop.loop.sweep_checkpoint import computing; print(computing())"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == computing()
 

@@ -296,7 +296,7 @@ MODEL = {"controller.model.nominal_n": 0.9}
 @pytest.mark.parametrize(
     ("more", "match"),
     [
-        ({"seed": 3}, "seed = 3: must be any but that of the fingers laws are tuned on"),
+        ({"seed": 3}, "seed = 3: must be another than for tuning"),
         ({"laws": ["retuned_ip"]}, "'retuned_ip' is unknown; did you mean retuned_pi"),
         ({"laws": ["lookup", "lookup"]}, "each once"),
         ({"laws": []}, "law names"),

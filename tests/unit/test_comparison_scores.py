@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.design import comparison as rooms
-from frictionloop.design.comparison import margins, plain, protocol
-from frictionloop.design.comparison.pooled import Moments, pooled, pooled_rms
-from frictionloop.design.comparison.scores import answering, dead_times_s, spread
-from frictionloop.loop.felt import plain_stroke
+from frictionloop.design.comparison import margins, protocol
+from frictionloop.design.comparison.run import plain_strokes
+from frictionloop.design.comparison.scores import Moments, answering, dead_times_s, pooled, pooled_rms, spread
+from frictionloop.loop.reference_runs import plain_stroke
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
 
@@ -124,7 +124,7 @@ def test_plain_strokes_have_the_level_and_the_index_of_a_constant_amplitude(leve
         calls.append(some)
         return fl.sweep(bench, some, 1.0, [7], metrics, progress=False).isel(seed=0, drop=True)
 
-    found = plain.plain_strokes(system, people, level_n, 0.0, swept)
+    found = plain_strokes(system, people, level_n, 0.0, swept)
     assert len(calls) == 3
     np.testing.assert_allclose(found["mean_force"], level_n, atol=1e-3)
     for i, each in enumerate(calls[-1]):

@@ -9,13 +9,13 @@ from finger_strokes import strokes
 
 import frictionloop as fl
 from frictionloop.identification import rigs
-from frictionloop.identification.finger_entry import slides_told
-from frictionloop.identification.hits_entry import hits_told
-from frictionloop.identification.part import Sensor
-from frictionloop.identification.project import Take
-from frictionloop.identification.quiet import quiet_told
-from frictionloop.identification.weights_entry import weights_told
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.identification.entry_result import Sensor
+from frictionloop.identification.project_file import Take
+from frictionloop.identification.quiet import quiet_entry
+from frictionloop.identification.sensor_resonance import hits_entry
+from frictionloop.identification.slides import slides_entry
+from frictionloop.identification.weights_straightness import weights_entry
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 RATE = 5000.0
 CLEAN = CalibrationBench().evolve({"errors.gain_error": 0.0, "errors.nonlinearity": 0.0, "hammer.gain_error": 0.0})
@@ -76,7 +76,7 @@ HIT_DEFECTS = {
 def test_hits(hit, defect):
     change, words = HIT_DEFECTS[defect]
     truth = {"sensor.resonance_hz": SENSOR.resonance_hz, "sensor.q": SENSOR.q, "sensor.cutoff_hz": SENSOR.cutoff_hz}
-    assert told_or_right(hits_told, "hits", change(hit), truth, words)
+    assert told_or_right(hits_entry, "hits", change(hit), truth, words)
 
 
 MASSES = np.array([0.0, 0.05, 0.1, 0.15, 0.2, 0.15, 0.1, 0.05, 0.0])
@@ -123,7 +123,7 @@ def test_weights(defect):
     run, words = WEIGHT_DEFECTS[defect]
     slope = -3.0 if defect == "reading inverted" else 3.0
     truth = {"sensitivity": slope, "offset": 0.1}
-    assert told_or_right(weights_told, "weights", run, truth, words, gravity_m_s2=9.80665)
+    assert told_or_right(weights_entry, "weights", run, truth, words, gravity_m_s2=9.80665)
 
 
 def white(seconds=6.0, density=1e-5):
@@ -163,7 +163,7 @@ QUIET_DEFECTS = {
 @pytest.mark.parametrize("defect", QUIET_DEFECTS)
 def test_quiet(defect):
     values, words = QUIET_DEFECTS[defect]
-    assert told_or_right(quiet_told, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
+    assert told_or_right(quiet_entry, "quiet", quiet_run(values), {"sensor.noise_density_n_rthz": 1e-5}, words)
 
 
 def test_clipped_steps_over_time():
@@ -174,7 +174,7 @@ def test_clipped_steps_over_time():
     time = ("time", np.arange(mass.size) / 100.0, {"units": "s"})
     for top, words in ((9.0, None), (5.98, "f_m clipped under")):
         data = {"mass": ("time", mass, {"units": "kg"}), "f_m": ("time", np.minimum(reading, top), {"units": "V"})}
-        assert told_or_right(weights_told, "weights", xr.Dataset(data, {"time": time}), {}, words)
+        assert told_or_right(weights_entry, "weights", xr.Dataset(data, {"time": time}), {}, words)
 
 
 def wrapped(run):
@@ -206,7 +206,7 @@ SLIDE_DEFECTS = {
 @pytest.mark.parametrize("defect", SLIDE_DEFECTS)
 def test_slides(defect):
     run, words = SLIDE_DEFECTS[defect]
-    assert told_or_right(slides_told, "slides", run, {"friction.nominal_n": 0.3}, words)
+    assert told_or_right(slides_entry, "slides", run, {"friction.nominal_n": 0.3}, words)
 
 
 def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
@@ -216,14 +216,14 @@ def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
     channels = {name: {"column": name, "unit": unit} for name, unit in (("f_m", "N"), ("load", "N"))}
     channels["position"] = {"column": "position", "unit": "m", "wrap": 0.02}
     found = fl.identify.load(tmp_path / "a.npz", channels)
-    assert told_or_right(slides_told, "slides", found, {"friction.nominal_n": 0.3}, None)
+    assert told_or_right(slides_entry, "slides", found, {"friction.nominal_n": 0.3}, None)
     assert len(fl.identify.friction(found).slides) == 6
     behind = late(hit, "hammer", 5)
     np.savez(tmp_path / "b.npz", **{name: behind[name].values for name in ("hammer", "f_m")}, fs=RATE)
     channels = {"f_m": {"column": "f_m", "unit": "N"}, "hammer": {"column": "hammer", "unit": "N", "delay_s": 5 / RATE}}
     moved = fl.identify.load(tmp_path / "b.npz", channels)
-    assert told_or_right(hits_told, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
-    values = hits_told(Take(kind="hits", files=("b",)), [moved], Sensor(), "").measured
+    assert told_or_right(hits_entry, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
+    values = hits_entry(Take(kind="hits", files=("b",)), [moved], Sensor(), "").measured
     assert "sensor.cutoff_hz" in {each.path for each in values}
 
 

@@ -8,8 +8,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.design.corners import corners
-from frictionloop.design.held import held_between
 from frictionloop.design.requirements import Designed, Requirements
+from frictionloop.design.synthesis import held_between
 from frictionloop.quantities import FrictionloopError
 
 BENCH = fl.bench()
@@ -19,7 +19,7 @@ PI = {"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 40.0}
 
 def limit_on_ki() -> float:
     """The factor on `PI` up to which Ms stays within 1.7 wherever it is looked at, by each loop alone."""
-    at = corners(BENCH.evolve(PI), WANTED.limits, WANTED.over(1, 1))
+    at = corners(BENCH.evolve(PI), WANTED.grid(1, 1))
     return min(each.loop.gain_factor(each.limit) for each in at)
 
 

@@ -13,12 +13,11 @@ from scipy.signal import tf2ss
 import frictionloop as fl
 from frictionloop.analysis.linear import linearise
 from frictionloop.control.filtered_pi import filtered_pi_gains
-from frictionloop.design.hinf import design_hinf
+from frictionloop.design.hinf import MOST_STATES, Weights, design_hinf, weighted_plant
 from frictionloop.design.noise_model import NoiseModel
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.slicot import Quadruple, synthesise
-from frictionloop.design.weighted_plant import MOST_STATES, Weights, weighted_plant
 from frictionloop.parameters import bench
 from frictionloop.quantities import FrictionloopError
 

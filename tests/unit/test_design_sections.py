@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter, sosfilt, zpk2ss
 
-from frictionloop.design.sections import factorise
+from frictionloop.design.cascade import factorise
 from frictionloop.design.slicot import Quadruple
 from frictionloop.quantities import FrictionloopError
 

@@ -10,7 +10,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing
-from frictionloop.parameters.still import STILL
+from frictionloop.parameters.presets import STILL
 from frictionloop.parameters.summary import summary
 
 SLOW = {"setpoint": fl.Constant(offset_n=0.6), "disturbance": fl.Sine(amplitude_n=0.01)}

@@ -17,14 +17,14 @@ import frictionloop as fl
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.plate_design import PlateDesign
+from frictionloop.parameters.refusals import known_names
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.wording import known_names
 
 DOCS = Path(__file__).parents[2] / "docs"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WIDEST = 88
 """Characters of a line of code that the pages show without scrolling."""
-BENCH = ("bench", "bench-gains", "controllers", "plate", "force-sensor", "findings", "finger", "perception", "effects")
+BENCH = ("will-it-ring", "controllers", "plate", "force-sensor", "findings", "finger", "perception", "effects")
 PAGES = [
     DOCS / "start.md",
     DOCS / "tutorial.md",
@@ -192,7 +192,7 @@ def test_no_page_is_too_long_to_read(page):
 
 
 PROSE = [*sorted(DOCS.glob("*.md")), *sorted(DOCS.glob("how-to/*.md")), DOCS.parent / "README.md"]
-NOTES = {"paper-notes", "paper-notes-device"}
+NOTES = {"paper-notes"}
 HISTORY = re.compile(
     r"(the \w+|one) before this|\bno longer\b(?! matters)|\bany ?more\b|\bformerly\b|\buntil now\b|\bat first it\b"
     r"|this project started|earlier (version|loop|schedule)|mended since|\bused to (be|have|take|leave)\b",

@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 import frictionloop as fl
-from frictionloop.loop.recorded_findings import of_recorded
+from frictionloop.loop.signal_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.doubts import doubts_of
 from frictionloop.recordings.read import read_recording
@@ -128,7 +128,7 @@ def test_what_was_read_has_rms_and_mean(tmp_path):
 
 
 def test_an_index_over_a_stroke_that_does_not_vary_is_refused():
-    from frictionloop.parameters.still import STILL
+    from frictionloop.parameters.presets import STILL
 
     still = fl.bench().evolve({**STILL, "setpoint": fl.Constant(offset_n=0.5)})
     run = fl.simulate(still, 2.0)

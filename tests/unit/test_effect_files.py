@@ -64,7 +64,7 @@ def test_a_picture_that_the_library_does_not_even_open_is_told_the_same(tmp_path
 
 def test_greys_of_more_than_16_bits_are_refused(tmp_path):
     path = picture(tmp_path / "deep.tiff", np.full((4, 4), 200_000, np.int32))
-    with pytest.raises(FrictionloopError, match=r"greys must be 0 to 65535$"):
+    with pytest.raises(FrictionloopError, match=r"greys = 200000: must be 0 to 65535$"):
         R.read_image(path, mm_per_pixel=0.1, polarity="bright")
 
 
@@ -235,9 +235,9 @@ def grey(tmp_path):
     ("make", "line"),
     [
         (lambda p: R.read_image(p / "no.png", mm_per_pixel=1, polarity="dark"), "no such file"),
-        (lambda p: R.read_image(grey(p)), "mm_per_pixel is missing"),
-        (lambda p: R.read_image(grey(p), mm_per_pixel=1.0), 'polarity is missing: "bright"'),
-        (lambda p: R.read_image(grey(p), polarity="dark"), "mm_per_pixel is missing"),
+        (lambda p: R.read_image(grey(p)), "mm_per_pixel is missing: above 0, in mm"),
+        (lambda p: R.read_image(grey(p), mm_per_pixel=1.0), "polarity is missing: bright or dark"),
+        (lambda p: R.read_image(grey(p), polarity="dark"), "mm_per_pixel is missing: above 0, in mm"),
         (lambda p: R.read_image(grey(p), mm_per_pixel=0.0, polarity="dark"), "must be finite and above 0"),
         (lambda p: R.read_image(grey(p), mm_per_pixel=1, polarity="white"), "polarity: 'white' is unknown"),
         (
@@ -246,13 +246,13 @@ def grey(tmp_path):
         ),
         (lambda p: R.read_image(grey(p), mm_per_pixel=1, polarity="dark", low_n=0.6, high_n=0.3), "low_n = 0.6: must"),
         (lambda p: R.rasterise(R.Grating(), 60, 0, 0.0), "pitch_mm = 0 mm: must be finite and above 0"),
-        (lambda p: R.Resynthesis(coefficients=(1.0,)), "coefficients: grow by 1 a value"),
-        (lambda p: R.text_map(" "), "text = ' ': must have a letter"),
+        (lambda p: R.Resynthesis(coefficients=(1.0,)), "coefficients: growth per value = 1: must be below 1"),
+        (lambda p: R.text_map(" "), "text = ' ': must be one letter or more"),
         (lambda p: R.write_image(R.Constant(), p / "x.png"), "must be a Map"),
-        (lambda p: R.rasterise(R.Constant(), 60, 60, 0.01), "pitch_mm = 0.01 mm: 6001 x 6001 values"),
+        (lambda p: R.rasterise(R.Constant(), 60, 60, 0.01), "must give 2 to 32768 values, not 6001 x 6001"),
         (lambda p: R.rasterise(R.Grating(spacing_mm=0.4), 60, 0, 0.25), "must be at most 0.2"),
         (lambda p: R.fit_texture([0.1] * 100, 0.1), "values_n: must vary"),
-        (lambda p: R.fit_texture([0.1] * 9, 0.1), "9 values; must be at least 48"),
+        (lambda p: R.fit_texture([0.1] * 9, 0.1), "values_n = 9 values: must be at least 48"),
         (lambda p: R.read_hjif(hjif(p, modality="Pressure")), 'no perception of modality "Friction"; found'),
         (lambda p: R.read_hjif(hjif(p, band("WaveletWave", []))), "carries nothing over; left: WaveletWave"),
         (lambda p: R.write_hjif(R.Ridge(), p / "x.hjif"), "effect.kind = 'ridge': must be map of one row"),
@@ -273,7 +273,7 @@ def test_a_wav_without_a_scale_is_refused(tmp_path):
     with wavefile.open(str(tmp_path / "a.wav"), "wb") as file:
         file.setparams((1, 2, 1000, 0, "NONE", "none"))
         file.writeframes(np.arange(100, dtype="<i2").tobytes())
-    with pytest.raises(FrictionloopError, match="scale is missing, in N"):
+    with pytest.raises(FrictionloopError, match="scale is missing: a number, in N"):
         R.read_wave(fl.Recording(path=tmp_path / "a.wav"), 1000.0)
 
 

@@ -185,7 +185,7 @@ def test_any_effect_goes_through_a_file_unchanged(effect):
 
     tree = tomllib.loads(R.to_toml(effect))
     tree.pop("schema")
-    from frictionloop.rendering.files import effect_of
+    from frictionloop.rendering.effect_toml import effect_of
 
     assert effect_of(tree) == effect
 
@@ -202,24 +202,24 @@ def test_the_table_of_a_still_effect_is_the_effect(effect, x):
     ("make", "line"),
     [
         (lambda: R.Map(values_n=(0.1, 0.2)), "Map: pitch_mm is missing"),
-        (lambda: R.Map(values_n=((0.1, 0.2), (0.1,)), pitch_mm=1), "rows must be equally long"),
+        (lambda: R.Map(values_n=((0.1, 0.2), (0.1,)), pitch_mm=1), "lengths of rows = [1, 2]: must be equal"),
         (lambda: R.Map(values_n=(0.1, math.nan), pitch_mm=1), "must be a finite number"),
-        (lambda: R.Map(values_n=(0.1,) * 40000, pitch_mm=1), "40000 values; at most 32768"),
-        (lambda: R.Trigger(on_load_n=0.5, off_load_n=0.5), "must differ"),
+        (lambda: R.Map(values_n=(0.1,) * 40000, pitch_mm=1), "values_n = 40000 values: must be at most 32768"),
+        (lambda: R.Trigger(on_load_n=0.5, off_load_n=0.5), "on_load_n, off_load_n = 0.5: must differ"),
         (lambda: R.Trigger(on_load_n=0.5, off_x_mm=1.0), "needs one pair of on_* and off_*"),
         (lambda: R.Trigger(on_load_n=0.5, off_load_n=0.4, dead_s=0.0), "greater than or equal to 0.001"),
-        (lambda: R.Trigger(on_load_n=0.5, off_load_n=0.4, starts=R.Constant()), 'must be "wave"'),
+        (lambda: R.Trigger(on_load_n=0.5, off_load_n=0.4, starts=R.Constant()), "kind = 'constant': must be wave"),
         (lambda: R.Chirp(from_mm=2.0, to_mm=2.0), "from_mm and to_mm must differ"),
         (lambda: R.Texture(longest_mm=100.0), "Texture: "),
         (lambda: R.find("gratin"), "did you mean grating"),
-        (lambda: R.sampled(lambda x: x * math.nan, 0, 1, 0.1), "nan at 0 mm"),
+        (lambda: R.sampled(lambda x: x * math.nan, 0, 1, 0.1), "force_n at 0 mm = nan: must be finite"),
         (lambda: R.sampled(lambda x: 1.0, 0, 1, 0.1), "x_mm, (11,)"),
         (lambda: R.sampled(lambda x: x, 0, 1, 0.0), "pitch_mm = 0"),
         (lambda: R.Player(3.0), "effect = 3"),
         (lambda: fl.bench().evolve(setpoint={"kind": "effect", "effect": {"kind": "x"}}), "kind = 'x' is unknown"),
         (lambda: fl.bench().evolve({"setpoint.kind": "effect", "setpoint.effect.spacing_mm": -1}), "greater than 0"),
-        (lambda: fl.paper().evolve({"setpoint.kind": "effect"}), 'setpoint.kind = "effect": needs motion.kind'),
-        (lambda: fl.bench().evolve({"disturbance.kind": "effect"}), 'disturbance.kind = "effect"'),
+        (lambda: fl.paper().evolve({"setpoint.kind": "effect"}), "motion.kind = 'sliding': must be strokes"),
+        (lambda: fl.bench().evolve({"disturbance.kind": "effect"}), "disturbance.kind = 'effect': must be another"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_one_line(make, line):
@@ -231,5 +231,5 @@ def test_what_is_wrong_is_one_line(make, line):
 
 def test_more_triggers_than_there_is_room_for_are_refused():
     one = R.LIBRARY["button"]
-    with pytest.raises(FrictionloopError, match="has 5 triggers; at most 4"):
+    with pytest.raises(FrictionloopError, match="effect: triggers = 5: must be at most 4"):
         R.Player(one + one + one + one + one)

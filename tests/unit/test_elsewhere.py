@@ -9,19 +9,18 @@ from designed_notch import DESIGNED_NOTCH
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
 from frictionloop.design.controller_findings import of_places
-from frictionloop.design.corners import corners
-from frictionloop.design.elsewhere import Elsewhere, elsewhere, strokes_of
-from frictionloop.design.over import Over
+from frictionloop.design.corners import corners, elsewhere, strokes_of
+from frictionloop.design.operating_grid import ITSELF, OperatingGrid
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
 
-LIMITS = Requirements().limits
-NOWHERE = Elsewhere()
+LIMITED = ITSELF._replace(limits=Requirements().limits)
+NOWHERE = (), ()
 OTHERS = [(11.5, 80.0), (0.0, 10.0), (0.0, 20.0), (0.0, 80.0)]
 
 
 def where(found, how):
-    return tuple(place for place in found.places if place.how == how)
+    return tuple(place for place in found if place.how == how)
 
 
 def at(found):
@@ -30,24 +29,24 @@ def at(found):
 
 def test_gains_for_a_long_contact_that_are_unstable_without_a_length_are_a_warning():
     gains = fl.retune(fl.bench().evolve({"finger.slip_length_um": 30.0})).overrides
-    found = elsewhere(fl.bench().evolve(gains), LIMITS)
+    found, _ = elsewhere(fl.bench().evolve(gains), LIMITED)
     slider = fl.bench().evolve({**gains, "finger.slip_length_um": 0.0})
     assert not all(each.margins().stable for each in operating_band(slider, occluded=(0.0, 1.0)))
     assert at(where(found, "unstable"))[-3:] == OTHERS[1:]
-    told = [each for each in of_places(found.places, 0) if each.code == "LOOP-UNSTABLE"]
+    told = [each for each in of_places(found, 0) if each.code == "LOOP-UNSTABLE"]
     assert {each.severity for each in told} == {"warning"} and all(each.value > 100.0 for each in told)
     assert [(each.where.slip_length_um, each.where.speed_mm_s) for each in told][-1] == (0.0, (10.0, 20.0, 80.0))
-    assert {each.severity for each in of_places(found.places, len(found.places))} == {"error"}
+    assert {each.severity for each in of_places(found, len(found))} == {"error"}
 
 
 @pytest.mark.slow
 def test_a_notch_for_one_speed_is_told_not_to_hold_at_half_of_it():
     """A slower finger lags by a longer time over the same length."""
-    found = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITS)
-    assert (where(found, "unstable"), where(found, "near"), found.unseen) == ((), (), ())
+    found, unseen = elsewhere(fl.bench().evolve(DESIGNED_NOTCH), LIMITED)
+    assert (where(found, "unstable"), where(found, "near"), unseen) == ((), (), ())
     assert at(where(found, "beyond")) == [(11.5, 10.0)] and at(where(found, "within")) == OTHERS
     (worst,) = where(found, "beyond")
-    (told,) = of_places(found.places, 0)
+    (told,) = of_places(found, 0)
     assert (told.code, told.value) == ("MS-BEYOND", worst.worst.sensitivity_peak)
     slow = {"motion.speed_mm_s": 10.0, "sensor.resonance_hz": (1 + worst.worst.off) * 145.0}
     told, slow_bench = worst.worst.sensitivity_peak, fl.bench().evolve({**DESIGNED_NOTCH, **slow})
@@ -57,14 +56,14 @@ def test_a_notch_for_one_speed_is_told_not_to_hold_at_half_of_it():
 @pytest.mark.slow
 def test_little_gain_holds_everywhere():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0}
-    found = elsewhere(fl.bench().evolve(weak), LIMITS)
-    assert where(found, "within") == found.places
-    assert at(found.places) == [(11.5, 10.0), *OTHERS]
-    assert [*of_places(found.places, 0)] == [] and found.unseen == ()
+    found, unseen = elsewhere(fl.bench().evolve(weak), LIMITED)
+    assert where(found, "within") == found
+    assert at(found) == [(11.5, 10.0), *OTHERS]
+    assert [*of_places(found, 0)] == [] and unseen == ()
 
 
 def test_where_nothing_else_is_there_is_nothing_to_say():
-    assert elsewhere(fl.bench().evolve({"finger": {"kind": "rigid"}}), LIMITS) == NOWHERE
+    assert elsewhere(fl.bench().evolve({"finger": {"kind": "rigid"}}), LIMITED) == NOWHERE
 
 
 def test_strokes_are_both_contacts_at_three_speeds_its_own_first():
@@ -78,9 +77,9 @@ def test_strokes_are_both_contacts_at_three_speeds_its_own_first():
 def test_a_stroke_with_no_room_to_turn_at_a_speed_is_looked_at_as_a_long_one_is():
     """A linear loop slides and does not turn, so its stroke and its reversal move no margin."""
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 7.0, "motion.speed_mm_s": 50.0}
-    short, long = (elsewhere(fl.bench().evolve({**weak, "motion.stroke_mm": each}), LIMITS) for each in (10.0, 60.0))
-    assert short.unseen == long.unseen == ()
-    peaks = [[place.worst.sensitivity_peak for place in found.places] for found in (short, long)]
+    short, long = (elsewhere(fl.bench().evolve({**weak, "motion.stroke_mm": each}), LIMITED) for each in (10.0, 60.0))
+    assert short[1] == long[1] == ()
+    peaks = [[place.worst.sensitivity_peak for place in places] for places, _ in (short, long)]
     np.testing.assert_allclose(*peaks, rtol=1e-12)
 
 
@@ -92,8 +91,8 @@ def test_gains_for_a_fast_stroke_say_that_they_do_not_hold_on_a_slower_one():
 
 
 def not_held(system, speeds_mm_s=()):
-    found = elsewhere(system, {0.0: 1.0, 0.1: 1.0}, Over(speeds_mm_s=speeds_mm_s))
-    return at(each for each in found.places if each.how != "within")
+    found, _ = elsewhere(system, OperatingGrid(speeds_mm_s=speeds_mm_s, limits={0.0: 1.0, 0.1: 1.0}))
+    return at(each for each in found if each.how != "within")
 
 
 @pytest.mark.slow
@@ -102,7 +101,7 @@ def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
     found = synthesised(fl.bench(), "pi", wanted)[0]
     made = fl.bench().evolve(dict(found.overrides))
     for speed in (10.0, 11.5, 13.0, 16.0, 18.0, 20.0):
-        there = corners(made.evolve({"motion.speed_mm_s": speed}), LIMITS)
+        there = corners(made.evolve({"motion.speed_mm_s": speed}), LIMITED)
         assert max(each.excess for each in there) <= 1.002
     assert found.overrides["controller.ki"] < fl.retune(fl.bench(), 1.7).ki
 
@@ -110,6 +109,6 @@ def test_a_design_for_a_range_of_speeds_holds_its_limits_between_them():
 @pytest.mark.slow
 def test_with_a_range_the_other_contact_is_looked_at_at_its_ends():
     weak = {"controller.kind": "pi", "controller.kp": 0.0, "controller.ki": 2.0}
-    found = elsewhere(fl.bench().evolve(weak), LIMITS, Over(speeds_mm_s=(15.0, 60.0)))
+    found, _ = elsewhere(fl.bench().evolve(weak), LIMITED._replace(speeds_mm_s=(15.0, 60.0)))
     assert {(0.0, speed) for speed in (15.0, 20.0, 60.0)} <= set(at(where(found, "within")))
-    assert not {(11.5, 15.0), (11.5, 20.0), (11.5, 60.0)} & set(at(found.places))
+    assert not {(11.5, 15.0), (11.5, 20.0), (11.5, 60.0)} & set(at(found))

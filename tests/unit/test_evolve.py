@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from kinds import kinds_of
 
 import frictionloop as fl
+from frictionloop.parameters.controller import Timing
 from frictionloop.parameters.description import _change_kind
+from frictionloop.parameters.refusals import known_names
 from frictionloop.parameters.sensor_design import SensorDesign, StraightSprings
-from frictionloop.parameters.timing import Timing
-from frictionloop.parameters.wording import known_names
 
 PAPER = fl.paper()
 PATHS = known_names(fl.System, PAPER.model_dump())
@@ -81,7 +81,7 @@ def test_blocks_may_be_given_by_name():
         (lambda: fl.Sine(1.0), "Sine takes its values by name: Sine(offset_n=...)"),
         (lambda: fl.PiController(kp=-1.0), "PiController: kp = -1.0 N/N: must be greater than or equal to 0"),
         (fl.Recording, "Recording: path is missing"),
-        (lambda: fl.Steps(times_s=(1.0,)), "Steps: times_s must start at 0 and rise"),
+        (lambda: fl.Steps(times_s=(1.0,)), "Steps: times_s = (1.0,): must be rising from 0"),
         (lambda: fl.PiController(model={"nominal": 1.0}), "PiController: unknown parameter 'model.nominal'; did you"),
     ],
 )
@@ -222,12 +222,12 @@ def test_a_bad_value_names_path_value_unit_and_what_is_accepted(path, bad, accep
 @pytest.mark.parametrize(
     ("overrides", "told"),
     [
-        ({"controller.model.table_size": 1}, "table_size must be 0 or at least 2"),
+        ({"controller.model.table_size": 1}, "table_size = 1: must be 0 or at least 2"),
         ({"setpoint.start_hz": 100.0}, "start_hz and stop_hz must differ"),
         ({"setpoint": fl.Steps().model_dump() | {"times_s": (0.0, 1.0)}}, "one level per time"),
         ({"setpoint": fl.Steps().model_dump() | {"times_s": (), "levels_n": ()}}, "one level per time"),
-        ({"setpoint": {"kind": "steps", "times_s": (0.0, 2.0, 1.0), "levels_n": (1.0, 2.0, 3.0)}}, "rise"),
-        ({"setpoint": {"kind": "steps", "times_s": (0.5,), "levels_n": (1.0,)}}, "start at 0"),
+        ({"setpoint": {"kind": "steps", "times_s": (0.0, 2.0, 1.0), "levels_n": (1.0, 2.0, 3.0)}}, "rising from 0"),
+        ({"setpoint": {"kind": "steps", "times_s": (0.5,), "levels_n": (1.0,)}}, "rising from 0"),
         ({"disturbance": {"kind": "noise", "low_hz": 500.0, "high_hz": 0.5}}, "low_hz must be below high_hz"),
         ({"disturbance": {"kind": "recording", "path": "a", "start_s": 2.0, "stop_s": 1.0}}, "stop_s must be after"),
         ({"setpoint.kind": "sin"}, "setpoint.kind = 'sin' is unknown; accepted: 'constant', 'sine', 'log_sweep'"),

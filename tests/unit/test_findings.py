@@ -16,7 +16,6 @@ import pytest
 from message_branches import branches_on_messages
 
 import frictionloop as fl
-from frictionloop.device.fault_codes import FAULTS, fault_code
 from frictionloop.findings import CATALOGUE, Condition, Finding, Result, entry, shown
 from frictionloop.findings.catalogue import SEVERITIES
 from frictionloop.findings.render import LINES, WIDTH, WORST, lines
@@ -177,25 +176,15 @@ def test_the_catalogue_is_one_that_a_person_can_know():
     assert len(CATALOGUE) <= MOST_CODES
 
 
-def codes_of(path: Path) -> tuple[set[str], set[str]]:
-    """Return the codes that calls of a file name, and all words of it that are codes."""
-    called, words = set(), set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Constant) and node.value in CATALOGUE:
-            words.add(node.value)
+def test_every_code_of_the_source_is_in_the_catalogue():
+    called = set()
+    for node in (node for path in FILES for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             place = {"Finding": 0, "FrictionloopError": 1, "must_be": 4}.get(node.func.id)
             given = [] if place is None else node.args[place : place + 1]
             given += [each.value for each in node.keywords if place is not None and each.arg == "code"]
             called |= {each.value for each in given if isinstance(each, ast.Constant)}
-    return called, words
-
-
-def test_every_code_of_the_source_is_in_the_catalogue_and_every_one_of_it_is_used():
-    found = [codes_of(path) for path in FILES]
-    assert set().union(*(called for called, _ in found)) - set(CATALOGUE) == set()
-    faults = {fault_code(number) for number in FAULTS}
-    assert set(CATALOGUE) - faults - set().union(*(words for _, words in found)) == set()
+    assert len(called) > 100 and called - set(CATALOGUE) == set()
 
 
 def test_nothing_branches_on_text_of_our_own(tmp_path):

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy.stats import kstest, lognorm, loguniform, spearmanr, uniform
 from scipy.stats import norm as normal
 
-from frictionloop.parameters.finger import FingerFriction, Skin
 from frictionloop.parameters.motion import Strokes
-from frictionloop.physics.capable import capable, reach
+from frictionloop.parameters.plant import FingerFriction, Skin
 from frictionloop.physics.fingers import DRAWN_AT, SLOTS, Fingers, fingers
 from frictionloop.physics.occlusion import occlusion_after, occlusion_at
+from frictionloop.physics.reach import capable, finger_reach
 from frictionloop.quantities import FrictionloopError
 
 MANY = fingers(4000, 1)
@@ -101,7 +101,7 @@ def test_every_finger_is_a_valid_one():
 @given(st.floats(0.3, 2), st.floats(0.1, 1), st.floats(0.1, 2), st.floats(0.5, 1))
 def test_reach_at_landing_is_equation_1(f0, tau, load, exponent):
     finger = {"friction.nominal_n": f0, "friction.susceptibility_per_um2": tau, "motion.load_n": load}
-    low, high = reach(finger | {"friction.load_exponent": exponent})
+    low, high = finger_reach(finger | {"friction.load_exponent": exponent})
     exact = f0 * (load / 0.5) ** exponent
     assert high == pytest.approx(exact, rel=1e-13)
     assert low == pytest.approx(exact * math.exp(-tau * 6.25), rel=1e-13)
@@ -110,7 +110,7 @@ def test_reach_at_landing_is_equation_1(f0, tau, load, exponent):
 @given(st.floats(0.1, 5), st.floats(0, 0.5), st.floats(0, 100), st.floats(0, 4))
 def test_reach_over_a_contact_is_the_worst_of_its_moments(ratio, loss, contact_s, a_max):
     finger = {"friction.occlusion_ratio": ratio, "friction.moist_loss": loss, "friction.nominal_n": 1.0}
-    low, high = reach(finger, a_max, contact_s)
+    low, high = finger_reach(finger, a_max, contact_s)
     w = -np.expm1(-np.linspace(0, contact_s, 2001) / 20.0)
     factor = 1 + (ratio - 1) * w
     lowest = factor * np.exp(-0.38 * a_max**2 * (1 - loss * w))
@@ -181,15 +181,15 @@ def test_loads_are_even_between_two_and_leave_the_rest_of_a_finger():
         (lambda: fingers(True, 1), r"^n = True: "),
         (lambda: fingers(3, -1), r"^seed = -1: .*0 to 18446744073709551615$"),
         (lambda: fingers(3, 2**64), r"^seed = 18446744073709551616: "),
-        (lambda: reach({"friction.nominal_n": -1.0}), r"^FingerFriction: nominal_n = -1\.0 N: "),
+        (lambda: finger_reach({"friction.nominal_n": -1.0}), r"^FingerFriction: nominal_n = -1\.0 N: "),
         (
-            lambda: reach({"friction.nominal": 1.0}),
+            lambda: finger_reach({"friction.nominal": 1.0}),
             r"^FingerFriction: unknown parameter 'nominal'; did you mean",
         ),
-        (lambda: reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: "),
-        (lambda: reach({}, contact_s=math.nan), r"^contact_s = nan s: "),
-        (lambda: reach({}, contacts=0.5), r"^contacts = 0\.5: .*1$"),
-        (lambda: reach({}, contact_s=float("inf")), r"^contact_s = inf s: .*contacts = inf$"),
+        (lambda: finger_reach({}, max_amplitude_um=-1.0), r"^max_amplitude_um = -1 um: "),
+        (lambda: finger_reach({}, contact_s=math.nan), r"^contact_s = nan s: "),
+        (lambda: finger_reach({}, contacts=0.5), r"^contacts = 0\.5: .*1$"),
+        (lambda: finger_reach({}, contact_s=float("inf")), r"^contact_s = inf s: .*contacts = inf$"),
         (lambda: fingers(3, 1, loads_n=(1.2, 0.4)), r"^loads_n = \(1\.2, 0\.4\) N: "),
         (lambda: capable(MANY[:1], 0.9, 0.3), r"^low_n = 0\.9 N, high_n = 0\.3 N: .*low not above high$"),
     ],

@@ -12,8 +12,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from frictionloop.parameters import Friction
-from frictionloop.parameters.finger import FingerFriction, RigidFinger, Skin
-from frictionloop.parameters.plant import FrictionLaw
+from frictionloop.parameters.plant import FingerFriction, FrictionLaw, RigidFinger, Skin
 from frictionloop.physics.friction import friction_force, halving_amplitude_um
 from frictionloop.physics.friction_limit import (
     limit_coefficients,

@@ -137,7 +137,10 @@ def answers() -> list[type[Result]]:
         for each in left.pop().__subclasses__():
             found.add(each)
             left.append(each)
-    return sorted((each for each in found if each.__module__.startswith("frictionloop.")), key=lambda each: each.SCHEMA)
+    return sorted(
+        (each for each in found if each.SCHEMA and each.__module__.startswith("frictionloop.")),
+        key=lambda each: each.SCHEMA,
+    )
 
 
 def test_the_form_of_every_answer_is_as_it_was():

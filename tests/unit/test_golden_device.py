@@ -9,10 +9,10 @@ import pytest
 from golden import check_golden
 
 import frictionloop as fl
-from frictionloop.device import serial_pipe
+from frictionloop.device import transport
 from frictionloop.findings.render import LINES, WIDTH
 from frictionloop.firmware import image
-from frictionloop.loop.spool import Column, Spool
+from frictionloop.loop.growing_file import Column, Spool
 
 RINGING = {"controller.kp": 0.04, "controller.ki": 90.0}
 TICK = {"tick": 3200, "interrupts": 900, "background": 2100, "sum": 6200, "flood": 4000, "longest_interrupt": 610,
@@ -78,7 +78,7 @@ SITUATIONS = {
 @pytest.mark.parametrize("name", SITUATIONS)
 def test_the_screen_is_small_and_as_it_was(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(serial_pipe, "described_ports", lambda: [("serial:///dev/ttyACM0", "Teensy")])
+    monkeypatch.setattr(transport, "described_ports", lambda: [("serial:///dev/ttyACM0", "Teensy")])
     made = image.Image(*(tmp_path.joinpath(f"teensy31.{kind}") for kind in ("elf", "hex", "map")), 21_345, 16_789)
     monkeypatch.setattr(image, "build", lambda *_, **__: made)
     found = SITUATIONS[name]()

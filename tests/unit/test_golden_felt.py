@@ -62,7 +62,7 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("name", ANSWERS)
 def test_the_screen_is_as_kept(name, folder, monkeypatch):
     monkeypatch.chdir(folder)
-    monkeypatch.setattr("frictionloop.report.cited.cited_version", lambda: "VERSION")
+    monkeypatch.setattr("frictionloop.report.results.cited_version", lambda: "VERSION")
     said = f"{ANSWERS[name]()}\n"
     path = GOLDEN / f"{name}.txt"
     if os.environ.get("FRICTIONLOOP_GOLDEN"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.recorded_findings import of_recorded
+from frictionloop.loop.signal_findings import of_recorded
 from frictionloop.recordings.jumps import jumps
 
 RATE_HZ = 1000.0

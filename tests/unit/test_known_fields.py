@@ -9,11 +9,9 @@ from kinds import kinds_of
 from pydantic import BaseModel
 
 import frictionloop as fl
-from frictionloop.analysis.elements import elements
-from frictionloop.analysis.known import LINEAR
+from frictionloop.analysis.elements import LINEAR, elements
 from frictionloop.control.laws import LAWS
-from frictionloop.firmware.compiled import FORMS, controller_words
-from frictionloop.firmware.known import FIRMWARE
+from frictionloop.firmware.compiled import FIRMWARE, FORMS, controller_words
 from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from frictionloop.design.comparison.law_figures import figure_residuals
-from frictionloop.design.comparison.law_panels import figure_sensitivities, figure_step_traces
+from frictionloop.design.comparison.law_figures import figure_residuals, figure_sensitivities, figure_step_traces
 from frictionloop.design.response_figures import figure_step
 
 LENGTHS_UM = [11.5, 0.0]
@@ -74,7 +73,7 @@ def test_the_step_before_does_not_flatten_the_step_after():
     figure = figure_step(before, after, "as asked")
     titles = [axes.get_title("left") for axes in figure.axes]
     assert titles == [
-        "before: the controller as the file has it: cut off, the force goes from 0.5 to 7 N",
-        "after: the controller that was found",
+        "before: as in the file: cut off, the force goes from 0.5 to 7 N",
+        "after: as designed",
     ]
     assert all(0.75 < axes.get_ylim()[1] < 1.5 for axes in figure.axes)

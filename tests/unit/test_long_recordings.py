@@ -10,11 +10,11 @@ import recorded_files as files
 from three_modes import TRUE, plate
 
 import frictionloop as fl
-from frictionloop.identification import long
-from frictionloop.identification.analyses import analyse
-from frictionloop.identification.file_traces import first_look
-from frictionloop.identification.part import Sensor
-from frictionloop.identification.project import Take
+from frictionloop.identification import recording_file
+from frictionloop.identification.entry_result import Sensor
+from frictionloop.identification.file_channels import first_look
+from frictionloop.identification.project_analysis import analyse
+from frictionloop.identification.project_file import Take
 from frictionloop.recordings import stored
 from frictionloop.recordings.whole import read_contents
 
@@ -26,7 +26,7 @@ BY_THE_BLOCK = ("time.csv", "european.csv", "file.h5", "seven.mat", "file.wav", 
 def small_blocks(monkeypatch):
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 300)
-    monkeypatch.setattr(long, "ROWS", 2**14)
+    monkeypatch.setattr(recording_file, "ROWS", 2**14)
 
 
 def columns(samples=4321):
@@ -87,8 +87,8 @@ def test_hits_of_a_long_recording_are_those_of_a_short_one(tmp_path, monkeypatch
     whole = analyse(take, tmp_path, Sensor())
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 2**12)
-    monkeypatch.setattr(long, "ROWS", 2**15)
-    monkeypatch.setattr(long, "CALM_S", 0.01)
+    monkeypatch.setattr(recording_file, "ROWS", 2**15)
+    monkeypatch.setattr(recording_file, "CALM_S", 0.01)
     parts = analyse(take, tmp_path, Sensor())
     assert len(parts.rows) == len(whole.rows) == 13
     assert [row[1:3] for row in parts.rows] == [row[1:3] for row in whole.rows]
@@ -107,7 +107,7 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
     files.hdf5(tmp_path / "q.h5", {"f": quiet}, RATE)
     monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     monkeypatch.setattr(stored, "BLOCK", 2**11)
-    monkeypatch.setattr(long, "ROWS", 2**13)
+    monkeypatch.setattr(recording_file, "ROWS", 2**13)
     channels = {"f_m": {"column": "f", "unit": "V"}, "mass": {"column": "mass", "unit": "kg"}}
     take = Take(kind="weights", files=("w.h5",), settle_s=0.1, channels=channels, gravity_m_s2=9.80665)
     slope = analyse(take, tmp_path, Sensor()).measured[0]
@@ -120,7 +120,7 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
 
 
 def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch):
-    monkeypatch.setattr("frictionloop.identification.file_traces.LARGE_BYTES", 1000)
+    monkeypatch.setattr("frictionloop.identification.file_channels.LARGE_BYTES", 1000)
     rising = {"force": np.linspace(0, 1, 300_000), "other": np.sin(np.arange(300_000) / 50)}
     files.csv(tmp_path / "a.csv", rising, RATE)
     look = first_look(tmp_path / "a.csv")

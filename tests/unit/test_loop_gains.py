@@ -9,14 +9,14 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.linear import linearise
-from frictionloop.analysis.occlusions import moistest
-from frictionloop.analysis.operating import law_at
+from frictionloop.analysis.operating import law_at, moistest
 from frictionloop.design.controller_design import controller
 from frictionloop.design.loop_gains import MOST_PEAK, loop_gain, loop_gains
-from frictionloop.design.on_fingers import check_fingers
-from frictionloop.design.over import Over
+from frictionloop.design.operating_grid import OperatingGrid
+from frictionloop.design.population_margins import check_fingers
 from frictionloop.design.requirements import Requirements
-from frictionloop.experiments.reach import Reach
+from frictionloop.experiments.measured_finger import MeasuredFinger
+from frictionloop.physics.reach import Reach
 
 NOTCH = fl.bench().evolve({"controller.kind": "notch_pi", "setpoint": fl.Constant(offset_n=0.6)})
 DRY = {"friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
@@ -48,7 +48,7 @@ def test_the_gain_is_what_a_command_does_to_the_force(finger):
 
 
 def test_the_share_is_that_of_fingers_looked_at_one_by_one():
-    people, over = fl.fingers(40, 0), Over()
+    people, over = fl.fingers(40, 0), OperatingGrid()
     system = NOTCH.evolve({"controller.kp": 5.7, "controller.ki": 49.0, "controller.notch_hz": 134.0})
     found = loop_gains(system, over, people)
     each = check_fingers(system, people, Requirements(MOST_PEAK, 0.0, slip_lengths_um=()), progress=False)
@@ -59,8 +59,8 @@ def test_the_share_is_that_of_fingers_looked_at_one_by_one():
 
 
 def test_without_a_finger_or_a_loop_nobody_is_counted():
-    assert loop_gains(fl.feasible(), Over()) is None
-    assert loop_gains(fl.bench().evolve({"controller.kind": "lookup"}), Over()) is None
+    assert loop_gains(fl.feasible(), OperatingGrid()) is None
+    assert loop_gains(fl.bench().evolve({"controller.kind": "lookup"}), OperatingGrid()) is None
 
 
 @pytest.mark.slow  # two designs
@@ -81,7 +81,7 @@ def test_a_design_bears_the_loop_gain_that_a_finger_may_have():
 
 def test_what_is_measured_of_a_finger_is_in_what_the_controller_believes():
     assert fl.bench().controller.model.gain_spread == 2.7
-    assert Reach(1.0, 0.1, 0.4).changes["controller.model.gain_spread"] == 1.1
+    assert MeasuredFinger(Reach(0.1, 1.0), 0.4).changes["controller.model.gain_spread"] == 1.1
     measured = fl.bench().evolve({"controller.model.gain_spread": 1.1})
     assert (Requirements().gain_of(measured), Requirements(finger_gain=1.5).gain_of(measured)) == (1.1, 1.5)
     with pytest.raises(fl.FrictionloopError, match=r"^finger_gain = 0\.5: must be from 1 to 10"):
@@ -91,4 +91,4 @@ def test_what_is_measured_of_a_finger_is_in_what_the_controller_believes():
 def test_forces_out_of_reach_give_no_share():
     """A share of 0 would say that nobody rings where nothing was looked at."""
     far = fl.bench().evolve({"controller.kind": "pi", **fl.RETUNED, "setpoint": fl.Constant(offset_n=2.4)})
-    assert loop_gains(far, Over()) is None
+    assert loop_gains(far, OperatingGrid()) is None

@@ -14,7 +14,7 @@ from scipy.signal import lfilter, sosfilt
 from scipy.stats import linregress
 
 import frictionloop as fl
-from frictionloop.loop.all_metrics import TURNS
+from frictionloop.loop.reference_runs import TURNS
 from frictionloop.perception.weighting import weighting_sos
 
 RUN = fl.simulate(fl.paper().evolve({"setpoint.sweep_s": 1.0, "disturbance.frequency_hz": 3.0}), 1.0)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from three_modes import RATE, TRUE, plate
 
 import frictionloop as fl
@@ -48,6 +50,22 @@ def test_the_sensor_of_the_rig():
     assert found.asked[0].q.value == pytest.approx(20.0, rel=0.01)
     alone = modes(run.drop_vars("hammer"), "first")
     assert alone.asked[0].frequency.value == pytest.approx(145.0, abs=0.1)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(60.0, 400.0), st.floats(8.0, 40.0), st.integers(0, 1000))
+def test_a_closed_form_is_found_again(resonance_hz, q, seed):
+    """Taps of x'' + w/Q x' + w^2 x = w^2 p(t), in counts: at Q 8 the undamped resonance is 0.2 % above what is seen."""
+    rng, time = np.random.default_rng(seed), np.arange(20000) / 5000.0
+    omega, seen = 2 * np.pi * resonance_hz, 2 * np.pi * resonance_hz * np.sqrt(1 - 1 / (4 * q * q))
+    force = np.full(time.size, 0.1)
+    for k in range(4):
+        t = np.maximum(time - k - 0.2 - 0.1 * rng.random(), 0.0)
+        force += rng.uniform(0.5, 1.0) * np.exp(-omega * t / (2 * q)) * np.sin(seen * t)
+    counts = ("time", np.round(13107 * force), {"units": "counts"})
+    (found,) = modes(xr.Dataset({"f_m": counts}, {"time": ("time", time, {"units": "s"})})).asked
+    assert found.frequency.value == pytest.approx(resonance_hz, rel=1e-4)
+    assert found.q.value == pytest.approx(q, rel=5e-3)
 
 
 def test_a_band_leaves_the_others_out():

@@ -12,7 +12,7 @@ from scipy import signal
 from scipy.constants import Boltzmann
 from scipy.linalg import solve_continuous_lyapunov
 
-from frictionloop.hardware.sensor import baseband, springs
+from frictionloop.hardware.sensor import front_end, springs
 from frictionloop.hardware.sensor.noise_budget import noise_budget, side_density_pm_rthz
 from frictionloop.parameters.sensor_design import SensorDesign
 
@@ -160,7 +160,7 @@ def test_a_mode_of_welch_agrees_with_the_demodulated_density():
     tuned = DESIGN.evolve({"filters.bandpass_q": q})
     from frictionloop.hardware.sensor.front_end import bandpass
 
-    model = baseband.demodulated_density(tuned, lambda x: np.abs(bandpass(tuned).response(x)), f[low])
+    model = front_end.demodulated_density(tuned, lambda x: np.abs(bandpass(tuned).response(x)), f[low])
     assert np.mean(density[low] / model**2) == pytest.approx(1.0, abs=0.06)
 
 

@@ -8,9 +8,9 @@ import pytest
 import frictionloop as fl
 from frictionloop.design import controller_design
 from frictionloop.design.controller_design import controller
-from frictionloop.design.corners import MET, band_of, corners
-from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
-from frictionloop.design.people_findings import of_fingers
+from frictionloop.design.corners import MET, corners
+from frictionloop.design.operating_grid import ITSELF
+from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers
 from frictionloop.design.requirements import Designed, Requirements
 
 PI = fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 20.0})
@@ -22,7 +22,7 @@ FEW = Requirements(slip_lengths_um=(), resonance_error=0.05)
 def test_each_finger_is_as_a_check_of_it_alone_finds_it():
     found = check_fingers(PI, PEOPLE[:4], FEW)
     for k, person in enumerate(PEOPLE[:4]):
-        alone = corners(PI.evolve(person), FEW.limits, FEW.over(3, 2))
+        alone = corners(PI.evolve(person), FEW.grid(3, 2))
         worst = max(alone, key=lambda each: each.excess)
         mine = found.isel(finger=k)
         if np.isfinite(worst.sensitivity_peak):
@@ -62,7 +62,7 @@ def test_forces_out_of_a_fingers_reach_are_told():
     strong, weak = (PEOPLE[0] | {"friction.nominal_n": nominal_n} for nominal_n in (0.95, 0.3))
     found = check_fingers(PI, [strong, weak], FEW)
     assert "no force asked for in reach" in str(found.unseen.values[1]) and not found.holds.values[1]
-    there = [loop.elements for loop in band_of(PI.evolve(strong))]
+    there = [loop.elements for loop in ITSELF.loops(PI.evolve(strong))]
     few = PI.evolve({"setpoint.amplitude_n": 0.0, "setpoint.offset_n": max(at.force_n for at in there)})
     assert check_fingers(few, [strong], FEW).in_reach.values[0]
     wide = PI.evolve({"setpoint.amplitude_n": 0.4})
@@ -88,7 +88,7 @@ def test_a_law_of_higher_order_has_its_own_response():
     observer = fl.bench().evolve({"controller.kind": "limit_observer", "controller.model.resonance_hz": 132.0})
     found = check_fingers(observer, PEOPLE[:2], FEW)
     for k, person in enumerate(PEOPLE[:2]):
-        every = corners(observer.evolve(person), FEW.limits)
+        every = corners(observer.evolve(person), ITSELF._replace(limits=FEW.limits))
         asked = [
             each for each in every if 0.5 <= round(each.loop.elements.force_n, 9) <= 0.7
         ]  # others count for nothing

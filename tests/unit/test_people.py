@@ -91,7 +91,7 @@ def test_a_population_as_a_file(tmp_path):
         ({"value": [{"path": "sensor.q", "median": 1.0, "spread": 0.1}]}, "path = 'sensor.q'"),
         ({"value": [{"path": "friction.speed_slope", "median": 1.0, "spread": 0.1}]}, "path = 'friction.speed_slope'"),
         ({"value": [{"path": F0, "median": -1.0, "spread": 0.1}]}, "median"),
-        ({"value": [{"path": F0, "median": 1.0, "spread": 0.1}], "correlation": [[1.0, 0.2]]}, "1 rows and columns"),
+        ({"value": [{"path": F0, "median": 1.0, "spread": 0.1}], "correlation": [[1.0, 0.2]]}, "= (1, 2): must be (1,"),
         (
             {
                 "value": [{"path": F0, "median": 1.0, "spread": 0.1}, {"path": TAU, "median": 1.0, "spread": 0.1}],

@@ -10,7 +10,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.design import people_served
-from frictionloop.design.people_reach import reach_of, share_of_all
+from frictionloop.design.people_reach import people_reach, share_of_all
 from frictionloop.findings import Finding
 
 N, SEED = 12, 5
@@ -147,12 +147,12 @@ def test_worst_decile_of_each_kind_of_metric(found):
 def test_the_finger_is_held_until_the_last_contact_of_the_run_ends():
     people = fl.fingers(30, 0)
     system = fl.bench().evolve({"motion.contact_s": 2.0, "motion.lifted_s": 0.5})
-    band, reach = reach_of(system, people, 10.0)
+    band, reach = people_reach(system, people, 10.0)
     assert (reach.contact_s, reach.contacts) == (2.0, 4)
-    np.testing.assert_array_equal(band.highest_n, fl.capable(people, contact_s=2.0, contacts=4).highest_n)
+    np.testing.assert_array_equal(band.high_n, fl.capable(people, contact_s=2.0, contacts=4).highest_n)
     end = fl.capable(people, 0.5, 0.7, contact_s=2.0, contacts=np.inf).capable
     assert reach.in_the_end.sum() == end.sum() < sum(reach.able)
-    once, stays = (reach_of(system.evolve({"motion.contact_s": each}), people, 10.0)[1] for each in (12.0, 0.0))
+    once, stays = (people_reach(system.evolve({"motion.contact_s": each}), people, 10.0)[1] for each in (12.0, 0.0))
     for each in (once, stays):
         assert (each.contact_s, each.contacts) == (10.0, 1)
     # A run of a part of one contact: who lifts after it lands again, and is moister in the end.
@@ -160,23 +160,25 @@ def test_the_finger_is_held_until_the_last_contact_of_the_run_ends():
     np.testing.assert_array_equal(once.in_the_end, again.capable)
     assert stays.in_the_end is None and 0 < again.capable.sum() < once.able.sum()
     assert once.able.tolist() == stays.able.tolist()
-    _, weak = reach_of(system.evolve({"plate.max_amplitude_um": 1.0}), people, 10.0)
+    _, weak = people_reach(system.evolve({"plate.max_amplitude_um": 1.0}), people, 10.0)
     assert weak.low.sum() < reach.low.sum()
 
 
 def test_values_of_the_system_that_no_finger_brings_count():
     brought = "friction.occlusion_s"
     people = [{path: value for path, value in each.items() if path != brought} for each in fl.fingers(5, 0)]
-    quick, plain = (reach_of(fl.bench().evolve({"friction.occlusion_s": each}), people, 1.0)[0] for each in (2.0, 20.0))
+    quick, plain = (
+        people_reach(fl.bench().evolve({"friction.occlusion_s": each}), people, 1.0)[0] for each in (2.0, 20.0)
+    )
     named = fl.capable([{"friction.occlusion_s": 2.0} | each for each in people], 0.5, 0.7, contact_s=1.0)
-    assert quick.lowest_n.values.tolist() == named.lowest_n.values.tolist() != plain.lowest_n.values.tolist()
+    assert quick.low_n.tolist() == named.lowest_n.values.tolist() != plain.low_n.tolist()
 
 
 def test_drawn_friction_is_that_at_the_load_and_speed_of_the_drawing_whatever_the_files():
     people = fl.fingers(5, 0)
     other = fl.bench().evolve({"friction.reference_load_n": 0.25, "friction.reference_speed_mm_s": 60.0})
-    there, plain = (reach_of(each, people, 1.0)[0] for each in (other, fl.bench()))
-    assert there.highest_n.values.tolist() == plain.highest_n.values.tolist()
+    there, plain = (people_reach(each, people, 1.0)[0] for each in (other, fl.bench()))
+    assert there.high_n.tolist() == plain.high_n.tolist()
     errors = [fl.sweep(each, people, 1.0, metrics=["rms_error"]).rms_error.values for each in (other, fl.bench())]
     np.testing.assert_array_equal(*errors)
 
@@ -192,7 +194,7 @@ def test_a_set_point_from_outside_is_not_judged():
             return 0.5 + 0.0 * time_s
 
     system = fl.bench().model_copy(update={"setpoint": Hum()})
-    found = reach_of(system, fl.fingers(3, 0), 0.5)[1]
+    found = people_reach(system, fl.fingers(3, 0), 0.5)[1]
     assert isinstance(found, Finding) and found.code == "REACH-UNKNOWN"
 
 

@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 import frictionloop as fl
-from frictionloop.hardware.plate.answers import plate, plate_for
+from frictionloop.hardware.plate.plate_answers import plate, plate_for
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.quantities import FrictionloopError
 
@@ -107,10 +107,10 @@ def test_readings_and_the_simulated_carrier_stand_where_they_are_asked_for():
     ("overrides", "asked", "said"),
     [
         ({"drive.quality_factor": 0}, {}, "drive.quality_factor = 0: must be greater than 0.5"),
-        ({"geometry.nodal_lines": 60}, {}, "nodal_lines = 60: must be a whole number from 2 to 47"),
+        ({"geometry.nodal_lines": 60}, {}, "nodal_lines = 60: must be whole, 2 to 47"),
         ({"geometry.thick": 3}, {}, "unknown parameter 'geometry.thick'; did you mean geometry.thickness_mm"),
         ({}, {"frequency_hz": 1e6}, "frequency_hz = 1e+06 Hz: must be at most"),
-        ({}, {"bandwidth_hz": 0.0}, "bandwidth_hz = 0 Hz: must be a finite number above 0"),
+        ({}, {"bandwidth_hz": 0.0}, "bandwidth_hz = 0 Hz: must be finite and above 0"),
         ({"carrier.timer_hz": 1000.0}, {}, "timer_hz = 1000 Hz: must be at least"),
     ],
 )

@@ -32,11 +32,8 @@ def test_the_blocks_print_what_the_page_says(page):
         "46.26",
         "12 lines  3.00 mm  46.26 kHz  268 g   thickness and frequency",
         "45.977 kHz, 391 levels",
-        "FrictionloopError: nodal_lines = 60",
-        "FrictionloopError: drive.quality_factor = 0.0",
     ):
         assert words in text
-    assert sum(len(figures) for _, figures in shown) == 1
 
 
 def test_the_code_fits_the_page():

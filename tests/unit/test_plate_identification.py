@@ -13,7 +13,7 @@ from scipy.stats import linregress
 
 import frictionloop as fl
 from frictionloop.identification import carrier_drift, loop_delay, plate_decay, plate_envelope, plate_sweep, rigs
-from frictionloop.identification.straight_scale import straight_scale
+from frictionloop.identification.line_fits import straight_scale
 from frictionloop.parameters import ResonantPlate
 
 
@@ -142,15 +142,15 @@ TWO = sum(1 / np.hypot(1 - (np.linspace(0.97, 1.03, 61) / c) ** 2, 0.005) for c 
 @pytest.mark.parametrize(
     ("function", "arguments", "says"),
     [
-        (plate_sweep, [table(frequency=[1.0, 2, 3, 4, 5], vibration=[0.0, 0, 5, 0, 0])], "above half the power"),
+        (plate_sweep, [table(frequency=[1.0, 2, 3, 4, 5], vibration=[0.0, 0, 5, 0, 0])], "above half power"),
         (plate_sweep, [table(frequency=np.arange(9.0), vibration=np.linspace(4, 5, 9))], "inside the sweep"),
-        (plate_sweep, [table(frequency=46e3 * np.linspace(0.97, 1.03, 61), vibration=TWO)], "misfit of one resonance"),
+        (plate_sweep, [table(frequency=46e3 * np.linspace(0.97, 1.03, 61), vibration=TWO)], "misfit of "),
         (plate_sweep, [table(frequency=np.arange(9.0))], "no column 'vibration'"),
         (plate_envelope, [flat(envelope=1 + 0.001 * NOISE)], "jumps of the vibration = 0"),
         (plate_decay, [flat(vibration=np.sin(2 * np.pi * 49e3 * np.arange(4000) / 1e5))], "rate = 100000 Hz"),
         (loop_delay, [flat(jump=np.arange(4000) > 2000, answer=NOISE), 5000.0], "jumps of 'jump' = 1"),
-        (loop_delay, [flat(jump=np.arange(4000) // 1000 % 2, answer=NOISE), 5000.0], "misfit of a delayed exponential"),
-        (loop_delay, [flat(jump=NOISE, answer=NOISE), 1e5], "four times control_hz"),
+        (loop_delay, [flat(jump=np.arange(4000) // 1000 % 2, answer=NOISE), 5000.0], "misfit of delayed exponential"),
+        (loop_delay, [flat(jump=NOISE, answer=NOISE), 1e5], "4 control_hz"),
         (carrier_drift, [table(minutes=[1, 2], frequency=[4.0, 5.0])], "values of frequency = 2"),
     ],
 )

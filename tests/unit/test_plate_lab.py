@@ -88,7 +88,7 @@ def test_command_certificate_and_comparison(lab, found, tmp_path, capsys):
     assert html.count("<svg") == 1 + 8 + 3 and "Corners" in html
     rows = re.findall(r"<tr><td><code>sensor.resonance_hz</code></td>(.*?)</tr>", html)
     low, high = (float(each) for each in re.findall(r"<td>([\d.]+) mN</td>", rows[0]))
-    # The bench with a lower resonance leaves more, and both are tens of millinewtons (docs/bench-gains).
+    # The bench with a lower resonance leaves more, and both are tens of millinewtons (docs/will-it-ring).
     assert 5 < high < low < 200
     assert len(fl.fingers(4, 0, population=people)) == 4
     assert "measured" in next(line for line in out.read_text().splitlines() if line.startswith("delay_s"))
@@ -120,7 +120,7 @@ def test_what_the_commands_refuse(lab, found, tmp_path, capsys):
     text = lab.read_text().replace("control_hz = 5000\n", "").replace(' finger = "ann"', "")
     (lab.parent / "other.toml").write_text(text)
     code, _, said = run(capsys, "bench", lab.parent / "other.toml")
-    assert code == 2 and "control_hz = None Hz" in said and "jumps.npz" in said
+    assert code == 2 and "control_hz is missing: the control rate, in Hz" in said and "jumps.npz" in said
     few = lab.read_text().replace('finger = "ann"', 'finger = "bob"')
     (lab.parent / "few.toml").write_text(few)
     code, _, said = run(capsys, "bench", lab.parent / "few.toml", "--population", tmp_path / "p.toml")
@@ -133,7 +133,7 @@ def test_a_change_by_welch():
     from frictionloop.identification.certificates import _change
 
     def value(mean, error, freedom):
-        return {"value": mean, "within": error, "between": 0, "method": 0, "unit": "N", "freedom": freedom, "date": ""}
+        return fl.identify.Estimate(mean, error, "N", freedom), ""
 
     told = ttest_ind_from_stats(1.0, 0.3 * 5**0.5, 5, 1.9, 0.2 * 9**0.5, 9, equal_var=False)
     assert _change("a", value(1.0, 0.3, 4), value(1.9, 0.2, 8)).chance == pytest.approx(told.pvalue)

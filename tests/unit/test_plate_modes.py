@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.hardware.plate.modes import mode, mode_of, nearest_mode, resonance_hz, thickness_for_mm
-from frictionloop.hardware.plate.readings import FREQUENCY_HZ, LINES, THICKNESS_MM, plate_readings
+from frictionloop.hardware.plate.modes import (
+    FREQUENCY_HZ,
+    LINES,
+    THICKNESS_MM,
+    mode,
+    mode_of,
+    nearest_mode,
+    plate_readings,
+    resonance_hz,
+    thickness_for_mm,
+)
 from frictionloop.parameters.plate_design import Glass, PlateDesign
 from frictionloop.quantities import FrictionloopError
 
@@ -62,12 +71,12 @@ def test_a_measured_resonance_replaces_the_calculated_one():
 @pytest.mark.parametrize(
     "lines, side, thickness, said",
     [
-        (1, 140.0, 3.0, r"nodal_lines = 1: must be a whole number from 2 to 47, on 140 mm"),
-        (48, 140.0, 3.0, r"nodal_lines = 48: must be a whole number from 2 to 47"),
-        (12.5, 140.0, 3.0, r"nodal_lines = 12.5: must be a whole number"),
-        (2, 140.0, 100.0, r"thickness_mm = 100 mm: must be below 93.3333, two thirds of 140 mm"),
-        (2, 140.0, -1.0, r"thickness_mm = -1 mm: must be a finite number above 0"),
-        (2, math.nan, 3.0, r"side_mm = nan mm: must be a finite number above 0"),
+        (1, 140.0, 3.0, r"nodal_lines = 1: must be whole, 2 to 47"),
+        (48, 140.0, 3.0, r"nodal_lines = 48: must be whole, 2 to 47"),
+        (12.5, 140.0, 3.0, r"nodal_lines = 12.5: must be whole"),
+        (2, 140.0, 100.0, r"thickness_mm = 100 mm: must be below 93.3333$"),
+        (2, 140.0, -1.0, r"thickness_mm = -1 mm: must be finite and above 0"),
+        (2, math.nan, 3.0, r"side_mm = nan mm: must be finite and above 0"),
     ],
 )
 def test_a_mode_that_the_plate_cannot_have(lines, side, thickness, said):
@@ -78,7 +87,7 @@ def test_a_mode_that_the_plate_cannot_have(lines, side, thickness, said):
 def test_frequencies_that_no_plate_reaches():
     with pytest.raises(FrictionloopError, match=r"^frequency_hz = 1e\+06 Hz: must be at most \d+ on this glass"):
         nearest_mode(1e6, 140.0, 3.0, GLASS)
-    with pytest.raises(FrictionloopError, match=r"^frequency_hz = 1e\+06 Hz: must be at most \d+ for 12 nodal lines"):
+    with pytest.raises(FrictionloopError, match=r"^frequency_hz = 1e\+06 Hz: must be at most \d+$"):
         thickness_for_mm(1e6, 12, 140.0, GLASS)
     with pytest.raises(FrictionloopError, match=r"^frequency_hz = -1 Hz: "):
         thickness_for_mm(-1, 12, 140.0, GLASS)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.parameters.still import STILL
+from frictionloop.parameters.presets import STILL
 
 KPS, KIS = np.geomspace(1.0, 30.0, 6), np.linspace(0.0, 20.0, 4)
 
@@ -118,11 +118,11 @@ def test_a_measured_set_point_is_drawn_below_the_force_that_varies_as_it_does():
 def test_a_figure_says_what_its_axes_cut_off():
     run = fl.simulate(fl.bench(), 0.5)
     force = fl.plot(run).axes[0]
-    assert not any("cut off" in said for said in force.get_legend_handles_labels()[1])
+    assert not any("not scored: " in said for said in force.get_legend_handles_labels()[1])
     spiked = run.f_a.values.copy()
     spiked[~run.scored.values] = 9.0
     labels = fl.plot(run.assign(f_a=("time", spiked))).axes[0].get_legend_handles_labels()[1]
-    (said,) = [label for label in labels if "cut off where not scored" in label]
+    (said,) = [label for label in labels if "not scored: " in label]
     assert said.endswith("to 9 N")
 
 

@@ -139,7 +139,7 @@ def test_a_table_has_what_single_previews_have():
         (lambda: R.preview("grating", BENCH, table=3), "table = 3: "),
         (lambda: R.preview("grating", fl.paper()), 'motion.kind: must be "strokes"'),
         (lambda: R.preview("grating", BENCH.evolve({"controller.kind": "lookup"})), "controller.kind = 'lookup'"),
-        (lambda: R.people("bump", BENCH, []), "fingers: "),
+        (lambda: R.people("bump", BENCH, []), "fingers = 0: must be at least one"),
         (lambda: R.preview("gratin", BENCH), "did you mean grating"),
         (lambda: R.preview("grating", BENCH, 900.0), "touch.position.fastest_mm_s = 500"),
     ],

@@ -18,7 +18,7 @@ def test_what_is_no_run_has_no_score(metric, given):
 
 def test_a_grid_has_its_metrics_already():
     grid = fl.sweep(fl.paper(), {"controller.kp": [1.0, 2.0]}, duration_s=0.01)
-    with pytest.raises(fl.FrictionloopError, match=r"^run is a grid"):
+    with pytest.raises(fl.FrictionloopError, match=r"^run: Dataset is no run"):
         fl.metrics(grid)
 
 

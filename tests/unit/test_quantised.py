@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import frictionloop as fl
 from frictionloop.firmware.compiled import controller_words, quantised_gains, quantised_start
 from frictionloop.firmware.quantised import to_gain, to_q28
-from frictionloop.firmware.section_places import places_for, section_sizes
+from frictionloop.firmware.quantised_filtered import places_for, section_sizes
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import parameter_words
 

@@ -9,7 +9,7 @@ from scipy.signal import butter, lfilter, sosfilt
 
 import frictionloop as fl
 from frictionloop.identification import noise, rigs
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 RATE = 5000.0
 
@@ -96,7 +96,7 @@ def test_what_is_refused():
 
 
 def test_newtons_come_from_weights_of_the_same_unit_or_from_the_map():
-    from frictionloop.identification.part import Sensor, in_newtons
+    from frictionloop.identification.entry_result import Sensor, in_newtons
 
     def run(unit, **more):
         time = ("time", np.arange(8) / 1e3, {"units": "s"})

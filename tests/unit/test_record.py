@@ -209,5 +209,5 @@ def test_other_endings_are_refused(tmp_path, name):
 
 
 def test_a_sweep_is_not_kept_in_a_table(tmp_path):
-    with pytest.raises(fl.FrictionloopError, match="to be resumed"):
+    with pytest.raises(fl.FrictionloopError, match="must end in"):
         fl.sweep(fl.feasible(), {"controller.kp": [1.0]}, 0.02, path=tmp_path / "grid.csv")

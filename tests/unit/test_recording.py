@@ -172,7 +172,7 @@ def test_a_decimal_comma_is_never_read_as_another_number(tmp_path, content, colu
     told = refusal(text(tmp_path, content), column)
     hint = "; a decimal comma? --disturbance.decimal ,"
     if "of 2 columns" in said:  # commas between columns too
-        hint = "; decimal commas? then columns need semicolons, tabs or spaces"
+        hint = "; decimal commas? separate columns by semicolons"
     where, _, more = said.partition(" (and")
     assert told == f"{where}{hint}{' (and' if more else ''}{more}; accepted: a finite number"
 
@@ -254,9 +254,9 @@ def test_a_unit_beside_the_column_scales_it(tmp_path):
 
 
 def test_a_unit_that_is_no_force_needs_a_scale(tmp_path):
-    assert refusal(text(tmp_path, "1\n2\n"), unit="V") == ("column '0' in V: scale = None: must be N per V")
+    assert refusal(text(tmp_path, "1\n2\n"), unit="V") == ("column '0' in V: scale is missing: N per V")
     path = text(tmp_path, "force_mv\n1\n2\n")
-    assert refusal(path, "force_mv").startswith("column 'force_mv' in mV: scale = None")
+    assert refusal(path, "force_mv").startswith("column 'force_mv' in mV: scale is missing")
     assert refusal(path, "force_mv", unit="N").startswith("column 'force_mv': unit = 'N': must be 'mV'")
     assert read(path, "force_mv", scale=0.5).tolist() == [0.5, 1.0]
 
@@ -466,7 +466,7 @@ def test_a_unit_is_found_wherever_the_header_has_it(tmp_path, header):
 def test_a_unit_that_is_not_known_is_refused(tmp_path):
     path = text(tmp_path, "t,Ft [dyn],Ft (left)\n0,1,2\n0.01,3,4\n")
     told = refusal(path, "Ft [dyn]")
-    assert told == "column 'Ft [dyn]' in dyn: scale = None: must be N per dyn, or unit = \"N\""
+    assert told == "column 'Ft [dyn]' in dyn: scale is missing: N per dyn, or unit = \"N\""
     assert read(path, "Ft (left)", unit="N").tolist() == [2.0, 4.0]
     assert read(path, "Ft [dyn]", scale=2.0).tolist() == [2.0, 6.0]
 
@@ -520,7 +520,7 @@ def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
 @pytest.mark.parametrize("name", ["level/dB", "level [dB]", "level dB", "level in dB"])
 def test_a_level_is_no_force(tmp_path, name):
     path = text(tmp_path, f"t,{name}\n0,1\n0.01,2\n")
-    assert "in dB: scale = None" in refusal(path, "level", rate_hz=None)
+    assert "in dB: scale is missing" in refusal(path, "level", rate_hz=None)
 
 
 def test_decimal_commas_below_settings_are_named(tmp_path):
@@ -612,7 +612,7 @@ def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["f"] = np.array([100.0, 200.0])
         file["f"].attrs["units"] = "dyn"
-    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' in dyn: scale = None")
+    assert refusal(tmp_path / "a.h5", "f").startswith("column 'f' in dyn: scale is missing")
 
 
 def test_what_was_found_has_the_unit_and_what_tells_it(tmp_path):
@@ -657,11 +657,11 @@ WRONG = {
     "a gap": (over([0.0, 0.01, 0.02, 0.05], values=(0.3,) * 4), "2 before index 3;"),
     "jitter": (over([0.0, 0.01, 0.021]), "4.8 % off, .*before index 1"),
     "falling": (over([0.02, 0.01, 0.0]), r"index 1: 0.01 s and 1 more"),
-    "hours": (over([0, 1, 2], "h"), "in h: .*s, ms, us, ns, min"),
-    "text": (over(["a", "b", "c"], None), "<U1: .*numbers"),
+    "hours": (over([0, 1, 2], "h"), "times: units = 'h': must be s, ms, us, ns or min"),
+    "text": (over(["a", "b", "c"], None), "times: dtype = '<U1': must be numbers"),
     "no times": (xr.DataArray([0.3, 0.5], dims="time"), "array.assign_coords"),
     "dimension": (over([0.0, 0.01, 0.02]).rename(time="t"), "'t': .*'time'"),
-    "one sample": (over([0.0], values=(0.3,)), "less than two samples"),
+    "one sample": (over([0.0], values=(0.3,)), "array = 1 samples: must be at least 2"),
     "two dimensions": (over([0.0, 0.01, 0.02]).expand_dims("trial"), r"\(1, 3\) over 'trial', 'time'"),
 }  # fmt: skip
 
@@ -700,7 +700,7 @@ def test_samples_of_a_variable_take_its_rate_and_refuse_another():
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        (over([0.0, 0.01, 0.02], force_units="dyn"), "in dyn: .*N, mN, cN, uN, kN, gf, kgf, lbf"),
+        (over([0.0, 0.01, 0.02], force_units="dyn"), "unit = 'dyn': must be one of N, mN, uN, kN, cN, gf, kgf, lbf"),
         (np.ones((3, 2)), r"values_n = .*float64 of shape \(3, 2\)"),
         (np.ones(3, complex), "values_n = .*complex128"),
         (np.array([1.0, np.nan]), "values_n.1 = nan: "),

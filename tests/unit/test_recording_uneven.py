@@ -46,8 +46,8 @@ def test_the_force_is_that_at_even_times(tmp_path, name, scale):
         (TIMES_S, "time_s", {"resample_hz": 50.0}, "resample_hz = 50 Hz: must be at least 7"),
         (np.delete(TIMES_S, slice(300, 400)), "time_s", {}, "gap after line 301.* = 1.4 s"),
         (TIMES_S[::-1], "time_s", {}, "usual step of|falling"),
-        (1e6 * TIMES_S, "time", {}, "unit of 'time' = None"),
-        (TIMES_S, "a", {}, "column of times = None"),
+        (1e6 * TIMES_S, "time", {}, "unit of 'time' is missing"),
+        (TIMES_S, "a", {}, "column of times is missing"),
     ],
 )
 def test_what_cannot_be_brought_to_even_times_is_one_line(tmp_path, times, name, more, says):

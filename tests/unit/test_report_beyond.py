@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frictionloop.control.cost import worst_tick
-from frictionloop.design.comparison.law_panels import figure_step_traces
+from frictionloop.design.comparison.law_figures import figure_step_traces
 from frictionloop.report.beyond import LAWS, NOTCH, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, beyond_rows, stored
 
 LENGTHS_UM = (30.0, 0.0)

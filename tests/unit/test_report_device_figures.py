@@ -6,7 +6,7 @@ import pytest
 
 from frictionloop.figures.style import svg
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.report.figures.sensor import figure_sensor
+from frictionloop.report.schematics import figure_sensor
 
 
 def words(figure):

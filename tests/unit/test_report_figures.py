@@ -11,10 +11,9 @@ import pytest
 import frictionloop as fl
 from frictionloop import report
 from frictionloop.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
-from frictionloop.report.figures.diagram import controller_label, figure_diagram, lookup_label, source_label
-from frictionloop.report.figures.tracking import binned, figure_population
 from frictionloop.report.numbers import number
-from frictionloop.report.trials import sliding_trials
+from frictionloop.report.schematics import controller_label, figure_diagram, lookup_label, source_label
+from frictionloop.report.systems import binned, figure_population, sliding_trials
 
 
 def words(figure):

@@ -66,8 +66,8 @@ def test_lost_samples_are_bridged_and_counted_a_hole_is_not(tmp_path):
     [
         (uneven(), "time_s,f,x", "must be at least 499.6, the mean rate"),
         (uneven()[::-1], "time_s,f,x", "times at row 1 = 'falling'"),
-        (1e6 * uneven(), "time,f,x", "unit of 'time' = None"),
-        (uneven(), "a,f,x", "column of times = None"),
+        (1e6 * uneven(), "time,f,x", "unit of 'time' is missing"),
+        (uneven(), "a,f,x", "column of times is missing"),
     ],
 )
 def test_what_cannot_be_resampled_is_one_line(tmp_path, times, header, says):

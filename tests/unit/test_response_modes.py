@@ -10,9 +10,9 @@ from three_modes import TRUE
 import frictionloop as fl
 from frictionloop.cli import main
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.opened import opened
-from frictionloop.identification.response_entry import response_table
+from frictionloop.identification.recording_file import opened
 from frictionloop.identification.response_modes import response_modes
+from frictionloop.identification.sensor_resonance import response_table
 
 
 def analytic(hertz, modes=TRUE, noise=0.0, seed=0):
@@ -87,7 +87,7 @@ def test_a_stepped_sine_gives_the_sensor(tmp_path):
     ("header", "channels", "says"),
     [
         ("f,gain", 'magnitude = { column = "gain" }', "channels = 'magnitude'"),
-        ("f,gain", 'frequency = { column = "f" }', "channels = 'frequency': must be frequency with"),
+        ("f,gain", 'frequency = { column = "f" }', "channels = 'frequency': must be frequency, and"),
         ("f,gain", 'frequency = { column = "g" }', "'g' is unknown"),
     ],
 )

@@ -145,7 +145,7 @@ def test_the_spectrum_holds_the_power_of_its_parts():
 REFUSED = {
     "a margin that no loop has": (lambda: retune_notch(BENCH, 1.0), "sensitivity_peak = 1:"),
     "an error that is none": (lambda: retune_notch(BENCH, 1.5, -0.1), "resonance_error = -0.1"),
-    "no loops": (lambda: retune_notch([]), "at least one LinearLoop"),
+    "no loops": (lambda: retune_notch([]), "needs a System or LinearLoop"),
     "nothing to notch": (
         lambda: retune_notch(BENCH.evolve({"sensor.kind": "lowpass", "sensor.noise_rms_n": 0.0})),
         "sensor.kind = 'lowpass': ",

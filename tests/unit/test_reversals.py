@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.all_metrics import TURNS
-from frictionloop.loop.reversals import _turns_s, reversal_metrics
+from frictionloop.loop.reference_runs import TURNS
+from frictionloop.loop.transients import _turns_s, reversal_metrics
 
 HOLD = {"setpoint": fl.Constant(offset_n=0.6), "motion.speed_mm_s": 80.0, "motion.stroke_mm": 60.0}
 

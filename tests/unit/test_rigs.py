@@ -18,9 +18,9 @@ from scipy.optimize import brentq
 import frictionloop as fl
 from frictionloop.identification import rigs
 from frictionloop.identification.rigs import hammer as rig_hammer
-from frictionloop.identification.rigs import sensor as rig_sensor
+from frictionloop.identification.rigs import sensor_rig
 from frictionloop.identification.rigs.weights import _tension
-from frictionloop.parameters.rigs import CalibrationBench, Pulley
+from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
 from frictionloop.sensing.force_sensor import (
     SuspensionState,
     convert_step,
@@ -61,7 +61,7 @@ def complaint(function, *arguments, **named):
 
 @pytest.mark.parametrize("rate_hz", [600.0, 5000.0, 50000.0])
 def test_the_step_is_that_of_the_loop(rate_hz):
-    equations = rig_sensor.rates(BENCH)
+    equations = sensor_rig.rates(BENCH)
     step = expm(equations.drift / rate_hz)
     c = suspension_coefficients(BENCH.sensor, 1 / rate_hz)
     np.testing.assert_allclose(step[0, :2], [c.a11, c.a12], atol=1e-14)
@@ -77,21 +77,21 @@ def test_held_forces_give_what_the_steps_of_the_loop_give():
     for f in force:
         expected.append(state.filtered_n)
         state = suspension_step(state, f, c)
-    np.testing.assert_allclose(rig_sensor.held_response(BENCH, force, 5000.0), expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(sensor_rig.held_response(BENCH, force, 5000.0), expected, rtol=0, atol=1e-11)
 
 
 def test_the_converter_is_that_of_the_loop():
     bench = PERFECT.evolve({"sensor.adc_bits": 8})
     forces = np.linspace(-3, 3, 1001)
     expected = [convert_step(f, converter(bench.sensor)) for f in forces]
-    np.testing.assert_array_equal(rig_sensor.reading(bench, forces), expected)
+    np.testing.assert_array_equal(sensor_rig.reading(bench, forces), expected)
 
 
 def test_gain_offset_and_curvature():
     bench = PERFECT.evolve({"errors.gain_error": 0.1, "errors.offset_n": 0.2, "errors.nonlinearity": 0.01})
     forces = np.array([-1.25, 0.0, 1.25])
     expected = 0.2 + 1.1 * forces * (1 + 0.01 / 4)
-    np.testing.assert_allclose(rig_sensor.reading(bench, forces), expected, atol=2.5 * 2.0**-31)
+    np.testing.assert_allclose(sensor_rig.reading(bench, forces), expected, atol=2.5 * 2.0**-31)
 
 
 @pytest.mark.parametrize("cutoff_hz", [300.0, 1000.0])
@@ -117,9 +117,9 @@ def test_noise_terms_against_integrals_of_the_spectrum(cutoff_hz):
 @pytest.mark.parametrize("rate_hz", [700.0, 5000.0, 40000.0])
 def test_noise_has_the_covariance_of_its_equations(rate_hz):
     """Lag 0 and lag 1 of many short records; every record starts stationary, so the first sample counts, too."""
-    at_rest = rig_sensor.covariance(BENCH)
-    step = expm(rig_sensor.rates(BENCH).drift / rate_hz)
-    records = np.stack([rig_sensor.spring_noise(BENCH, 5, rate_hz, seed) for seed in range(200)])
+    at_rest = sensor_rig.covariance(BENCH)
+    step = expm(sensor_rig.rates(BENCH).drift / rate_hz)
+    records = np.stack([sensor_rig.spring_noise(BENCH, 5, rate_hz, seed) for seed in range(200)])
     variance = at_rest[2, 2]
     # A mean square of n normals is off by sqrt(2/n); five of those errors.
     for k in (0, 4):
@@ -280,16 +280,16 @@ def test_a_rig_gives_a_recording(rig, tmp_path):
 @pytest.mark.parametrize(
     ("rig", "arguments", "words"),
     [
-        (rigs.weights_rig, {"masses_kg": []}, ["masses_kg", "0 masses", "at least two"]),
-        (rigs.weights_rig, {"masses_kg": [0.0, -0.1]}, ["masses_kg = -0.1 kg", "from 0 to"]),
-        (rigs.weights_rig, {"masses_kg": [0.0, 0.3]}, ["masses_kg = 0.3 kg", "sensor.range_n = 2.5 N"]),
+        (rigs.weights_rig, {"masses_kg": []}, ["masses_kg: masses = 0", "2 or more"]),
+        (rigs.weights_rig, {"masses_kg": [0.0, -0.1]}, ["masses_kg = -0.1 kg", "0 to"]),
+        (rigs.weights_rig, {"masses_kg": [0.0, 0.3]}, ["masses_kg = 0.3 kg", "sensor.range_n"]),
         (rigs.weights_rig, {"masses_kg": [0.0, math.nan]}, ["masses_kg = nan"]),
-        (rigs.weights_rig, {"masses_kg": ["heavy"]}, ["masses_kg", "list of masses"]),
+        (rigs.weights_rig, {"masses_kg": ["heavy"]}, ["masses_kg", "list of numbers"]),
         (rigs.weights_rig, {"dwell_s": 0.1}, ["dwell_s = 0.1 s", "at least 0.2", "weights.placing_s"]),
         (rigs.weights_rig, {"rate_hz": 1.0}, ["rate_hz = 1 Hz", "at least 20"]),
         (rigs.hammer_rig, {"pulse_s": 3.0}, ["pulse_s = 3 s", "interval_s = 1 s"]),
         (rigs.hammer_rig, {"rate_hz": 300.0}, ["rate_hz = 300 Hz", "at least 580", "sensor.resonance_hz = 145"]),
-        (rigs.hammer_rig, {"peak_n": 10.0}, ["peak_n = 10 N", "sensor.range_n = 2.5 N", "at most"]),
+        (rigs.hammer_rig, {"peak_n": 10.0}, ["peak_n = 10 N", "sensor.range_n", "at most"]),
         (rigs.hammer_rig, {"peak_n": -1.0}, ["peak_n = -1 N"]),
         (rigs.hammer_rig, {"hits": 0}, ["hits = 0", "must be a whole number from 1 to 1000000"]),
         (rigs.hammer_rig, {"bench": BENCH.evolve({"sensor.q": 0.4})}, ["sensor.q = 0.4", "above 0.5"]),
@@ -307,7 +307,7 @@ def test_what_is_refused(rig, arguments, words):
 
 def test_the_hit_that_is_called_hard_enough_is_accepted():
     said = complaint(rigs.hammer_rig, peak_n=10.0)
-    most = float(said.rsplit("at most", 1)[1])
+    most = float(said.rsplit("at most", 1)[1].split()[0])
     rigs.hammer_rig(peak_n=most)
     complaint(rigs.hammer_rig, peak_n=1.01 * most)
 

@@ -64,13 +64,6 @@ def test_a_force_beyond_the_sensor_is_found():
     assert list(run_findings.of_sensor(fl.simulate(fl.feasible(), 0.2), np.ones(1000, bool))) == []
 
 
-def test_an_amplitude_at_its_ceiling_is_found():
-    run = fl.simulate(fl.paper().evolve({"setpoint": fl.Constant(offset_n=0.02), "disturbance": fl.Constant()}), 0.5)
-    (found,) = run_findings.of_ceiling(run, run.time.values > 0.1)
-    assert found.value == 2.5 and found.more["share"] > 90.0 and found.more["above"] == pytest.approx(54.4, abs=1.0)
-    assert list(run_findings.of_ceiling(fl.simulate(fl.feasible(), 0.5), run.time.values > 0.1)) == []
-
-
 def slid(**changes):
     recorded = {"disturbance": fl.Samples(values_n=VALUES_N, rate_hz=1000.0), "setpoint": fl.Constant(offset_n=0.5)}
     return fl.bench().evolve(recorded | fl.RETUNED | {"motion.stroke_mm": 20.0} | changes)

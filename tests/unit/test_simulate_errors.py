@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.timing import check_memory, periods_in
+from frictionloop.loop.simulate import check_memory, periods_in
 
 CONSTANT = fl.paper().evolve({"setpoint": fl.Constant(offset_n=0.5)})
 
@@ -20,17 +20,21 @@ def complaint(system, *arguments, **options):
     return str(failure.value)
 
 
-@pytest.mark.parametrize("duration_s", [0.0, -1.0, math.nan, math.inf, -math.inf, "10", None, True])
+@pytest.mark.parametrize("duration_s", [0.0, -1.0, math.nan, math.inf, -math.inf, "10", True])
 def test_a_duration_is_positive(duration_s):
     given = f"{duration_s:g}" if isinstance(duration_s, float) else repr(duration_s)
     assert complaint(CONSTANT, duration_s).startswith(f"duration_s = {given} s: ")
+
+
+def test_a_duration_that_is_missing_is_told():
+    assert complaint(CONSTANT, None) == "duration_s is missing: a positive number, in s"
 
 
 @pytest.mark.parametrize(("duration_s", "nearest"), [(0.00033, "0.0004"), (1.00005, "1.0"), (1e-9, "0.0002")])
 def test_a_duration_is_a_whole_number_of_periods(duration_s, nearest):
     told = complaint(CONSTANT, duration_s)
     assert "5000 Hz" in told
-    assert f"nearest: {nearest} s" in told
+    assert f"as {nearest}" in told
 
 
 @pytest.mark.parametrize(
@@ -48,7 +52,7 @@ def test_a_rate_that_does_not_divide_the_duration():
 @pytest.mark.parametrize("name", ["setpoint", "disturbance"])
 def test_past_the_end_of_a_sweep(name):
     system = CONSTANT.evolve({name: fl.LogSweep(sweep_s=2.0)})
-    assert f"{name}.sweep_s = 2 s" in complaint(system, 3.0)
+    assert f"{name}.sweep_s = 2" in complaint(system, 3.0)
     assert fl.simulate(system, 2.0).sizes["time"] == 10_000
 
 
@@ -70,7 +74,7 @@ def test_a_missing_recording(tmp_path):
 def test_too_long_for_the_memory_says_how_much():
     # 1e7 s * 5000 Hz periods of 7 traces of 8 bytes, and as much again to arrange them: 5600 GB.
     told = complaint(CONSTANT, 1e7)
-    assert "5600.0 GB" in told and "sweep()" in told
+    assert "5600.0 GB" in told
     assert "duration_s" in complaint(CONSTANT, 1e308)
 
 

@@ -67,5 +67,5 @@ def test_what_is_no_stepped_sine_is_refused():
     swept = run.assign(frequency=("time", np.linspace(33e3, 34e3, run.sizes["time"]), {"units": "Hz"}))
     with pytest.raises(fl.FrictionloopError, match="steps of 16 samples or more"):
         stepped(swept)
-    with pytest.raises(fl.FrictionloopError, match="samples of 'vibration' in a period"):
+    with pytest.raises(fl.FrictionloopError, match="samples of 'vibration' per period"):
         stepped(run.isel(time=slice(0, None, 4)))

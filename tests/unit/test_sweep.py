@@ -8,7 +8,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.loop import sweep as sweep_module
-from frictionloop.loop.all_metrics import TURNS
+from frictionloop.loop.reference_runs import TURNS
 
 BASE = fl.paper().evolve({"setpoint.sweep_s": 0.1, "sensor.noise_rms_n": 1e-3})
 DURATION_S = 0.06
@@ -151,7 +151,7 @@ BAD = {
     "scoring nothing": ((KPS, 0.01), {"score_from_s": 0.00995}, "score_from_s = 0.00995 s"),
     "scoring before the start": ((KPS, 0.01), {"score_from_s": -0.001}, "score_from_s = -0.001 s"),
     "scoring from nowhere": ((KPS, 0.01), {"score_from_s": np.nan}, "score_from_s = nan s"),
-    "resume without a file": ((KPS, 0.01), {"resume": True}, "resume: needs the path"),
+    "resume without a file": ((KPS, 0.01), {"resume": True}, "resume: needs a path"),
     "a disturbance too fast": (({"disturbance.frequency_hz": [1.0, 1e4]}, 0.01), {}, "frequency_hz = 10000"),
     "a plate too fast": (({"plate.cutoff_hz": [100.0, 1e6]}, 0.01), {}, "plate.cutoff_hz = 1e+06 Hz"),
 }
@@ -189,7 +189,7 @@ def test_what_is_done_is_kept_by_time_at_the_end_of_a_tile(monkeypatch, tile_s, 
     kept, tiles = [], []
     run_tile = sweep_module.run_tile
     monkeypatch.setattr(sweep_module, "run_tile", lambda *given: (run_tile(*given), tiles.append(given)))
-    monkeypatch.setattr("frictionloop.loop.kept.Result.keep", lambda result: kept.append(len(tiles)))
+    monkeypatch.setattr("frictionloop.loop.sweep_checkpoint.Result.keep", lambda result: kept.append(len(tiles)))
     rates = {"controller.rate_hz": [50_000.0, 25_000.0, 20_000.0, 10_000.0]}  # a tile each
     fl.sweep(BASE, rates, 0.02, n_jobs=1, clock=lambda: tile_s * len(tiles))
     assert kept == savings

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop.physics.fingers import UNIFORM
-from frictionloop.report.trials import sliding_trials
+from frictionloop.report.systems import sliding_trials
 
 LOW_N, HIGH_N = UNIFORM["friction.nominal_n"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.counted import away_from_turns
+from frictionloop.device.recording import away_from_turns
 
 
 def test_a_triangle_is_left_out_at_its_corners():

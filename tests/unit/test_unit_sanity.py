@@ -6,8 +6,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.parameters.files import PRESETS
+from frictionloop.parameters.refusals import USUAL
 from frictionloop.parameters.unit_sanity import BELIEVED, differing, named_by, of_axes, of_ceiling, unusual
-from frictionloop.parameters.usual import USUAL
 
 
 @pytest.mark.parametrize("preset", PRESETS)

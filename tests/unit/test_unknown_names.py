@@ -5,7 +5,7 @@ import math
 import pytest
 
 import frictionloop as fl
-from frictionloop.parameters.guessed import GUESSES
+from frictionloop.parameters.aliases import GUESSES
 
 BENCH = fl.bench()
 
@@ -117,3 +117,17 @@ def test_a_contact_of_before_is_told_its_slip_length(name, given, said):
     with pytest.raises(fl.FrictionloopError, match=f"finger.{name}.*finger.slip_length_um.*{said}") as error:
         fl.bench().evolve({f"finger.{name}": given})
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("compliance_um_per_n", "slip_length_um = 30 um"),
+        ("skin_stiffness_n_m", "slip_length_um"),
+        ("learning_s", "susceptibility_margin"),
+        ("susceptibility_spread", "susceptibility_margin"),
+    ],
+)
+def test_a_field_that_the_limit_observer_had_names_the_one_it_has(name, said):
+    told = complaint({"controller.kind": "limit_observer", f"controller.{name}": 50.0})
+    assert f"did you mean controller.{said}" in told and "\n" not in told

@@ -8,7 +8,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.identification import rigs, straightness, weights
-from frictionloop.parameters.rigs import CalibrationBench
+from frictionloop.parameters.calibration_bench import CalibrationBench
 
 G = 9.80665
 UP = np.arange(8) * 0.05

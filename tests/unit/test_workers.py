@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from frictionloop.loop.workers import shared_out
+from frictionloop.loop.parallel_runs import shared_out
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])

@@ -7,12 +7,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.disturbance import touch_spectrum
-from frictionloop.design.corners import band_of
-from frictionloop.design.gain_search import best_gains
-from frictionloop.design.notch_search import NotchSearch
-from frictionloop.design.over import Over
+from frictionloop.design.notch import NotchSearch
+from frictionloop.design.operating_grid import OperatingGrid
+from frictionloop.design.pi_synthesis import WorstFew, best_gains
 from frictionloop.design.plants import Plants, shifted
-from frictionloop.design.worst_few import WorstFew
 
 LIMITS = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 
@@ -20,7 +18,7 @@ LIMITS = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 @pytest.fixture(scope="module")
 def cases():
     system = fl.bench().evolve({"controller.kind": "pi"})
-    return shifted(band_of(system, Over((11.5, 0.0), (20.0, 60.0), (0.4, 0.9))), LIMITS)
+    return shifted(OperatingGrid((11.5, 0.0), (20.0, 60.0), (0.4, 0.9)).loops(system), LIMITS)
 
 
 @pytest.mark.parametrize("width", [0.3, 7.0])

@@ -14,7 +14,7 @@ from pathlib import Path
 from c_source import BOARD, constants, evaluate, source
 from svd import Svd
 
-from frictionloop.device.emulator.memory_map import GATES, PIT0_INTERRUPT, REGISTERS, UART0_INTERRUPT
+from frictionloop.device.emulator.registers import GATES, PIT0_INTERRUPT, REGISTERS, UART0_INTERRUPT
 from frictionloop.quantities import FrictionloopError
 
 NOT_IN_SVD = {"DEMCR", "DWT_CTRL", "DWT_CYCCNT"}

@@ -1,7 +1,6 @@
 """Linear analysis of the loop: equation (2) as responses and state space, margins, equation (3), and its limits."""
 
-from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.disturbance import touch_spectrum
+from frictionloop.analysis.disturbance import command_noise_rms_n, equation_3_rms_n, output_noise_rms_n, touch_spectrum
 from frictionloop.analysis.elements import Elements, elements, lumped_gain
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.limits import (
@@ -13,10 +12,8 @@ from frictionloop.analysis.limits import (
     stubborn,
     unstable_sum,
 )
-from frictionloop.analysis.linear import LinearLoop, linearise
+from frictionloop.analysis.linear import LinearLoop, Reading, linearise, operating_band
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.noise import command_noise_rms_n, equation_3_rms_n, output_noise_rms_n
-from frictionloop.analysis.responses import Reading
 from frictionloop.analysis.stability import Ringing, kp_limit, rings
 from frictionloop.analysis.state_space import StateSpace
 from frictionloop.analysis.waterbed import Waterbed, waterbed_bound

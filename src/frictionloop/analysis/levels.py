@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.analysis.operating import asked, law_at, reach_n
+from frictionloop.analysis.operating import force_band, reach_at
 from frictionloop.findings import Finding
 from frictionloop.parameters import Constant, Sine
 from frictionloop.quantities import FrictionloopError
@@ -76,17 +76,13 @@ def _kept_mean(system: System) -> Finding | None:
     if added is None or not left_in(system, added[2] - chosen_n):
         return None
     try:
-        wanted, (low_n, high_n) = asked(at_levels(system)), reach_n(system, law_at(system))
+        wanted, there = force_band(at_levels(system)), reach_at(system)
     except FrictionloopError:  # a signal from outside, or a finger that does not slide
         return None
     some_n = ENDS * (wanted.high_n - wanted.low_n)
     lowest_n, highest_n = wanted.low_n + some_n, wanted.high_n - some_n
-    within = low_n <= lowest_n and highest_n <= high_n
-    if (
-        not within
-        or too_wide(added[3], high_n - low_n)
-        or (low_n <= lowest_n - added[2] and highest_n - added[2] <= high_n)
-    ):
+    reached = there.covers(lowest_n, highest_n) and not too_wide(added[3], there.high_n - there.low_n)
+    if not reached or there.covers(lowest_n - added[2], highest_n - added[2]):
         return None
     from frictionloop.recordings.doubts import doubt
 

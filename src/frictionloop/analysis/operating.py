@@ -1,14 +1,18 @@
-"""Where a loop is looked at: the friction law that holds there, and the amplitude that gives the force asked for."""
+"""Where a loop is looked at: the friction law that holds there, moisture, and the amplitude that gives the force."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from frictionloop.findings.shown import between
 from frictionloop.parameters import FingerFriction, Friction, LogSweep, Recording, Sine, Steps, Strokes, System
 from frictionloop.parameters.sources import ColouredNoise
-from frictionloop.physics.friction import Held, amplitude_for, friction_force, held, is_gaussian
-from frictionloop.physics.friction_limit import limit_coefficients, limit_step
+from frictionloop.physics import reach
+from frictionloop.physics.friction import Held, amplitude_for
+from frictionloop.physics.occlusion import occlusion_after
+from frictionloop.physics.reach import Reach
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.source import EffectSource
 
@@ -16,7 +20,7 @@ NOISE_BAND = 2.0
 """Standard deviations of a coloured noise that count as its band (assumed: it is inside 95 % of the time)."""
 
 
-class Asked(NamedTuple):
+class ForceBand(NamedTuple):
     """Lowest, mean and highest friction force g(a) that set-point and disturbance ask for, N."""
 
     low_n: float
@@ -42,28 +46,11 @@ def law_at(system: System, occluded: float = 0.0) -> Friction | Held:
     FrictionloopError
         For a w out of range, or a finger so slow or so light that the controller holds its output.
     """
-    if not 0 <= occluded <= 1:
-        raise must_be("occluded", occluded, "between 0 (just landed) and 1 (after long contact)")
-    motion, friction = system.motion, system.friction
-    if isinstance(motion, Strokes):
-        _check_slides(system, motion)
-    slides = isinstance(friction, FingerFriction) and isinstance(motion, Strokes)
-    factor = _factor(friction, motion, occluded) if slides else 1.0
-    if not is_gaussian(friction):
-        return held(friction, factor, occluded)
-    if not (slides and isinstance(friction, FingerFriction)):
-        return Friction(nominal_n=friction.nominal_n, susceptibility_per_um2=friction.susceptibility_per_um2)
-    tau = friction.susceptibility_per_um2 * (1.0 - friction.moist_loss * occluded)
-    return Friction(nominal_n=friction.nominal_n * factor, susceptibility_per_um2=tau)
+    _check_place(system, occluded)
+    return reach.law_at(system.friction, system.motion, occluded)
 
 
-def _factor(friction: Any, motion: Any, occluded: float) -> float:
-    """Return the factor on f0 at the mean load and the stroke's speed."""
-    given = tuple(limit_coefficients(friction))
-    return float(limit_step(motion.load_n, 1e-3 * motion.speed_mm_s, occluded, 0.0, given))
-
-
-def asked(system: System) -> Asked:
+def force_band(system: System) -> ForceBand:
     """Return the friction forces f_r - d that the signals of a system ask for.
 
     Raises
@@ -72,7 +59,7 @@ def asked(system: System) -> Asked:
         For a recording whose level is not known without reading it.
     """
     r, d = _band(system.setpoint, "setpoint"), _band(system.disturbance, "disturbance")
-    return Asked(r.low_n - d.high_n, r.mean_n - d.mean_n, r.high_n - d.low_n)
+    return ForceBand(r.low_n - d.high_n, r.mean_n - d.mean_n, r.high_n - d.low_n)
 
 
 def mean_disturbance_n(system: System) -> float:
@@ -85,24 +72,24 @@ def mean_disturbance_n(system: System) -> float:
     return _band(disturbance, "disturbance").mean_n
 
 
-def reach_n(system: System, law: Friction | Held) -> tuple[float, float]:
-    """Return the lowest and highest friction force that plate and controller model allow under a law, N."""
-    return float(friction_force(_largest_um(system), law)), law.nominal_n
+def reach_at(system: System, occluded: float = 0.0) -> Reach:
+    """Return the friction forces that plate and controller model allow at a state of the finger, as of `law_at`."""
+    _check_place(system, occluded)
+    return reach.reach(system.friction, system.motion, _largest_um(system), (occluded,))
 
 
 def check_reach(system: System) -> None:
     """Refuse a set-point that vibration cannot give at any time, whatever the law."""
-    wanted, (low, high) = asked(system), reach_n(system, law_at(system))
+    wanted, (low, high) = force_band(system), reach_at(system)
     if wanted.high_n <= low or wanted.low_n >= high:
-        ends = dict.fromkeys(f"{force_n:.3g}" for force_n in (wanted.low_n, wanted.high_n))
         raise FrictionloopError(
-            f"system: {' to '.join(ends)} N asked, {low:.3g} to {high:.3g} N in reach{_under(system)}"
-            + (_would_reach(system, wanted, low) if wanted.high_n <= low else "; ask for less"),
+            f"system: {between(wanted.low_n, wanted.high_n, 'N')} asked, {low:.3g} to {high:.3g} N in reach"
+            f"{_under(system)}{_would_reach(system, wanted, low) if wanted.high_n <= low else '; ask for less'}",
             "OUT-OF-REACH",
         )
 
 
-def _would_reach(system: System, wanted: Asked, low_n: float) -> str:
+def _would_reach(system: System, wanted: ForceBand, low_n: float) -> str:
     """Return which amplitude, and which finger, has the highest force; "" where neither is known."""
     friction = system.friction
     if wanted.high_n <= 0.0 or not (isinstance(friction, FingerFriction) and isinstance(system.motion, Strokes)):
@@ -112,13 +99,11 @@ def _would_reach(system: System, wanted: Asked, low_n: float) -> str:
     return f"; takes {plate}, or friction.nominal_n below {friction.nominal_n * wanted.high_n / low_n:.3g} N"
 
 
-def operating_amplitude_um(
-    system: System, law: Friction | Held, amplitude_um: float | None, force_n: float | None
-) -> float:
+def operating_amplitude_um(system: System, occluded: float, amplitude_um: float | None, force_n: float | None) -> float:
     """Return the amplitude of an operating point given as amplitude, as force, or not at all (`linearise`)."""
-    low, high = reach_n(system, law)
+    low, high = reach_at(system, occluded)
     if amplitude_um is not None and force_n is not None:
-        raise FrictionloopError("give amplitude_um or force_n, not both")
+        raise FrictionloopError("amplitude_um, force_n: give one")
     if amplitude_um is not None:
         largest = _largest_um(system)
         if not 0 <= amplitude_um <= largest:
@@ -126,12 +111,12 @@ def operating_amplitude_um(
         return float(amplitude_um)
     name, force = "force_n", force_n
     if force is None and isinstance(system.motion, Strokes):
-        name, force = "mean of setpoint less disturbance", asked(system).mean_n
+        name, force = "mean of setpoint less disturbance", force_band(system).mean_n
     if force is None:
         force = (low + high) / 2
     if not low <= force <= high:
         raise must_be(name, force, f"between {low:.6g} and {high:g}{_under(system)}", "N")
-    return float(amplitude_for(force, law))
+    return float(amplitude_for(force, law_at(system, occluded)))
 
 
 def _largest_um(system: System) -> float:
@@ -143,24 +128,27 @@ def _under(system: System) -> str:
     return f" at motion.load_n = {motion.load_n:g} N" if isinstance(motion, Strokes) else ""
 
 
-def _check_slides(system: System, motion: Strokes) -> None:
-    cells = system.touch.load
+def _check_place(system: System, occluded: float) -> None:
+    """Refuse a state out of range, and a finger so slow or so light that the controller holds its output."""
+    if not 0 <= occluded <= 1:
+        raise must_be("occluded", occluded, "between 0 and 1")
+    cells, motion = system.touch.load, system.motion
+    if not isinstance(motion, Strokes):
+        return
     for name, value, least, unit in (
         ("speed_mm_s", motion.speed_mm_s, cells.least_speed_mm_s, "mm/s"),
         ("load_n", motion.load_n, cells.touch_n, "N"),
     ):
         if value < least:
-            raise FrictionloopError(
-                f"motion.{name} = {value:g} {unit}: the controller holds its output below {least:g}"
-            )
+            raise FrictionloopError(f"motion.{name} = {value:g} {unit}: the controller needs {least:g}")
 
 
-def _band(source: Any, name: str) -> Asked:
+def _band(source: Any, name: str) -> ForceBand:
     if isinstance(source, EffectSource):
-        return Asked(*source.band_n)
+        return ForceBand(*source.band_n)
     if isinstance(source, Steps):
         levels = source.levels_n
-        return Asked(min(levels), math.fsum(levels) / len(levels), max(levels))
+        return ForceBand(min(levels), math.fsum(levels) / len(levels), max(levels))
     if not hasattr(source, "offset_n") or (isinstance(source, Recording) and not source.remove_mean):
         raise FrictionloopError(f'{name}.kind = "{source.kind}": give force_n or amplitude_um')
     swing = 0.0
@@ -168,4 +156,48 @@ def _band(source: Any, name: str) -> Asked:
         swing = abs(source.amplitude_n)
     elif isinstance(source, ColouredNoise):
         swing = NOISE_BAND * source.rms_n
-    return Asked(source.offset_n - swing, source.offset_n, source.offset_n + swing)
+    return ForceBand(source.offset_n - swing, source.offset_n, source.offset_n + swing)
+
+
+class Missed(NamedTuple):
+    """A force asked for that is out of reach, and the nearest within."""
+
+    force_n: float
+    instead_n: float
+    occluded: float
+    """State of the finger, 0 (just landed) to 1 (after long contact)."""
+
+    @property
+    def short_n(self) -> float:
+        """How far the nearest is from what is asked for, N."""
+        return abs(self.force_n - self.instead_n)
+
+
+def missed(system: System, states: Sequence[float] = (0.0,)) -> list[Missed]:
+    """Return which of lowest, mean and highest force of set-point less disturbance are out of reach, by state."""
+    found = []
+    for state in states:
+        there = reach_at(system, state)
+        found += [
+            Missed(f, float(there.nearest(f)), state) for f in dict.fromkeys(force_band(system)) if there.beyond(f)
+        ]
+    return found
+
+
+CONTACT_S = 10.0
+"""How long a finger that never lifts is looked at, s: as long as a trial (paper, Sec. 4.2)."""
+
+
+def occlusions(system: System) -> tuple[float, ...]:
+    """Return how far occlusion is looked at, 0 to 1: landed for the first time, and `moistest`."""
+    friction, motion = system.friction, system.motion
+    if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)):
+        return (0.0,)
+    return 0.0, moistest(friction, motion)
+
+
+def moistest(friction: FingerFriction, motion: Strokes) -> float:
+    """Return the occlusion at the end of many contacts one after another; of a finger that never lifts after 10 s."""
+    if motion.contact_s == 0.0:
+        return occlusion_after(friction, CONTACT_S, 0.0)
+    return occlusion_after(friction, motion.contact_s, motion.lifted_s, math.inf)

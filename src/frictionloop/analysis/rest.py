@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numba.core.errors import NumbaError
 from numpy.typing import ArrayLike
 
 from frictionloop.analysis.elements import Elements
@@ -19,6 +20,7 @@ from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table
 from frictionloop.parameters import Model, Strokes, System
 from frictionloop.quantities import FrictionloopError, trees
+from frictionloop.quantities.blame import complaint
 from frictionloop.sensing.measurement import Measurement
 
 OPEN_N = 1e3
@@ -64,7 +66,10 @@ class LawStep:
     def tick(self, state: Sequence[float], measured: Measurement, setpoint_n: float) -> tuple[list[float], float, bool]:
         """Return all states a tick later, u, and whether the law says that it is saturated."""
         before = trees.shaped(self.law.state, state)
-        after, (u, saturated) = self.law.step(before, measured, setpoint_n, self.gains, self.period_s)
+        try:
+            after, (u, saturated) = self.law.step(before, measured, setpoint_n, self.gains, self.period_s)
+        except NumbaError as error:
+            raise FrictionloopError(f"{self.law.kind}: {complaint(error)}") from None
         return [float(each) for each in trees.flat(after)], u, bool(saturated)
 
 

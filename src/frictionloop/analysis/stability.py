@@ -9,12 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of, operating_band
 from frictionloop.analysis.law_space import pi_space
 from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.linear import LinearLoop, check_pi, linearise
+from frictionloop.analysis.linear import LinearLoop, check_pi, condition_of, linearise, operating_band
 from frictionloop.analysis.margins import real_axis
-from frictionloop.analysis.occlusions import occlusions
+from frictionloop.analysis.operating import occlusions
 from frictionloop.analysis.state_space import Array, Complex, close
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import PiController, SuspendedSensor, System

@@ -164,17 +164,15 @@ def check_spectrum(frequency: Array, power: Array, peak: float, nyquist_hz: floa
     if not (math.isfinite(peak) and peak > 1):
         raise must_be("sensitivity_peak", peak, "above 1, e.g. 1.7")
     if frequency.ndim != 1 or frequency.shape != power.shape or frequency.size < 1:
-        raise FrictionloopError(
-            f"frequency_hz, psd: have shapes {frequency.shape} and {power.shape}; must be one row each, of equal length"
-        )
+        raise FrictionloopError(f"frequency_hz, psd: have shapes {frequency.shape} and {power.shape}; must be alike")
     if not (np.all(np.diff(frequency) > 0) and frequency[0] > 0 and frequency[-1] <= nyquist_hz):
-        raise FrictionloopError(f"frequency_hz: must rise, at most {nyquist_hz:g} Hz")
+        raise FrictionloopError(f"frequency_hz: rising to {nyquist_hz:g} Hz")
     if not (np.all(np.isfinite(power)) and np.all(power >= 0) and np.any(power > 0)):
         raise FrictionloopError("psd: finite, not negative, not 0")
 
 
 def _check_plant(delay_periods: int, zeros: Sequence[complex]) -> None:
     if delay_periods < 1:
-        raise must_be("delay_periods", delay_periods, "at least 1, that of sampling")
+        raise must_be("delay_periods", delay_periods, "at least 1")
     if len(zeros) and not float(np.min(np.abs(np.asarray(zeros)))) > 1:
-        raise FrictionloopError("zeros: must lie outside the unit circle")
+        raise FrictionloopError("zeros: outside the unit circle")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import shlex
 import shutil
@@ -24,10 +26,14 @@ from frictionloop.cli.verbs import app
 
 NOT_WRITTEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 """Exit codes; the last is 128 plus the number of the signal, as shells give it."""
+GARBAGE_AFTER = 100_000
+"""Objects more between two looks for garbage, which would take a tenth of a command's time."""
 
 
 def main(tokens: Sequence[str] | None = None) -> None:
     """Run one command and leave with its exit code: 0, 2 for bad input, 130 after Ctrl-C or SIGTERM."""
+    gc.set_threshold(GARBAGE_AFTER)
+    atexit.register(gc.freeze)  # half a second of looking through what is about to end
     try:
         with _terminated_like_ctrl_c():
             code = _run(list(sys.argv[1:] if tokens is None else tokens))

@@ -30,9 +30,7 @@ def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> Non
         other = f"; {ELSEWHERE}" if accepted is RUN_FILES and path.suffix.lower() in OTHERS else ""
         raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: must end in {' or '.join(accepted)}{other}")
     if not path.parent.is_dir():
-        raise FrictionloopError(
-            f"{_flag(name)} = {str(path)!r}: there is no folder {str(path.parent)!r}; create it first"
-        )
+        raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: there is no folder {str(path.parent)!r}")
     _check_writable(name, path, path.parent)
     if accepted is FIGURES:
         check_drawing()
@@ -51,17 +49,13 @@ def check_drawing() -> None:
 def check_new(name: str, path: Path | None) -> None:
     """Refuse to replace a file that a person may have edited."""
     if path is not None and path.exists():
-        raise FrictionloopError(
-            f"{_flag(name)} = {str(path)!r}: exists and is not replaced; delete it first, or choose another name"
-        )
+        raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: exists; delete it first")
 
 
 def check_folder(name: str, path: Path | None) -> None:
     """Refuse a folder for figures that is a file, or that has no folder to be made in."""
     if path is not None and not path.is_dir() and (path.exists() or not path.parent.is_dir()):
-        raise FrictionloopError(
-            f"{_flag(name)} = {str(path)!r}: must be a folder, or a new one in a folder that is there"
-        )
+        raise FrictionloopError(f"{_flag(name)} = {str(path)!r}: must be a folder, or new in one")
     if path is not None:
         _check_writable(name, path, path if path.is_dir() else path.parent)
         check_drawing()

@@ -10,16 +10,12 @@ from frictionloop import FrictionloopError
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop compare --fingers 26
-  frictionloop compare my-bench.toml --fingers 1000 --seed 11 \
-      --out results.h5 --resume
-  frictionloop compare --fingers 50 --laws lookup,retuned_pi --speeds 20 \
-      --csv scores.csv --plots figures
-  frictionloop compare --effects grating,bump --fingers 26 \
-      --laws lookup,notch_pi,limit_observer
-"""
+EXAMPLES = (
+    "--fingers 26",
+    "my-bench.toml --fingers 1000 --seed 11 --out results.h5 --resume",
+    "--fingers 50 --laws lookup,retuned_pi --speeds 20 --csv scores.csv --plots figures",
+    "--effects grating,bump --fingers 26 --laws lookup,notch_pi,limit_observer",
+)
 MOST_FINGERS = 1_000_000
 SEED, DURATION_S = 11, 11.0
 SOON_S = 10.0
@@ -45,7 +41,7 @@ def command(
     plots: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
-    """Compare control laws: sines, holds, steps and landings on unseen fingers, at three speeds and two slip lengths.
+    """Compare control laws on fingers that none was tuned on.
 
     Parameters
     ----------

@@ -9,13 +9,12 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import MustHold
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop design check my-controller.toml
-  frictionloop design check my-bench.toml --controller.kp 0.05 --controller.ki 60
-  frictionloop design check my-controller.toml --speeds 20,60 --json
-  frictionloop design check my-controller.toml --fingers 100 --all
-"""
+EXAMPLES = (
+    "my-controller.toml",
+    "my-bench.toml --controller.kp 0.05 --controller.ki 60",
+    "my-controller.toml --speeds 20,60 --json",
+    "my-controller.toml --fingers 100 --all",
+)
 AS_USUAL = MustHold()
 
 

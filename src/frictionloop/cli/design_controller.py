@@ -12,15 +12,13 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHold
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop design controller
-  frictionloop design controller my-bench.toml --out my-controller.toml
-  frictionloop design controller my-bench.toml --speeds 20,60 --loads 0.4,1.2
-  frictionloop design controller my-bench.toml --corners certificate.html
-  frictionloop design controller my-bench.toml --law hinf \
-      --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures
-"""
+EXAMPLES = (
+    "",
+    "my-bench.toml --out my-controller.toml",
+    "my-bench.toml --speeds 20,60 --loads 0.4,1.2",
+    "my-bench.toml --corners certificate.html",
+    "my-bench.toml --law hinf --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures",
+)
 AS_USUAL = MustHold()
 
 

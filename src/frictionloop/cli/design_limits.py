@@ -12,11 +12,10 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHold
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop design limits my-bench.toml
-  frictionloop design limits my-bench.toml --law limit_observer --plot limits.svg
-"""
+EXAMPLES = (
+    "my-bench.toml",
+    "my-bench.toml --law limit_observer --plot limits.svg",
+)
 AS_USUAL = MustHold()
 
 

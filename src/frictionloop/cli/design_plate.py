@@ -10,14 +10,11 @@ import frictionloop as fl
 from frictionloop.cli import flags, screen
 
 ARGUMENTS = "[OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop design plate
-  frictionloop design plate --frequency-hz 40000 --bandwidth-hz 150
-  frictionloop design plate --drive.finger-on true --drive.quality-factor 120
-  frictionloop design plate --drive.quality-factor 500 --check-carrier
-  frictionloop design plate --readings --json
-"""
+EXAMPLES = (
+    "",
+    "--frequency-hz 40000 --bandwidth-hz 150",
+    "--drive.finger-on true --drive.quality-factor 120",
+)
 Plate = Annotated[flags.T, Parameter(group=Group("Plate", sort_key=1))]
 Asked = Annotated[flags.T, Parameter(group=Group("Asked", sort_key=2))]
 

@@ -11,17 +11,15 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop design sensor
-  frictionloop design sensor --electrodes.gap_um 150 --adc.bits 13
-  frictionloop design sensor --resonance-hz 145 --range-n 2.5 \
-      --noise-rms-n 5e-5 --save-design my-sensor.toml
-  frictionloop design sensor my-sensor.toml --spice my-sensor.cir
-"""
+EXAMPLES = (
+    "",
+    "--electrodes.gap_um 150 --adc.bits 13",
+    "--resonance-hz 145 --range-n 2.5 --noise-rms-n 5e-5 --save-design my-sensor.toml",
+    "my-sensor.toml --spice my-sensor.cir",
+)
 
 Design = Annotated[flags.T, Parameter(group=Group("Design", sort_key=1))]
-Wanted = Annotated[flags.T, Parameter(group=Group("Requirement: the geometry is searched if any is given", sort_key=2))]
+Wanted = Annotated[flags.T, Parameter(group=Group("Requirement, for which a geometry is searched", sort_key=2))]
 
 
 def command(

@@ -17,24 +17,17 @@ if TYPE_CHECKING:
     from frictionloop import Device, System
 
 ADDRESS = (
-    "sim: (the firmware here, with a simulated bench), emulated:IMAGE (an image on an emulated board, with the same), "
+    "sim: (simulated bench), emulated:IMAGE (image on an emulated board), "
     "tcp://HOST:PORT, or a port: serial:///dev/ttyACM0, serial://COM3."
 )
 Address = Annotated[str, Parameter(name="ADDRESS", help=ADDRESS, group=flags.SYSTEM)]
 SameAddress = Annotated[str, Parameter(name="ADDRESS", help="As in device info.", group=flags.SYSTEM)]
-LIST_EXAMPLES = """Examples
-
-  frictionloop device list
-"""
-CLEAR_EXAMPLES = """Examples
-
-  frictionloop device clear serial:///dev/ttyACM0
-"""
-MONITOR_EXAMPLES = """Examples
-
-  frictionloop device monitor sim: --duration-s 2
-  frictionloop device monitor serial:///dev/ttyACM0 --rate-hz 20
-"""
+LIST_EXAMPLES = ("",)
+CLEAR_EXAMPLES = ("serial:///dev/ttyACM0",)
+MONITOR_EXAMPLES = (
+    "sim: --duration-s 2",
+    "serial:///dev/ttyACM0 --rate-hz 20",
+)
 COLUMNS = (("s", 6, 2), ("f_r N", 6, 4), ("f_m N", 7, 4), ("u N", 6, 4), ("a um", 6, 3), ("position mm", 11, 2),
            ("speed mm/s", 10, 1), ("load N", 6, 3))  # fmt: skip
 """Heads of a reading, their width, and the places after the point; 80 columns with the state."""

@@ -11,11 +11,7 @@ import frictionloop as fl
 from frictionloop.cli import flags, screen
 
 ARGUMENTS = "IMAGE"
-EXAMPLES = r"""Examples
-
-  frictionloop firmware build my-controller.toml --out my-image
-  frictionloop device flash my-image/teensy31.hex
-"""
+EXAMPLES = ("my-image/teensy31.hex",)
 
 
 def command(

@@ -12,16 +12,14 @@ from frictionloop.cli import flags, screen
 from frictionloop.cli.device import Address
 
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop device info sim:
-  frictionloop device info serial:///dev/ttyACM0 my-controller.toml
-  frictionloop device info emulated:my-image my-controller.toml
-  frictionloop device info serial:///dev/ttyACM0 --json
-"""
+EXAMPLES = (
+    "sim:",
+    "serial:///dev/ttyACM0 my-controller.toml",
+    "emulated:my-image my-controller.toml",
+)
 Compared = Annotated[
     Path | None,
-    Parameter(name="FILE", help="Say whether the values are those of this system (.toml).", group=flags.SYSTEM),
+    Parameter(name="FILE", help="System (.toml) to compare with.", group=flags.SYSTEM),
 ]
 
 

@@ -13,12 +13,11 @@ from frictionloop.cli.device import SameAddress
 from frictionloop.cli.effect import LAW, Name
 
 ARGUMENTS = "ADDRESS EFFECT [FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop device play sim: bump --plot forces.svg
-  frictionloop device play serial:///dev/ttyACM0 my-effect.toml my-bench.toml --out run.h5
-  frictionloop device play sim: button --duration-s 2 --tables button.json
-"""
+EXAMPLES = (
+    "sim: bump --plot forces.svg",
+    "serial:///dev/ttyACM0 my-effect.toml my-bench.toml --out run.h5",
+    "sim: button --duration-s 2 --tables button.json",
+)
 
 
 def command(

@@ -11,11 +11,10 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "FILE [--out FILE] [OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop device recover run.partial-1a2b3c4d.h5
-  frictionloop device recover run.partial-1a2b3c4d.h5 --out mended.h5
-"""
+EXAMPLES = (
+    "run.partial-1a2b3c4d.h5",
+    "run.partial-1a2b3c4d.h5 --out mended.h5",
+)
 
 
 def command(

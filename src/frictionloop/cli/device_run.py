@@ -12,14 +12,11 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.device import SameAddress
 
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop device run sim: my-controller.toml --plot forces.svg
-  frictionloop device run serial:///dev/ttyACM0 my-controller.toml --out run.h5
-  frictionloop device run tcp://bench:5555 --setpoint.offset_n 0.5 --open
-
-The PI gains that bench() begins with are the paper's, and ring on it.
-"""
+EXAMPLES = (
+    "sim: my-controller.toml --plot forces.svg",
+    "serial:///dev/ttyACM0 my-controller.toml --out run.h5",
+    "tcp://bench:5555 --setpoint.offset_n 0.5 --open",
+)
 
 
 def command(

@@ -13,13 +13,11 @@ from frictionloop.cli import flags, screen
 from frictionloop.cli.device import SameAddress
 
 ARGUMENTS = "ADDRESS NAME=VALUE... [--system FILE]"
-EXAMPLES = """Examples
-
-  frictionloop device set sim: controller.kp=0.05 controller.ki=100
-  frictionloop device set sim: drive.ceiling_um=2 setpoint.hold_n=0.5
-  frictionloop device set serial:///dev/ttyACM0 controller.kp=0.05
-  frictionloop device set serial:///dev/ttyACM0 --system my-controller.toml
-"""
+EXAMPLES = (
+    "sim: controller.kp=0.05 controller.ki=100",
+    "sim: drive.ceiling_um=2 setpoint.hold_n=0.5",
+    "serial:///dev/ttyACM0 --system my-controller.toml",
+)
 
 
 def command(

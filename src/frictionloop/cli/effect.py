@@ -15,31 +15,22 @@ if TYPE_CHECKING:
     from frictionloop.rendering import Effect
 
 ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
-LIST_EXAMPLES = r"""Examples
-
-  frictionloop effect list
-  frictionloop effect list --json
-"""
-SHOW_EXAMPLES = r"""Examples
-
-  frictionloop effect show grating --speed-mm-s 80 --plot grating.svg
-  frictionloop effect show my-effect.toml my-bench.toml --fingers 8
-  frictionloop effect show grating --effect.spacing_mm 3 --save my-effect.toml
-"""
-CHECK_EXAMPLES = r"""Examples
-
-  frictionloop effect check my-effect.toml
-  frictionloop effect check grating --speed-mm-s 150 --json
-"""
-PLAY_EXAMPLES = r"""Examples
-
-  frictionloop effect play bump --out run.h5 --plot run.svg
-  frictionloop effect play my-effect.toml my-bench.toml --duration-s 5 --seed 1
-"""
-Name = Annotated[
-    str, Parameter(name="EFFECT", help="A name of the library, or a TOML file with an effect.", group=flags.SYSTEM)
-]
-Speed = Annotated[float | None, Parameter(help="Speed of the stroke in mm/s; that of the system if not given.")]
+LIST_EXAMPLES = ("",)
+SHOW_EXAMPLES = (
+    "grating --speed-mm-s 80 --plot grating.svg",
+    "my-effect.toml my-bench.toml --fingers 8",
+    "grating --effect.spacing_mm 3 --save my-effect.toml",
+)
+CHECK_EXAMPLES = (
+    "my-effect.toml",
+    "grating --speed-mm-s 150 --json",
+)
+PLAY_EXAMPLES = (
+    "bump --out run.h5 --plot run.svg",
+    "my-effect.toml my-bench.toml --duration-s 5 --seed 1",
+)
+Name = Annotated[str, Parameter(name="EFFECT", help="Name of the library, or TOML file.", group=flags.SYSTEM)]
+Speed = Annotated[float | None, Parameter(help="Of the stroke, mm/s; else the system's.")]
 EFFECT = "effect."
 PATH = ("setpoint.track.", "setpoint.position")
 """What a flag may say about where an effect is asked: the stroke's line over it, the place measured or predicted."""

@@ -11,14 +11,12 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "FILE --out EFFECT.toml [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop effect import leaf.png --mm-per-pixel 0.1 --polarity dark --out leaf.toml
-  frictionloop effect import cloth.csv --column 0 --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --out cloth.toml
-  frictionloop effect import cloth.csv --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --order 16 --out model.toml
-  frictionloop effect import click.ahap --full-n 0.2 --out click.toml
-  frictionloop effect import pattern.hjif --out pattern.toml
-"""
+EXAMPLES = (
+    "leaf.png --mm-per-pixel 0.1 --polarity dark --out leaf.toml",
+    "cloth.csv --column 0 --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --out cloth.toml",
+    "click.ahap --full-n 0.2 --out click.toml",
+    "pattern.hjif --out pattern.toml",
+)
 File = Annotated[Path, Parameter(name="FILE", help="Picture, recording, envelope or hjif.", group=flags.SYSTEM)]
 
 

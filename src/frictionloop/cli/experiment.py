@@ -14,35 +14,26 @@ from frictionloop.findings import Finding
 if TYPE_CHECKING:
     from frictionloop import System
 
-NEW_EXAMPLES = r"""Examples
-
-  frictionloop experiment new my-study.toml
-  frictionloop experiment new my-study.toml --from grating-spacing
-"""
-CHECK_EXAMPLES = r"""Examples
-
-  frictionloop experiment check my-study.toml
-"""
-EXPORT_EXAMPLES = r"""Examples
-
-  frictionloop experiment export data bids-data
-  frictionloop experiment export data/P01 P01.csv --as csv
-"""
-POWER_EXAMPLES = r"""Examples
-
-  frictionloop experiment power study-friction --effect 0.2 --participants 6:40
-  frictionloop experiment power my-study.toml --participants 12:24:12 \
-      --trials 20:60:20
-"""
+NEW_EXAMPLES = (
+    "my-study.toml",
+    "my-study.toml --from grating-spacing",
+)
+CHECK_EXAMPLES = ("my-study.toml",)
+EXPORT_EXAMPLES = (
+    "data bids-data",
+    "data/P01 P01.csv --as csv",
+)
+POWER_EXAMPLES = (
+    "study-friction --effect 0.2 --participants 6:40",
+    "my-study.toml --participants 12:24:12 --trials 20:60:20",
+)
 ProtocolName = Annotated[
     str,
-    Parameter(name="PROTOCOL", help="A TOML file, or the name of a protocol that comes with it.", group=flags.SYSTEM),
+    Parameter(name="PROTOCOL", help="TOML file, or name of a protocol.", group=flags.SYSTEM),
 ]
 Bench = Annotated[
     Path | None,
-    Parameter(
-        help="TOML file of the bench; the simulated one with PI behind a notch if not given.", group=flags.SYSTEM
-    ),
+    Parameter(help="Bench (.toml); else bench() with notch_pi.", group=flags.SYSTEM),
 ]
 
 

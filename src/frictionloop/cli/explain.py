@@ -9,12 +9,11 @@ from cyclopts import Parameter
 from frictionloop.cli import flags, screen
 from frictionloop.findings import CATALOGUE, entry
 
-ARGUMENTS = "[CODE] [--json]"
-EXAMPLES = """Examples
-
-  frictionloop explain RING-MOIST
-  frictionloop explain
-"""
+ARGUMENTS, SCHEMA = "[CODE] [--json]", {"schema": "explain/1"}
+EXAMPLES = (
+    "RING-MOIST",
+    "",
+)
 
 
 def command(code: Annotated[str | None, Parameter(name="CODE")] = None, /, *, json: flags.Json = False) -> None:
@@ -27,12 +26,11 @@ def command(code: Annotated[str | None, Parameter(name="CODE")] = None, /, *, js
     """
     if code is None:
         listed = {name: each.title for name, each in CATALOGUE.items()}
-        screen.show_json(listed) if json else screen.show(screen.columns(list(listed.items())))
+        screen.show_json(SCHEMA | {"codes": listed}) if json else screen.show(screen.columns(list(listed.items())))
         return
     found = entry(code.upper())
     if json:
-        screen.show_json({"code": code.upper(), **found._asdict()})
+        screen.show_json(SCHEMA | {"code": code.upper(), **found._asdict()})
         return
-    screen.show(
-        f"{code.upper()}, {found.severity}: {found.title}", "", screen.wrapped(" ".join(found.explanation.split()))
-    )
+    told = screen.wrapped(" ".join(found.explanation.split()))
+    screen.show(f"{code.upper()}, {found.severity}", screen.wrapped(found.title), "", told)

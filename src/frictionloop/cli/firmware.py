@@ -11,22 +11,15 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] --out FOLDER [OPTIONS]"
-EXPORT_EXAMPLES = r"""Examples
-
-  frictionloop firmware export --preset bench --out my-table
-  frictionloop firmware export my-controller.toml --out my-table
-"""
-BUILD_EXAMPLES = r"""Examples
-
-  frictionloop firmware build --preset bench --controller.kind notch_pi --out my-image
-  frictionloop firmware build my-controller.toml --out my-image --laws pi,notch_pi
-  frictionloop firmware build my-controller.toml --out my-image --board mps2
-"""
-LAW_EXAMPLES = r"""Examples
-
-  frictionloop firmware law my-controller.toml --out law.c
-  frictionloop firmware law my-bench.toml --use my_law.py --controller.kind leaky_pi --out law.c
-"""
+EXPORT_EXAMPLES = (
+    "--preset bench --out my-table",
+    "my-controller.toml --out my-table",
+)
+BUILD_EXAMPLES = ("--preset bench --controller.kind notch_pi --out my-image",)
+LAW_EXAMPLES = (
+    "my-controller.toml --out law.c",
+    "my-bench.toml --use my_law.py --controller.kind leaky_pi --out law.c",
+)
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
 

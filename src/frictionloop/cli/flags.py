@@ -42,17 +42,17 @@ Flag = Annotated[bool, Parameter(show_default=False)]
 
 SystemFile = Annotated[
     Path | None,
-    Parameter(name="FILE", help="TOML file that describes the system; the preset is used without it.", group=SYSTEM),
+    Parameter(name="FILE", help="System (.toml) in place of the preset.", group=SYSTEM),
 ]
 PresetName = Literal["paper", "feasible", "bench"]
 """The presets of `parameters.PRESETS`, written out so that help need not import it; a test holds the two together."""
 Preset = Annotated[
     PresetName | None,
-    Parameter(metavar="NAME", help="Ready-made system instead of a file; paper if neither is given.", group=SYSTEM),
+    Parameter(metavar="NAME", help="Ready-made system; paper without a file.", group=SYSTEM),
 ]
 BenchPreset = Annotated[
     PresetName | None,
-    Parameter(metavar="NAME", help="Ready-made system instead of a file; bench if neither is given.", group=SYSTEM),
+    Parameter(metavar="NAME", help="Ready-made system; bench without a file.", group=SYSTEM),
 ]
 """Of the device's commands and the controller's design, for which the paper's loop without a finger is no start."""
 Overrides = Annotated[
@@ -60,8 +60,7 @@ Overrides = Annotated[
     Parameter(
         name=DOTTED,
         metavar="VALUE",
-        help="Any parameter of the system by its dotted name, such as --controller.kp 12 or --setpoint.kind sine. "
-        "The summary of a run and --save-system list the names.",
+        help="Any parameter by its dotted name: --controller.kp 12, --setpoint.kind sine.",
         group=SYSTEM,
     ),
 ]
@@ -70,19 +69,16 @@ Compared = Annotated[
     Parameter(
         name=DOTTED,
         metavar="VALUE",
-        help="Any parameter of the bench by its dotted name, such as --plate.q 150 or --controller.delay_s 300e-6. "
-        "Not setpoint, finger, strokes or a law: those a comparison sets by itself.",
+        help="Any parameter of the bench, such as --plate.q 150; not setpoint, finger, strokes or law.",
         group=SYSTEM,
     ),
 ]
 """Of a comparison, whose protocol sets the rest."""
 
 
-Json = Annotated[
-    bool, Parameter(help="Print one JSON object instead of the summary.", show_default=False, group=RESULT)
-]
+Json = Annotated[bool, Parameter(help="Print one JSON object.", show_default=False, group=RESULT)]
 DurationS = Annotated[float, Parameter(help="Duration of a run in s.", group=RUN)]
-ScoreFromS = Annotated[float, Parameter(help="Start of the part that the metrics score, in s.", group=RUN)]
+ScoreFromS = Annotated[float, Parameter(help="Start of what is scored, in s.", group=RUN)]
 
 
 def gather(tokens: Sequence[str]) -> list[str]:
@@ -117,7 +113,7 @@ def scalar(text: str) -> Any:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         if text.startswith("[") and text.endswith("]"):
-            raise FrictionloopError(f"{text}: is no list; write one like [0.4, 0.8], with 0 before the point") from None
+            raise FrictionloopError(f"{text}: accepted a list such as [0.4, 0.8]") from None
         return text
     return value if isinstance(value, (bool, int, float, str, list)) else text
 
@@ -127,7 +123,7 @@ def overrides_of(flags: Iterable[str] | None) -> dict[str, Any]:
     pairs = [flag.partition("=") for flag in flags or ()]
     names = [pair[0] for pair in pairs]
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise FrictionloopError(f"--{twice}: is given more than once; give it once")
+        raise FrictionloopError(f"--{twice}: is given more than once")
     # A kind comes first, so that the other values land in the block of that kind.
     pairs.sort(key=lambda pair: not pair[0].endswith(".kind"))
     return {name: scalar(value) for name, _, value in pairs}

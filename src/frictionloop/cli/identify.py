@@ -10,12 +10,11 @@ from cyclopts import Parameter
 import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
-CHANNELS_EXAMPLES = """Examples
-
-  frictionloop identify channels hits.mat
-  frictionloop identify channels hits.mat --plot hits.png
-  frictionloop identify channels hits.mat --save-map hits-map.toml
-"""
+CHANNELS_EXAMPLES = (
+    "hits.mat",
+    "hits.mat --plot hits.png",
+    "hits.mat --save-map hits-map.toml",
+)
 RecordingFile = Annotated[Path, Parameter(name="FILE", help="A recording.", group=flags.SYSTEM)]
 
 

@@ -11,14 +11,11 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "FILE [OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop identify bench lab.toml
-  frictionloop identify bench lab.toml --out my-bench.toml --report certificate.html
-"""
-ProjectFile = Annotated[
-    Path, Parameter(name="FILE", help="TOML file that lists the recordings and what each is.", group=flags.SYSTEM)
-]
+EXAMPLES = (
+    "lab.toml",
+    "lab.toml --out my-bench.toml --report certificate.html",
+)
+ProjectFile = Annotated[Path, Parameter(name="FILE", help="Recordings, and what each is (.toml).", group=flags.SYSTEM)]
 REPORTS = (".html",)
 
 

@@ -11,10 +11,7 @@ import frictionloop as fl
 from frictionloop.cli import flags, screen
 
 ARGUMENTS = "BEFORE AFTER [OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop identify compare certificate-1.html certificate.html
-"""
+EXAMPLES = ("certificate-1.html certificate.html",)
 Before = Annotated[Path, Parameter(name="BEFORE", help="The older certificate (.html, or --json).", group=flags.SYSTEM)]
 After = Annotated[Path, Parameter(name="AFTER", help="The newer one.", group=flags.SYSTEM)]
 

@@ -13,12 +13,10 @@ from frictionloop.cli import checks, flags, screen
 from frictionloop.cli.device import ADDRESS, connected
 
 ARGUMENTS = "weights|hits|quiet|friction --device ADDRESS [OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop identify run quiet --device sim:
-  frictionloop identify run weights --device serial:///dev/ttyACM0 \\
-      --masses-g 0,50,100,150,200,150,100,50,0 --out weights.h5
-"""
+EXAMPLES = (
+    "quiet --device sim:",
+    "weights --device serial:///dev/ttyACM0 --masses-g 0,50,100,150,200,150,100,50,0 --out weights.h5",
+)
 Kind = Annotated[
     Literal["weights", "hits", "quiet", "friction"],
     Parameter(name="KIND", help="What is recorded.", group=flags.SYSTEM),

@@ -30,16 +30,14 @@ class MustHold:
     """
 
     sensitivity_peak: Annotated[float | None, _asked("Largest Ms = max |1/(1 + G)| as described; 1.7.")] = None
-    resonance_error: Annotated[
-        float | None, _asked("Share by which the resonance may be off; at it and at twice it Ms may be larger; 0.05.")
-    ] = None
-    sensor_error: Annotated[float | None, _asked("Share by which the pole of the electronics may be off; 0.")] = None
-    delay_error: Annotated[float | None, _asked("Share by which the delay may be off; 0.")] = None
-    gain_error: Annotated[float | None, _asked("Share by which the sensor's sensitivity may be off; 0.")] = None
-    q_error: Annotated[float | None, _asked("Share by which the Q of the resonance may be off; 0.")] = None
+    resonance_error: Annotated[float | None, _asked("Share by which the resonance may be off; 0.05.")] = None
+    sensor_error: Annotated[float | None, _asked("The same of the electronics' pole; 0.")] = None
+    delay_error: Annotated[float | None, _asked("The same of the delay; 0.")] = None
+    gain_error: Annotated[float | None, _asked("The same of the sensitivity; 0.")] = None
+    q_error: Annotated[float | None, _asked("The same of the Q; 0.")] = None
     corners: Annotated[
         Path | None,
-        _asked("Certificate of ``identify bench``: each measured value may be at either end, one at a time."),
+        _asked("Certificate of ``identify bench``, whose intervals count."),
     ] = None
     speeds: Annotated[str | None, _asked("Slowest and fastest stroke in mm/s: 20,60, or one; that of FILE.")] = None
     slip_lengths_um: Annotated[
@@ -47,19 +45,15 @@ class MustHold:
     ] = None
     loads: Annotated[str | None, _asked("Least and largest mean load in N: 0.4,1.2, or one; that of FILE.")] = None
     finger_gain: Annotated[
-        float | None, _asked("Largest loop gain of a finger over the believed one; controller.model.gain_spread.")
+        float | None, _asked("Largest loop gain over the believed one; controller.model.gain_spread.")
     ] = None
-    fingers: Annotated[
-        flags.Whole | None, _asked("So many random fingers besides, each with its own friction, skin and load.")
-    ] = None
+    fingers: Annotated[flags.Whole | None, _asked("So many random fingers besides.")] = None
     fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0.")] = None
     coefficients: Annotated[
         str | None,
-        _asked("Least and largest friction coefficient of the fingers: 0.4,1.2, or one; drawn if not given."),
+        _asked("Their least and largest friction coefficient: 0.4,1.2."),
     ] = None
-    population: Annotated[
-        Path | None, _asked("Draw the fingers from this measured population (.toml of ``identify bench``).")
-    ] = None
+    population: Annotated[Path | None, _asked("Measured population (.toml) they are drawn from.")] = None
 
     def check(self) -> None:
         """Refuse a number or a seed out of range, and what says where fingers come from without any."""
@@ -82,7 +76,7 @@ class MustHold:
         )
         given: dict[str, Any] = {name: value for name in shares if (value := getattr(self, name)) is not None}
         ranges = {"speeds_mm_s": speeds, "loads_n": loads, "slip_lengths_um": lengths}
-        given |= {name: value for name, value in ranges.items() if value}
+        given |= {name: tuple(dict.fromkeys(ends)) for name, ends in ranges.items() if ends}
         if self.corners is not None:
             shared = {"sensor.resonance_hz": self.resonance_error, "sensor.cutoff_hz": self.sensor_error}
             shared |= {"controller.delay_s": self.delay_error, "sensor.q": self.q_error}

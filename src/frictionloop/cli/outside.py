@@ -25,7 +25,7 @@ def used(tokens: Sequence[str]) -> list[str]:
             continue
         what = value if equals else next(given, None)
         if not what:
-            raise FrictionloopError(f"{OPTION}: needs a Python file or a module that registers blocks (fl.register)")
+            raise FrictionloopError(f"{OPTION}: needs a Python file or module")
         _import(what)
     return left
 
@@ -49,7 +49,7 @@ def _import(what: str) -> None:
     except ModuleNotFoundError as error:
         if error.name != what.partition(".")[0]:
             raise FrictionloopError(f"{OPTION} {what}: {error}") from None
-        raise FrictionloopError(f"{OPTION} {what}: there is no such module; a file must end in .py") from None
+        raise FrictionloopError(f"{OPTION} {what}: no such module; files end in .py") from None
     except SyntaxError as error:
         where = f"SyntaxError in {error.filename}, line {error.lineno}"
         raise FrictionloopError(f"{OPTION} {what}: {where}: {error.msg}") from None

@@ -11,34 +11,20 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[OPTIONS]"
-EXAMPLES = """Examples
-
-  frictionloop reproduce
-  frictionloop reproduce --out my-report --json
-  frictionloop reproduce --only fig-5a,closed-loop-r2
-  frictionloop reproduce --only fig-5a --sensor.resonance_hz 200
-"""
-
-Changed = Annotated[
-    list[str] | None,
-    Parameter(
-        name=flags.DOTTED,
-        metavar="VALUE",
-        help="Change the bench, such as --sensor.resonance_hz 200, or give PI gains, --controller.kp 0.0064 "
-        "--controller.ki 13.8: for --only fig-5a, and of the bench fig-5a-printed.",
-        group=flags.RESULT,
-    ),
-]
+EXAMPLES = (
+    "",
+    "--out my-report --json",
+    "--only fig-5a,closed-loop-r2",
+)
 
 
 def command(
     *,
     out: flags.Result[Path] = Path("report"),
     only: Annotated[flags.Result[str | None], Parameter(metavar="NAME,...")] = None,
-    overrides: Changed = None,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
-    """Rebuild the paper's figures and check its numbers: index.html and claims.json in a folder.
+    """Rebuild the paper's figures and check its numbers.
 
     Parameters
     ----------
@@ -50,4 +36,4 @@ def command(
     """
     checks.check_drawing()
     names = [name.strip() for name in only.split(",")] if only else []
-    shown.show(fl.reproduce(out, names, flags.overrides_of(overrides)))
+    shown.show(fl.reproduce(out, names))

@@ -36,9 +36,9 @@ DOES_NOT_HOLD = 3
 class Shown:
     """How an answer is shown."""
 
-    json: Annotated[bool, _shown("Print the answer as one JSON object.")] = False
+    json: Annotated[bool, _shown("Print one JSON object.")] = False
     all: Annotated[bool, _shown("All tables and findings.")] = False
-    html: Annotated[Path | None, _shown("Write the answer as a page here (.html).")] = None
+    html: Annotated[Path | None, _shown("Write a page here (.html).")] = None
 
     def show(self, found: Result, saved: Mapping[str, Any] | None = None) -> None:
         """Write an answer to stdout, and what was saved where."""
@@ -71,7 +71,7 @@ class Interrupted(KeyboardInterrupt):
 
 def interrupted(said: str, out: Any) -> Interrupted:
     """Return what to raise after Ctrl-C: how much is done, and whether a file keeps it."""
-    kept = f"kept in {out}" if out else "not kept: without --out there is nothing to continue from"
+    kept = f"kept in {out}" if out else "not kept (--out FILE keeps it)"
     return Interrupted(f"{said}, {kept}", resumable=out is not None)
 
 

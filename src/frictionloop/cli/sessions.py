@@ -16,16 +16,11 @@ from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 if TYPE_CHECKING:
     from frictionloop.experiments import Protocol, Respondent
 
-RUN_EXAMPLES = r"""Examples
-
-  frictionloop experiment run my-study.toml --participant P01 --simulated
-  frictionloop experiment run my-study.toml --participant P01 --folder data/P01 \
-      --address serial:///dev/ttyACM0 --bench my-bench.toml
-"""
-RESUME_EXAMPLES = r"""Examples
-
-  frictionloop experiment resume data/P01
-"""
+RUN_EXAMPLES = (
+    "my-study.toml --participant P01 --simulated",
+    "my-study.toml --participant P01 --folder data/P01 --address serial:///dev/ttyACM0 --bench my-bench.toml",
+)
+RESUME_EXAMPLES = ("data/P01",)
 SessionFolder = Annotated[Path, Parameter(name="FOLDER", help="Folder of a session.", group=flags.SYSTEM)]
 
 

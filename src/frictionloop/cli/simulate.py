@@ -8,20 +8,14 @@ import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = r"""Examples
-
-  frictionloop simulate --preset feasible --controller.kp 12
-  frictionloop simulate --setpoint.kind sine --plot forces.svg
-  frictionloop simulate --preset feasible --save-system my-bench.toml
-  frictionloop simulate my-bench.toml --duration-s 2 --out run.h5
-  frictionloop simulate my-bench.toml --plot bench.png \
-      --disturbance.kind recording --disturbance.path slide.csv \
-      --disturbance.column force_n --disturbance.remove_mean true
-  frictionloop simulate my-bench.toml --setpoint.kind recording \
-      --setpoint.path wanted.csv --setpoint.column force_n
-  Also of a recording: unit, scale, offset_n, rate_hz, resample_hz, decimal,
-  start_s, stop_s, rectify, remove_mean
-"""
+EXAMPLES = (
+    "--preset feasible --controller.kp 12",
+    "--setpoint.kind sine --plot forces.svg",
+    "--preset feasible --save-system my-bench.toml",
+    "my-bench.toml --duration-s 2 --out run.h5",
+    "my-bench.toml --disturbance.kind recording --disturbance.path slide.csv --disturbance.column force_n",
+    "my-bench.toml --setpoint.kind recording --setpoint.path wanted.csv --setpoint.column force_n",
+)
 
 
 def command(
@@ -41,7 +35,7 @@ def command(
     whole: flags.Result[flags.Flag] = False,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
-    """Simulate one run and say how well the force followed its set-point.
+    """Simulate one run, and say how well the force followed.
 
     That is one finger with one slip length at one speed; ``design check`` says whether the gains hold for others.
 

@@ -18,17 +18,13 @@ if TYPE_CHECKING:
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 MoreRuns = Annotated[Path, Parameter(name="RUN", help="Recorded runs (.h5) for --export.", group=flags.SYSTEM)]
-EXAMPLES = r"""Examples
-
-  frictionloop studio
-  frictionloop studio my-bench.toml --effect bump
-  frictionloop studio --friction.nominal_n 1.3 --controller.kind pi --port 8000
-  frictionloop studio --device sim:
-  frictionloop studio my-bench.toml --device serial:///dev/ttyACM0
-  frictionloop studio --host 0.0.0.0
-  frictionloop studio --replay run.h5
-  frictionloop studio --export page.html run.h5 other.h5
-"""
+EXAMPLES = (
+    "",
+    "my-bench.toml --effect bump",
+    "my-bench.toml --device serial:///dev/ttyACM0",
+    "--replay run.h5",
+    "--export page.html run.h5 other.h5",
+)
 PORT = 8026
 
 
@@ -47,7 +43,7 @@ def command(
     export: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
-    """Open the studio: slide on a virtual plate in the browser, open and closed loop side by side.
+    """Slide on a virtual plate in the browser, open and closed loop at once.
 
     Parameters
     ----------
@@ -72,7 +68,7 @@ def command(
         with fl.progress.waiting("" if runs else "stroking"):
             given = None if runs else _given(None, preset, overrides, effect)
             found = fl.studio.export(export, runs, given and given.system, seed)
-        shown.show(found)
+        shown.show(found.with_findings(given.findings if given else ()))
         return
     if runs:
         raise fl.FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export; --replay RUN plays one")

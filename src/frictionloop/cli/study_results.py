@@ -14,16 +14,11 @@ from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 if TYPE_CHECKING:
     from frictionloop.experiments import Study
 
-SIMULATE_EXAMPLES = r"""Examples
-
-  frictionloop experiment simulate jnd-friction-staircase --participants 24 \
-      --out study.html
-  frictionloop experiment simulate my-study.toml --participants 8 --folder data
-"""
-REPORT_EXAMPLES = r"""Examples
-
-  frictionloop experiment report data --out study.html
-"""
+SIMULATE_EXAMPLES = (
+    "jnd-friction-staircase --participants 24 --out study.html",
+    "my-study.toml --participants 8 --folder data",
+)
+REPORT_EXAMPLES = ("data --out study.html",)
 
 
 def simulate(

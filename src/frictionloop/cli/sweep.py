@@ -18,15 +18,12 @@ from frictionloop.cli import checks, flags, screen
 
 ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
 MOST_FINGERS = 1_000_000
-EXAMPLES = r"""Examples
-
-  frictionloop sweep --over controller.kp=1:100:32:log \
-      --over controller.ki=0.1,1,10
-  frictionloop sweep --preset feasible --seeds 4 --out noise.h5 \
-      --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg
-  frictionloop sweep my-bench.toml --over controller.kp=5,10,20 --csv table.csv
-  frictionloop sweep my-controller.toml --fingers 100 --coefficients 0.4,1.2
-"""
+EXAMPLES = (
+    "--over controller.kp=1:100:32:log --over controller.ki=0.1,1,10",
+    "--preset feasible --seeds 4 --out noise.h5 --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg",
+    "my-bench.toml --over controller.kp=5,10,20 --csv table.csv",
+    "my-controller.toml --fingers 100 --coefficients 0.4,1.2",
+)
 
 
 def command(
@@ -52,7 +49,7 @@ def command(
     plot: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
-    """Simulate every combination of some parameters' values and say which is best, or a population of fingers.
+    """Simulate combinations of values, or a population of fingers.
 
     Parameters
     ----------
@@ -149,7 +146,7 @@ def axes_of(given: Sequence[str], seeds: int = 1) -> dict[str, list[Any]]:
         if not (path and equals and values.strip()):
             raise FrictionloopError(f"over = {text!r}: must be {ACCEPTED}")
         if path in axes:
-            raise FrictionloopError(f"over = {text!r}: {path} is there twice; give all its values at once")
+            raise FrictionloopError(f"over = {text!r}: {path} is there twice")
         axes[path] = _range(text, values.split(":")) if ":" in values else [*map(flags.scalar, _words(values))]
     runs = seeds * math.prod(map(len, axes.values()))
     if runs > MOST_RUNS:

@@ -14,6 +14,8 @@ from rich.box import Box
 _MEANING = re.compile(r"^ {4}\S.*(?:\n {4}\S.*)*", re.MULTILINE)
 _NO_LINES = Box("    \n" * 8)
 
+WIDEST = 76
+"""Columns of an example."""
 HERE = Group("About", sort_key=9)
 HELP_STYLE = DefaultFormatter(panel_spec=PanelSpec(box=_NO_LINES, padding=(0, 3), border_style="bold"))
 """Formatter of every help page."""
@@ -24,7 +26,8 @@ class Verb(NamedTuple):
 
     command: Callable[..., Any]
     arguments: str
-    examples: str
+    examples: tuple[str, ...]
+    """What follows its name."""
 
 
 def new_app(name: str, text: str, **more: Any) -> App:
@@ -48,13 +51,26 @@ def add(app: App, path: str, verbs: dict[str, Verb], **more: Any) -> None:
         told = inspect.cleandoc(verb.command.__doc__ or "")
         verb.command.__doc__ = _MEANING.sub(lambda found: "    " + " ".join(found[0].split()), told)
         usage = f"{path} {name} {verb.arguments}"
-        app.command(verb.command, name=name, usage=usage, help_epilogue=verb.examples, **more)
+        app.command(verb.command, name=name, usage=usage, help_epilogue=_examples(f"{path} {name}", verb), **more)
+
+
+def _examples(command: str, verb: Verb) -> str:
+    """Return the examples of a verb, each broken before an option where it is longer than a line."""
+    found = "Examples\n"
+    for example in verb.examples:
+        line = f"\n  {command}"
+        for part in re.split(r" (?=--)", example):
+            if len(line) + len(part) > WIDEST:
+                found, line = f"{found}{line} \\", "\n     "
+            line += f" {part}" if part else ""
+        found += line
+    return f"{found}\n"
 
 
 def group_app(name: str, text: str, example: str, group: Group, verbs: dict[str, Verb]) -> App:
     """Return the app of a verb whose commands are parts of one job; ``example`` is one of them."""
     path = f"frictionloop {name}"
-    told = f"Each command has its own help with examples: {path} {example} --help"
+    told = f"Examples: {path} {example} --help"
     app = new_app(name, text, usage=f"{path} COMMAND [OPTIONS]", help_epilogue=told, group=group)
     add(app, path, verbs)
     return app

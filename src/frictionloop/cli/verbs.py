@@ -56,9 +56,9 @@ def _verb(module: Any) -> Verb:
 
 app = new_app(
     "frictionloop",
-    "Closed-loop control of fingertip friction on ultrasonic surfaces: simulate it, sweep it, report on it.",
-    help_epilogue="Each command has its own help with examples: frictionloop simulate --help\n\n"
-    "A law, friction law, signal or metric of your own: --use FILE.py runs the file, which registers it, first.",
+    "Closed-loop control of fingertip friction on ultrasonic surfaces.",
+    help_epilogue="Examples: frictionloop simulate --help\n\n"
+    "A law, friction law, signal or metric of your own: --use FILE.py registers it.",
     version=_version,
     suppress_keyboard_interrupt=False,
 )
@@ -74,7 +74,7 @@ add(app, "frictionloop", {"explain": _verb(explain)}, group=HERE)
 app.command(
     group_app(
         "design",
-        "Size a part of the bench, from its geometry to what it does or back; find a controller for it, or check one.",
+        "Find a controller, check one, or size plate and sensor.",
         "sensor",
         BENCH,
         {
@@ -89,7 +89,7 @@ app.command(
 app.command(
     group_app(
         "effect",
-        "Effects, friction by place, time and touch: list them, preview what a finger gets, play them.",
+        "Effects, friction by place and time: preview what a finger gets.",
         "show",
         LOOP,
         {
@@ -104,7 +104,7 @@ app.command(
 app.command(
     group_app(
         "identify",
-        "From a lab's recordings to its bench: what is in a file, and what weights, hits and silence tell.",
+        "From recordings of a lab to its bench.",
         "channels",
         BENCH,
         {
@@ -118,7 +118,7 @@ app.command(
 app.command(
     group_app(
         "firmware",
-        "The controller on the microcontroller: its parameter table and its image.",
+        "The microcontroller: its parameter table, its image.",
         "export",
         DEVICE,
         {
@@ -131,7 +131,7 @@ app.command(
 app.command(
     group_app(
         "experiment",
-        "Experiments on the friction that is felt: protocols, sessions, simulated participants, reports.",
+        "Experiments on friction: protocols, sessions, reports.",
         "simulate",
         DEVICE,
         {
@@ -149,7 +149,7 @@ app.command(
 app.command(
     group_app(
         "device",
-        "A board on this machine's ports, or one that is simulated: look at it, set it up, run it, flash it.",
+        "A board on a port, or a simulated one.",
         "run",
         DEVICE,
         {

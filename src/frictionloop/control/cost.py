@@ -14,7 +14,7 @@ LATE_CYCLES = 720
 
 
 class WorstTick(NamedTuple):
-    """The most that any tick took, with an upper bound for every instruction (device/emulator/costs.py)."""
+    """The most that any tick took, with an upper bound for every instruction (device/emulator/trace.py)."""
 
     instructions: int
     cycles: int

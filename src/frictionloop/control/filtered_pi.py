@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from frictionloop.control.expected import ExpectedGains, ExpectedState, expected_gains, expected_start, expected_step
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.notch import Section, notch_section
-from frictionloop.parameters.filtered import FILTERS
+from frictionloop.parameters.controller import FILTERS
 from frictionloop.quantities.arithmetic import biquad_step, fma, step
 from frictionloop.sensing.measurement import Measurement
 

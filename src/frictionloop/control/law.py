@@ -42,7 +42,7 @@ def clamp_of(model: Model) -> Clamp:
         For what is no model.
     """
     if not isinstance(model, Model):
-        raise must_be("model", model, f"model = {model!r}: must be controller.model")
+        raise must_be("model", model, "controller.model")
     return Clamp(model.floor_n, model.nominal_n)
 
 

@@ -22,7 +22,7 @@ from frictionloop.control.law import Law, clamp_of
 from frictionloop.control.limit_step import LONGEST, LimitGains, LimitState, limit_observer_step
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.parameters.block import Number
-from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.controller import Timing
 from frictionloop.quantities import FrictionloopError
 from frictionloop.sensing.force_sensor import suspension_coefficients
 
@@ -110,7 +110,7 @@ def limit_rows(model: Model, rate_hz: float, bandwidth_hz: float, spring_noise: 
         return tuple(_row(model, rate_hz, lag, bandwidth_hz, spring_noise) for lag in (0.0, LONGEST))  # type: ignore[return-value]
     except (np.linalg.LinAlgError, ValueError) as error:
         raise FrictionloopError(
-            f"controller.bandwidth_hz, controller.spring_noise: no observer settles for this controller.model ({error})"
+            f"controller.bandwidth_hz, controller.spring_noise: no observer settles ({error})"
         ) from None
 
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from joblib import Parallel, delayed
 
-from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.levels import at_levels
-from frictionloop.design.over import with_longest_contact
+from frictionloop.analysis.limits import headroom
+from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.requirements import NOT_HELD, Requirements
 from frictionloop.design.synthesis import default_law, synthesised
 from frictionloop.design.tracking import tracking
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row
+from frictionloop.findings.result import Row, frame
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import LowpassPlate, Strokes, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
@@ -48,6 +48,11 @@ class LimitedPart:
     relative_index: float = math.nan
     """How rough that error is to touch, over a plain stroke."""
 
+    @property
+    def left_n(self) -> float:
+        """The residual; where nothing strokes, so that there is none, the error of the run."""
+        return self.rms_error_n if math.isnan(self.residual_n) else self.residual_n
+
 
 @dataclass(frozen=True, kw_only=True)
 class BenchLimits(Result):
@@ -62,28 +67,26 @@ class BenchLimits(Result):
     @property
     def limiting(self) -> tuple[LimitedPart, ...]:
         """Parts whose change leaves less, the one that leaves least first."""
-        least = WORTH * self.parts[0].residual_n
-        return tuple(sorted((p for p in self.parts[1:] if p.residual_n < least), key=lambda part: part.residual_n))
+        least = WORTH * self.parts[0].left_n
+        return tuple(sorted((p for p in self.parts[1:] if p.left_n < least), key=lambda part: part.left_n))
 
     def rows(self) -> list[Row]:
         """Return what limits the bench, and what the best change would leave."""
         own, found = self.parts[0], self.limiting
-        left = f"{shown(1e3 * own.residual_n)} mN"
+        left = f"{shown(1e3 * own.left_n)} mN"
         if not found:
             return [(self.law, left), ("limited by", "no single part")]
-        best = f"{shown(1e3 * found[0].residual_n)} mN with {found[0].name}"
+        best = f"{shown(1e3 * found[0].left_n)} mN with {found[0].name}"
         return [(self.law, f"leaves {left}, {best}"), ("limited by", "; ".join(each.name for each in found))]
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return crossover, residual, error and roughness by what was changed."""
-        import pandas as pd
-
         rows = {
             each.name: [each.crossover_hz, 1e3 * each.residual_n, 1e3 * each.rms_error_n, each.relative_index]
             for each in self.parts
         }
         heads = ["|S| = 1, Hz", "leaves, mN", "error, mN", "felt"]
-        return {"parts": pd.DataFrame.from_dict(rows, orient="index", columns=heads).rename_axis("bench")}
+        return {"parts": frame(rows, "bench", heads)}
 
     def plot(self) -> Figure:
         """Return bars of what is left, by what was changed."""
@@ -94,10 +97,10 @@ class BenchLimits(Result):
             figure = new_figure(6.4, 0.5 + 0.32 * len(self.parts))
             axes = figure.subplots()
             names = [each.name for each in self.parts]
-            left = [1e3 * each.residual_n for each in self.parts]
+            left = [1e3 * each.left_n for each in self.parts]
             axes.barh(names, left, color=[GREY, *[BLUE] * (len(names) - 1)])
             axes.invert_yaxis()
-            axes.set(xlabel="rms left of friction noise, tremor and drift (mN)", title=f"{self.law}, one part changed")
+            axes.set(xlabel="rms left (mN)", title=f"{self.law}, one part changed")
             return figure
 
         return draw()
@@ -151,7 +154,7 @@ def limits(system: System, law: str | None = None, requirements: Requirements | 
         for each in Parallel(n_jobs=-1, return_as="generator")(tasks):
             parts.append(each)
             bar()
-    failed = [each.name for each in parts if math.isnan(each.residual_n)]
+    failed = [each.name for each in parts if math.isnan(each.crossover_hz)]
     findings = [Finding("PART-FAILED", value=len(failed), more={"names": failed})] if failed else []
     return BenchLimits(law=name, requirements=must, parts=tuple(parts), findings=tuple(findings))
 

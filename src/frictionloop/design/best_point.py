@@ -14,10 +14,10 @@ import xarray as xr
 from frictionloop.analysis.stability import NEAR
 from frictionloop.design.corners import peak_of
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, plain
-from frictionloop.loop.kept import runs_done
-from frictionloop.loop.open_loop import OPEN_ERROR
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import OPEN_ERROR
+from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
 from frictionloop.parameters.unit_sanity import of_axes, of_ceiling
 from frictionloop.quantities import FrictionloopError
@@ -66,38 +66,65 @@ class Best:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepSummary(Result):
-    """What a sweep found."""
+class GridResult(Result):
+    """What runs over a grid found, all of them or those that are done."""
 
-    SCHEMA: ClassVar[str] = "sweep/1"
     system: System
     grid: xr.Dataset
-    best: Mapping[str, Best]
-    """By metric; those without a value, and those that only describe a run, have none."""
-    peaks: np.ndarray | None
-    """Largest Ms at every point of a few, as `Best.sensitivity_peak`; None of many."""
+    """Metrics over the grid and ``seed``, with coordinates."""
     runs: int
     runs_done: int
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Dotted paths that vary, or "point"."""
-        return tuple(str(dim) for dim in self.grid.dims if dim != "seed")
 
     @property
     def complete(self) -> bool:
         """Whether all runs are done."""
         return self.runs_done == self.runs
 
+    def _runs(self, size: str) -> Row:
+        seeds = f" x {self.grid.sizes['seed']} seeds" * (self.grid.sizes["seed"] > 1)
+        duration = shown(float(self.grid.attrs.get("duration_s", math.nan)))
+        return "runs", f"{self.runs_done} of {self.runs}: {size}{seeds} of {duration} s"
+
+    def tidy(self) -> pd.DataFrame:
+        """Return a row for each run: the point, the seed, the metrics."""
+        dims = [*(str(dim) for dim in self.grid.dims if dim != "seed"), "seed"]
+        return self.grid.to_dataframe(dim_order=dims).reset_index()
+
+    def plot(self) -> Figure:
+        """Return curves over one parameter, maps over two or three; points of fingers, sorted."""
+        from frictionloop.loop.sweep_figure import figure_of
+
+        return figure_of(self.grid)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything by name: values in the order of ``dims``."""
+        own = super().to_dict()
+        del own["grid"]
+        return own | plain({"complete": self.complete, **grid_by_name(self.grid)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepSummary(GridResult):
+    """What a sweep found."""
+
+    SCHEMA: ClassVar[str] = "sweep/1"
+    best: Mapping[str, Best]
+    """By metric; those without a value, and those that only describe a run, have none."""
+    peaks: np.ndarray | None
+    """Largest Ms at every point of a few, as `Best.sensitivity_peak`; None of many."""
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Dotted paths that vary, or "point"."""
+        return tuple(str(dim) for dim in self.grid.dims if dim != "seed")
+
     def rows(self) -> list[Row]:
         """Return the best points and how much has run."""
         first = list(self.best.values())[: FIRST if self.peaks is not None else 1]
         size = " x ".join(str(self.grid.sizes[axis]) for axis in self.axes)
-        seeds = f" x {self.grid.sizes['seed']} seeds" * (self.grid.sizes["seed"] > 1)
-        duration = f" of {shown(float(self.grid.attrs.get('duration_s', math.nan)))} s"
         return [
             *((f"best {each.metric}", f"{_value(each)}   {_point(each)}") for each in first),
-            ("runs", f"{self.runs_done} of {self.runs}: {size} points{seeds}{duration}"),
+            self._runs(f"{size} points"),
         ]
 
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -106,8 +133,6 @@ class SweepSummary(Result):
         return best if self.peaks is None else {"points": self._points()} | best
 
     def _points(self) -> pd.DataFrame:
-        import pandas as pd
-
         assert self.peaks is not None
         rows = []
         for k, at in enumerate(product(*(range(self.grid.sizes[axis]) for axis in self.axes))):
@@ -117,34 +142,20 @@ class SweepSummary(Result):
                 factor, unit = SMALL.get(_unit(self.grid, name), (1.0, ""))
                 row[f"{name}, {unit}" if unit else name] = factor * float(here[name].mean())
             rows.append(row | {"Ms": float(self.peaks[k])})
-        return pd.DataFrame(rows).set_index(self.axes[0])
+        return frame(rows, self.axes[0])
 
     def _best(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = [
             {"best": each.metric, "value": _value(each), **each.point, "as good": each.others}
             | {"Ms": each.sensitivity_peak}
             for each in self.best.values()
         ]
-        return pd.DataFrame(rows).set_index("best")
-
-    def tidy(self) -> pd.DataFrame:
-        """Return a row for each run: the point, the seed, the metrics."""
-        return tidy(self.grid)
-
-    def plot(self) -> Figure:
-        """Return curves over one parameter, maps over two or three."""
-        from frictionloop.loop.sweep_figure import figure_of
-
-        return figure_of(self.grid)
+        return frame(rows, "best")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything by name: values in the order of ``dims``."""
-        own = super().to_dict()
-        del own["grid"]
+        """Return everything by name, and which points are stable."""
         stable = None if self.peaks is None else [_stable(float(each)) for each in self.peaks]
-        return own | plain({"stable": stable, "complete": self.complete, **grid_by_name(self.grid)})
+        return super().to_dict() | {"stable": stable}
 
 
 def best(grid: xr.Dataset) -> SweepSummary:
@@ -250,12 +261,6 @@ def without_value(system: System, grid: xr.Dataset) -> Iterator[Finding]:
     for block, those in blocks.items():
         reason = f"{block}.kind {getattr(system, block).kind}" if block else "nothing is scored"
         yield Finding("METRIC-NONE", value=those, more={"reason": reason})
-
-
-def tidy(grid: xr.Dataset) -> pd.DataFrame:
-    """Return a row for each run of a sweep."""
-    dims = [*(str(dim) for dim in grid.dims if dim != "seed"), "seed"]
-    return grid.to_dataframe(dim_order=dims).reset_index()
 
 
 def grid_by_name(grid: xr.Dataset) -> dict[str, Any]:

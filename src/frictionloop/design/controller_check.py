@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,25 +14,24 @@ import xarray as xr
 
 from frictionloop.analysis.levels import at_levels
 from frictionloop.control.limit_observer import MOST_MARGIN
-from frictionloop.design import controller_findings, people_findings
-from frictionloop.design.corners import at_mean, corners, load_of
-from frictionloop.design.elsewhere import Place, elsewhere
-from frictionloop.design.held import CHECKED, ENDS, LOADS, check_places
-from frictionloop.design.law_gains import scaled_gains
-from frictionloop.design.least_gain import least_gain
-from frictionloop.design.loop_gains import LoopGains, loop_gains
-from frictionloop.design.on_fingers import FingersInterrupted, check_fingers
-from frictionloop.design.over import Over, with_longest_contact
-from frictionloop.design.requirements import Requirements
-from frictionloop.design.tracking import tracking
-from frictionloop.design.worst_margins import worst_margins
+from frictionloop.design import controller_findings
+from frictionloop.design.corners import Place, at_mean, corners, elsewhere, load_of, worst_margins
+from frictionloop.design.loop_gains import LoopGains, loop_gains, scaled_gains
+from frictionloop.design.operating_grid import OperatingGrid, with_longest_contact
+from frictionloop.design.plants import least_gain
+from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers, unlike
+from frictionloop.design.requirements import CHECKED, COARSE, Requirements
+from frictionloop.design.synthesis import check_places
+from frictionloop.design.tracking import Tracking, expected_error_n, tracking
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
+from frictionloop.loop.run_findings import error_table
 from frictionloop.parameters import System
-from frictionloop.parameters.law_values import gains_said
+from frictionloop.parameters.summary import gains_said
 from frictionloop.perception.thresholds import LOWEST_HZ
+from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -75,7 +75,21 @@ class Check(Result):
     def rows(self) -> list[Row]:
         """Return the law and its gains, the verdict, and what would hold."""
         verdict = ("HOLDS", self.grid) if self.holds else ("DOES NOT HOLD", f"{self._beyond_on()}; {self.grid}")
-        return [(self.law, gains_said(self.system)), verdict, *self._room()]
+        return [(self.law, gains_said(self.system)), verdict, *self._room(), *self._left()]
+
+    @cached_property
+    def tracking(self) -> Tracking | None:
+        """How well the set-point of the file is followed, simulated when asked for; None where that cannot be."""
+        try:
+            return tracking(self.system, self.requirements.speeds_mm_s)
+        except FrictionloopError:
+            return None
+
+    def _left(self) -> Iterator[Row]:
+        if (found := self.tracking) is not None:
+            felt = f"; {shown(found.relative_index)} x a plain stroke to touch" * math.isfinite(found.relative_index)
+            opened = shown(1e3 * found.open_loop_rms_error_n)
+            yield "leaves", f"{shown(1e3 * found.rms_error_n)} mN rms of {opened} in open loop{felt}"
 
     def _beyond_on(self) -> str:
         """Return on how many of what was looked at it does not, the first of places, a run and people that fails."""
@@ -114,7 +128,7 @@ class Check(Result):
         if self.contradicted:
             return
         if self.would_hold:
-            left = abs(at_mean(self.system.evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
+            left = abs(at_mean(at_levels(self.system).evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
             yield (
                 "everywhere" if self.holds else "would hold",
                 f"{shown(self.would_hold)}, leaving {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz",
@@ -123,24 +137,21 @@ class Check(Result):
             yield "room", f"{shown(gain)} x the gain of the loop"
 
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Return Ms over places and resonances, and the least margins."""
-        return {"Ms": self._peaks(), "least margins": self.margins()}
+        """Return Ms over places and resonances, the least margins, and the error by reach."""
+        error = {} if self.tracking is None else {"error": error_table(self.tracking.parts)}
+        return {"Ms": self._peaks(), "least margins": self.margins(), **error}
 
     def _peaks(self) -> pd.DataFrame:
-        import pandas as pd
-
         offs = sorted({corner.off for place in self.places for corner in place.corners})
         limits = {round(error, 9): peak for error, peak in self.requirements.limits.items()}
         rows = {"asked": [limits[round(abs(off), 9)] for off in offs] + [math.nan]}
         for place, gain in zip(self.places, self.gain_factors, strict=True):
             rows[str(place.condition) or "this loop"] = [*(place.peak_at(off) for off in offs), gain]
         heads = [f"{100 * off:+.3g} %" if off else "told" for off in offs]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=[*heads, "x gain"]).rename_axis("resonance")
+        return frame(rows, "resonance", [*heads, "x gain"])
 
     def margins(self) -> pd.DataFrame:
         """Return the least margins where it was asked for, by resonance and moisture; they take a moment."""
-        import pandas as pd
-
         found = [corner for place in self.places[: self.asked] for corner in place.corners]
         rows = []
         for (off, occluded), group in sorted(worst_margins(found).items()):
@@ -154,11 +165,12 @@ class Check(Result):
                     "delay, ms": 1e3 * min(each.delay_margin_s for each in group),
                 }
             )
-        return pd.DataFrame(rows).set_index("resonance off, %")
+        return frame(rows, "resonance off, %")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything by name, the least margins too."""
-        return super().to_dict() | {"law": self.law, "margins": plain(self.margins().reset_index().to_dict("records"))}
+        """Return everything by name, the least margins and the error of a run too."""
+        more = {"tracking": self.tracking, "margins": self.margins().reset_index().to_dict("records")}
+        return super().to_dict() | {"law": self.law} | plain(more)
 
 
 def check(
@@ -194,9 +206,9 @@ def check(
     must = requirements or Requirements()
     there = with_longest_contact(at_levels(system), must.speeds_mm_s)
     check_places(there, must)
-    close = must.over(CHECKED, LOADS)._replace(slip_lengths_um=())
-    touched = Over(must.slip_lengths_um).systems(there)
-    own = [Place.of(corners(each, must.limits, close, must.lean)) for each in touched]
+    close = must.grid(*CHECKED)._replace(slip_lengths_um=())
+    touched = OperatingGrid(must.slip_lengths_um).systems(there)
+    own = [Place.of(corners(each, close)) for each in touched]
     return judged(system, there, own, must, people, given)
 
 
@@ -209,24 +221,25 @@ def judged(
     given: Collection[str],
 ) -> Check:
     """Return the check of a System whose margins at the places asked for are known; ``there`` it has levels."""
-    more = elsewhere(there, must.limits, must.over(ENDS, LOADS), must.lean, must.slip_lengths_um)
-    places = (*own, *more.places)
+    grid = must.grid(*COARSE)
+    more, unseen = elsewhere(there, grid, must.slip_lengths_um)
+    places = (*own, *more)
     factors = tuple(_least_gain(place) for place in places)
-    within, seen = all(place.how == "within" for place in places), loop_gains(there, must.over(ENDS, LOADS))
+    within, seen = all(place.how == "within" for place in places), loop_gains(there, grid)
     fingers, stopped = _on_fingers(there, people, must)
     found = [corner for place in own for corner in place.corners]
     contradicts = list(_simulated(system)) if within else []
     told = chain(
         contradicts,
         controller_findings.of_places(places, len(own)),
-        people_findings.unlike(system, people) if people is not None else (),
-        people_findings.of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
+        unlike(system, people) if people is not None else (),
+        of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
         stopped,
         controller_findings.of_bench(there, found, must),
         controller_findings.of_people(seen, there.controller.kind, fingers is not None, must.finger_gain),
         controller_findings.of_signals(system),
         controller_findings.of_assumed(system, {*given, *(("motion.load_n",) if must.loads_n else ())}),
-        more.unseen,
+        unseen,
     )
     everyone = fingers is None or bool(fingers["holds"].all())
     least = min(*factors, math.inf if fingers is None else float(np.nanmin(fingers["gain_factor"].values)))
@@ -257,19 +270,19 @@ def _on_fingers(
         return stop.partial, (Finding("STOPPED", value=count, limit=len(people)),)
 
 
-WORSE = 1.05
-"""Error over that in open loop from which a run contradicts margins (assumed)."""
+WORSE, UNEXPECTED = 1.05, 2.0
+"""Error over that in open loop, and over what the margins promise, from which a run contradicts them (assumed)."""
 
 
 def _simulated(system: System) -> Iterator[Finding]:
     """Yield that a run contradicts the margins of a law from outside, whose slope may say nothing of larger steps."""
     if type(system.controller).__module__.startswith("frictionloop."):
         return
-    found = tracking(system)
-    if found is not None and found.rms_error_n > WORSE * found.open_loop_rms_error_n:
-        yield Finding(
-            "LAW-CONTRADICTS", value=1e3 * found.rms_error_n, unit="mN", limit=1e3 * found.open_loop_rms_error_n
-        )
+    if (found := tracking(system)) is not None:
+        promised = WORSE * found.open_loop_rms_error_n, UNEXPECTED * expected_error_n(system)
+        most = min(each for each in promised if not math.isnan(each))
+        if found.rms_error_n > most:
+            yield Finding("LAW-CONTRADICTS", value=1e3 * found.rms_error_n, unit="mN", limit=1e3 * most)
 
 
 def _least_gain(place: Place) -> float:

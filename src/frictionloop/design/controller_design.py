@@ -9,20 +9,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of
-from frictionloop.analysis.headroom import headroom
 from frictionloop.analysis.levels import at_levels
+from frictionloop.analysis.limits import headroom
+from frictionloop.analysis.linear import condition_of
 from frictionloop.design.controller_check import Check, judged
-from frictionloop.design.corners import Corner, corners
-from frictionloop.design.elsewhere import Place
-from frictionloop.design.held import CHECKED, LOADS, lowered
-from frictionloop.design.on_fingers import check_fingers
-from frictionloop.design.over import with_longest_contact
-from frictionloop.design.requirements import Designed, Requirements
-from frictionloop.design.synthesis import LEAST_KI, default_law, synthesised
-from frictionloop.design.tracking import Tracking, tracking
-from frictionloop.findings import Finding, shown
-from frictionloop.findings.result import Row
+from frictionloop.design.corners import Corner, Place, corners
+from frictionloop.design.operating_grid import with_longest_contact
+from frictionloop.design.population_margins import check_fingers
+from frictionloop.design.requirements import CHECKED, Designed, Requirements
+from frictionloop.design.synthesis import LEAST_KI, default_law, lowered, synthesised
+from frictionloop.findings import Finding
+from frictionloop.findings.result import frame
 from frictionloop.firmware.board_fit import gain_findings
 from frictionloop.parameters import System
 
@@ -40,27 +37,14 @@ class ControllerDesign(Check):
     """The controller, for ``System.evolve`` on the bench."""
     bench: System
     """What it was designed for, with the controller that was there."""
-    tracking: Tracking | None
-    """How well the set-point of the file is followed; None of a recording that is too short."""
     headroom: Mapping[str, Any]
     """Disturbance, residual and the least residual in N, and what limits the crossover, in Hz and degrees."""
     lowered_by: float = 1.0
     """Factor on the gains for which they hold on all of other fingers too."""
 
-    def rows(self) -> list[Row]:
-        """Return gains, verdict, and what is left of the error."""
-        found, kept = self.tracking, super().rows()
-        if found is None:
-            return kept
-        felt = f"; {shown(found.relative_index)} x a plain stroke to touch"
-        left = f"{shown(1e3 * found.rms_error_n)} mN rms of {shown(1e3 * found.open_loop_rms_error_n)} in open loop"
-        return [*kept, ("leaves", left + felt * math.isfinite(found.relative_index))]
-
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return the tables of the check, and what is left to gain."""
-        import pandas as pd
-
-        left = pd.DataFrame({"value": self.headroom}).rename_axis("left to gain, mean force, just landed")
+        left = frame(self.headroom, "left to gain, mean force, just landed", ["value"])
         return super().tables() | {"left to gain": left}
 
     def plot(self, name: str = "sensitivity") -> Figure:
@@ -121,7 +105,6 @@ def controller(
         findings=(*checked.findings, *found.findings, *more, *gain_findings(new)),
         overrides=found.overrides,
         bench=system,
-        tracking=tracking(new, must.speeds_mm_s),
         headroom=left_to_gain(after, must),
         lowered_by=factor,
     )
@@ -150,7 +133,7 @@ def _for_fingers(
     ki = math.nan if lower is None else float(lower.overrides["controller.ki"])
     if lower is None or ki <= LEAST_KI:
         return found, 1.0, (Finding("NOT-LOWERED", value=ki, unit="1/s", limit=LEAST_KI),)
-    at = corners(system.evolve(lower.overrides), must.limits, must.over(CHECKED, LOADS), must.lean)
+    at = corners(system.evolve(lower.overrides), must.grid(*CHECKED))
     held = int(many["holds"].sum())
     told = Finding("LOWERED", value=factor, more={"held": held, "fingers": many.sizes["finger"]})
     return lower._replace(corners=tuple(at), findings=found.findings), factor, (told,)

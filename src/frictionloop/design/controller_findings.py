@@ -8,18 +8,16 @@ from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise
-from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, at_levels
-from frictionloop.analysis.occlusions import moistest
-from frictionloop.analysis.operating import asked, law_at, reach_n
-from frictionloop.analysis.reach import missed
+from frictionloop.analysis.linear import condition_of
+from frictionloop.analysis.operating import force_band, law_at, missed, moistest, reach_at
 from frictionloop.analysis.stability import NEAR, ringing_hz
-from frictionloop.design.corners import Corner, corners
-from frictionloop.design.elsewhere import How, Place
+from frictionloop.design.corners import Corner, How, Place, corners
 from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
+from frictionloop.design.operating_grid import Lean
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Condition, Finding
-from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System, bench
+from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System, bench
 from frictionloop.quantities import FrictionloopError
 
 CODES: dict[How, str] = {"unstable": "LOOP-UNSTABLE", "near": "LOOP-NEAR", "beyond": "MS-BEYOND"}
@@ -97,15 +95,16 @@ def fully_moist(system: System, must: Requirements) -> Iterator[Finding]:
     friction, motion = system.friction, system.motion
     if not (isinstance(friction, FingerFriction) and isinstance(motion, Strokes)) or motion.contact_s > 0:
         return
-    there = must.over(3, 3).systems(system)
+    grid = must.grid(3, 3)._replace(lean=Lean())
+    there = grid.systems(system)
     beyond = [each for place in there for each in missed(place, [1.0])]
-    if len(beyond) == sum(len(set(asked(place))) for place in there):
+    if len(beyond) == sum(len(set(force_band(place))) for place in there):
         nearest = min(beyond, key=lambda each: each.short_n)
         where = Condition(occluded=1.0)
         yield Finding("FORCE-REACH", value=nearest.force_n, unit="N", limit=nearest.instead_n, where=where)
         return
     try:
-        found = corners(system, must.limits, must.over(3, 3), states=(1.0,))
+        found = corners(system, grid, (1.0,))
     except FrictionloopError as error:
         yield Finding("PLACE-UNSEEN", where=Condition(occluded=1.0), more={"reason": str(error)})
         return
@@ -133,7 +132,7 @@ def beyond_range(system: System, must: Requirements) -> Iterator[Finding]:
     if isinstance(friction, FingerFriction):
         state = moistest(friction, motion) if isinstance(motion, Strokes) and motion.contact_s > 0 else 1.0
     there = system.evolve({"motion.load_n": load_n}) if moves else system
-    top_n = reach_n(there, law_at(there, state))[1]
+    top_n = reach_at(there, state).high_n
     if top_n > sensor.range_n:
         where = Condition(load_n=load_n, occluded=state if finger else None)
         yield Finding("SENSOR-RANGE", value=top_n, unit="N", limit=sensor.range_n, where=where)
@@ -194,12 +193,6 @@ def of_assumed(system: System, given: Collection[str]) -> Iterator[Finding]:
     named = {path: own[path] for path in same if lifts or path != "motion.lifted_s"}
     if named:
         yield Finding("ASSUMED", value=len(named), more={"values": named})
-
-
-def has_people(system: System) -> bool:
-    """Tell whether a system is of a finger that others could bring their own in place of."""
-    has = isinstance(system.friction, FingerFriction) and isinstance(system.finger, Skin)
-    return has and isinstance(system.motion, Strokes)
 
 
 def _values(system: System) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The limit observer within margins: what it is made to believe of the sensor, for all slip lengths and speeds.
 
 A believed resonance below the true one, broad, and a slow pole make an observer that bears a resonance that is off
-(docs/loop-gain.md). These three, and how much its springs are driven, are those with the least residual of
+(docs/will-it-ring.md). These three, and how much its springs are driven, are those with the least residual of
 friction noise on the finger of the bench, within the limits on Ms on one `susceptibility_margin` times as
 susceptible.
 """
@@ -20,9 +20,7 @@ from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.design.corners import band_of, broken, corners
-from frictionloop.design.elsewhere import FASTER
-from frictionloop.design.over import Over
+from frictionloop.design.corners import FASTER, broken, corners
 from frictionloop.design.plants import Plants, shifted
 from frictionloop.design.requirements import Designed, Requirements, unheld
 from frictionloop.parameters import Strokes, SuspendedSensor, System
@@ -143,11 +141,11 @@ def _speed(loop: LinearLoop) -> float:
 def _loops(system: System, wanted: Requirements) -> list[LinearLoop]:
     """Return loops at forces, moistures and speeds, at both ends of the slip length."""
     plain = system.evolve({"controller.kind": "pi"})
-    lengths, speeds, loads = wanted.places
-    if not speeds:
+    grid = wanted.grid()
+    if not grid.speeds_mm_s:
         motion: Any = system.motion
-        speeds = tuple(motion.speed_mm_s * faster for faster in FASTER)
-    return band_of(plain, Over(lengths, speeds, loads))
+        grid = grid._replace(speeds_mm_s=tuple(motion.speed_mm_s * faster for faster in FASTER))
+    return grid.loops(plain)
 
 
 def limit_observer(system: System, wanted: Requirements) -> Designed:
@@ -161,12 +159,12 @@ def limit_observer(system: System, wanted: Requirements) -> Designed:
     if not isinstance(system.sensor, SuspendedSensor):
         raise FrictionloopError(f'sensor.kind = "{system.sensor.kind}": must be "suspended"')
     if not (isinstance(system.motion, Strokes) and hasattr(system.friction, "susceptibility_per_um2")):
-        raise FrictionloopError("limit_observer: needs a finger that strokes")
+        raise FrictionloopError("limit_observer: needs strokes")
     margin = float(f"{max(wanted.gain_of(system) / BORNE, 1.0):.3g}")
     own = {"controller.kind": "limit_observer", "controller.susceptibility_margin": margin}
     there = system.evolve(own)  # a delay that does not fit is refused here
     found = own | Search.of(there, wanted).best(there).told(system)
-    worst = broken(corners(system.evolve({**found, **AT_MARGIN}), wanted.limits, wanted.places, wanted.lean))
+    worst = broken(corners(system.evolve({**found, **AT_MARGIN}), wanted.grid()))
     if worst is not None:
         raise unheld("limit_observer", wanted, worst)
     return Designed(found)

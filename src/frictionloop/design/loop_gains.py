@@ -1,21 +1,23 @@
-"""The loop gain that other people bring, and on how many of them a controller comes close to ringing."""
+"""The loop gain that other people bring, and the gains of a law times a factor."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.occlusions import occlusions
-from frictionloop.analysis.operating import asked, law_at
-from frictionloop.design.corners import cases_of
-from frictionloop.design.least_gain import least_gain
-from frictionloop.design.over import Over
+from frictionloop.analysis.operating import force_band, law_at, occlusions
+from frictionloop.design.corners import at_mean, cases_of
+from frictionloop.design.operating_grid import Lean, OperatingGrid
+from frictionloop.design.plants import least_gain
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
+from frictionloop.parameters.summary import own_values
 from frictionloop.physics.fingers import fingers
 from frictionloop.physics.friction import is_gaussian
+from frictionloop.quantities import FrictionloopError
 
 MOST_PEAK = 2.9
 """Ms above which a loop is said to come close to ringing: it returns a distance of 1/2.9 from -1 (assumed)."""
@@ -56,7 +58,7 @@ def loop_gain(system: System) -> float:
     for occluded in occlusions(system):
         law: Any = law_at(system, occluded)
         tau, most = law.susceptibility_per_um2, largest_um * largest_um
-        for force_n in asked(system):
+        for force_n in force_band(system):
             square = math.log(law.nominal_n / force_n) / tau if force_n > 0.0 else math.inf
             if 0.0 <= square <= most:
                 command_n = model.nominal_n * math.exp(-model.susceptibility_per_um2 * square)
@@ -65,13 +67,15 @@ def loop_gain(system: System) -> float:
     return max(found, default=math.nan)
 
 
-def critical_gain(system: System, over: Over) -> float:
+def critical_gain(system: System, grid: OperatingGrid) -> float:
     """Return the loop gain over the believed one up to which Ms is at most `MOST_PEAK`, the resonance as told."""
-    cases = cases_of(system, {0.0: MOST_PEAK}, over)
+    cases = cases_of(system, grid._replace(limits={0.0: MOST_PEAK}, lean=Lean()))
     return loop_gain(system) * least_gain([loop for loop, _, _ in cases], [MOST_PEAK] * len(cases))
 
 
-def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] | None = None) -> LoopGains | None:
+def loop_gains(
+    system: System, grid: OperatingGrid, people: Sequence[Mapping[str, Any]] | None = None
+) -> LoopGains | None:
     """Return on how many people the controller of a System has an Ms above `MOST_PEAK`; None without a law in reach.
 
     A person's loop differs from the file's by its gain; contact and speed are those of ``over``.
@@ -94,8 +98,44 @@ def loop_gains(system: System, over: Over, people: Sequence[Mapping[str, Any]] |
         return None
     some = fingers(COUNT, SEED) if people is None else people
     gains = np.array([loop_gain(system.evolve(dict(each))) for each in some])
-    critical = critical_gain(system, over)
+    critical = critical_gain(system, grid)
     if math.isnan(critical) or np.all(np.isnan(gains)):
         return None
     share = float(np.mean(gains > critical))
     return LoopGains(share, critical, len(gains), float(np.nanmedian(gains)), float(np.nanpercentile(gains, 99)))
+
+
+ROUNDING = 2e-3
+"""Share of a factor on gains that is left for rounding these to four digits."""
+TRIED, SAME = 0.5, 1e-6
+"""A factor that is tried on the fields of a law, and the share by which its response may miss it."""
+
+
+def rounded(gain: float) -> float:
+    """Return the largest gain that holds with four digits, rounded so that it holds."""
+    return float(f"{(1.0 - ROUNDING) * gain:.4g}")
+
+
+def scaled_gains(system: System, factor: float) -> Mapping[str, float]:
+    """Return overrides with which the loop of a law has ``factor`` times its gain; empty where no fields scale it.
+
+    The fields are found by trying: those by which the response of the law is in proportion, the fewest of them.
+    """
+    values = {name: value for name, value in own_values(system).items() if isinstance(value, float) and value}
+    some = [name for name in values if name.startswith("k")]
+    wholes = [each for size in range(1, len(some) + 1) for each in combinations(some, size)]
+    for names in [*wholes, *((name,) for name in values if name not in some)]:
+        if _scales(system, {f"controller.{name}": TRIED * values[name] for name in names}):
+            less = {f"controller.{name}": rounded(factor * values[name]) for name in names}
+            return less if any(less.values()) else {}
+    return {}
+
+
+def _scales(system: System, changes: Mapping[str, float]) -> bool:
+    """Tell whether changes multiply the response of a law by `TRIED`."""
+    frequency = np.geomspace(1.0, 0.4 * system.controller.rate_hz, 50)
+    try:
+        before, after = (at_mean(each).law.response(frequency)[:, 1, 1] for each in (system, system.evolve(changes)))
+    except FrictionloopError:
+        return False
+    return bool(np.all(np.abs(after - TRIED * before) <= SAME * np.abs(before)) and np.any(before))

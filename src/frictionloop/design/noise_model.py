@@ -1,6 +1,6 @@
 """What a controller has to fight: the spectrum of the friction force at an operating point, and a filter that makes it.
 
-Identified, not assumed: plain strokes under a constant amplitude (loop/felt) give the fluctuation of the force, Welch
+Identified, not assumed: plain strokes under a constant amplitude give the fluctuation of the force, Welch
 its spectrum, and a fit of low order (SLICOT's SB10YD) the filter that a synthesis takes as its weight.
 """
 
@@ -14,10 +14,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.operating import asked, law_at, operating_amplitude_um, reach_n
+from frictionloop.analysis.operating import force_band, operating_amplitude_um, reach_at
 from frictionloop.analysis.state_space import Array
 from frictionloop.design.slicot import Quadruple, slicot
-from frictionloop.loop.felt import plain_stroke
+from frictionloop.loop.reference_runs import plain_stroke
 from frictionloop.parameters import Strokes, System, check_system
 from frictionloop.quantities import FrictionloopError
 
@@ -66,11 +66,11 @@ def identify_noise(system: System, seeds: Sequence[int] = (0, 1, 2, 3)) -> Noise
     """
     check_system(system)
     if not isinstance(system.motion, Strokes):
-        raise FrictionloopError(f"motion.kind = {system.motion.kind!r}: friction noise is identified from 'strokes'")
+        raise FrictionloopError(f"motion.kind = {system.motion.kind!r}: must be 'strokes'")
     if not len(seeds):
-        raise FrictionloopError("seeds = []: must name one")
-    law, force = law_at(system, 0.0), asked(system).mean_n
-    amplitude = operating_amplitude_um(system, law, None, float(np.clip(force, *reach_n(system, law))))
+        raise FrictionloopError("seeds = []: needs one")
+    force = float(reach_at(system).nearest(force_band(system).mean_n))
+    amplitude = operating_amplitude_um(system, 0.0, None, force)
     stretches = [part for seed in seeds for part in _stretches(plain_stroke(system, amplitude, RUN_S, seed))]
     spectrum = _spectrum(stretches, system.controller.rate_hz)
     return NoiseModel(spectrum, fit_shaping(spectrum["frequency"].values, spectrum.values))
@@ -93,12 +93,12 @@ def fit_shaping(frequency_hz: Array, density: Array) -> Quadruple:
     """
     inside = frequency_hz <= HIGHEST_HZ
     if inside.sum() < 12 or not np.all(np.isfinite(density[inside]) & (density[inside] > 0)):
-        raise FrictionloopError("density: needs 12 values above 0 up to 200 Hz")
+        raise FrictionloopError("density: needs 12 values above 0")
     f, level = _thinned(frequency_hz[inside], density[inside])
     gain, phase = np.sqrt(level), np.zeros(f.size)  # of the minimum phase, which SLICOT finds
     A, B, C, D, _, info = slicot().sb10yd(0, 1, STATES, gain, phase, 2 * math.pi * f, 1e-9)
     if info:
-        raise FrictionloopError(f"noise spectrum: no filter fits (SLICOT {info})")
+        raise FrictionloopError(f"noise spectrum: no fit (SLICOT {info})")
     return Quadruple(A, B[:, None], C[None, :], np.array([[D]]))
 
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.operating import asked
+from frictionloop.analysis.operating import force_band
 from frictionloop.findings import Finding
+from frictionloop.findings.result import frame
 from frictionloop.parameters import System
-from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers
+from frictionloop.physics.reach import Reach, population_reach
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -61,17 +61,15 @@ class PeopleReach:
 
     def table(self) -> pd.DataFrame:
         """Return how many are able under a steady load and as it moves."""
-        import pandas as pd
-
         rows = {f"{self.contacts} x {self.contact_s:g} s on the plate": (self.able, self.moving)}
         if self.in_the_end is not None and self.moving_in_the_end is not None:
             rows["contact upon contact"] = (self.in_the_end, self.moving_in_the_end)
         counts = {name: [int(each.sum()) for each in pair] for name, pair in rows.items()}
-        return pd.DataFrame.from_dict(counts, orient="index", columns=["steady load", "load moves"]).rename_axis("able")
+        return frame(counts, "able", ["steady load", "load moves"])
 
 
-def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dataset, PeopleReach | Finding]:
-    """Return lowest_n and highest_n of each finger until the last contact of a run ends, and who reaches the set-point.
+def people_reach(system: System, people: Fingers, duration_s: float) -> tuple[Reach, PeopleReach | Finding]:
+    """Return the reach of each finger until the last contact of a run ends, and who reaches the set-point.
 
     A recorded set-point is as low and as high as its samples. In its place why it is not known: that of a function
     from outside, or one that the system cannot have.
@@ -83,23 +81,19 @@ def reach_of(system: System, people: Fingers, duration_s: float) -> tuple[xr.Dat
         contacts = math.ceil(duration_s / (motion.contact_s + motion.lifted_s))
     touching, plate_um = with_own(system, people), system.plate.max_amplitude_um
 
-    def band(many: float, load_moves: bool) -> xr.Dataset:
+    def after(many: float, load_moves: bool) -> Reach:
         on_s = contact_s if many < math.inf else whole_s  # the run may end before the first contact does
-        return capable(touching, max_amplitude_um=plate_um, contact_s=on_s, contacts=many, load_moves=load_moves)
+        return population_reach(touching, plate_um, on_s, many, load_moves=load_moves)
 
-    here = band(contacts, False)
+    here = after(contacts, False)
     try:
-        wanted = asked(at_levels(system))
+        wanted = force_band(at_levels(system))
     except FrictionloopError as error:
         return here, Finding("REACH-UNKNOWN", more={"reason": str(error)})
-
-    def reached(found: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-        return found["lowest_n"].values <= wanted.low_n, found["highest_n"].values >= wanted.high_n
-
-    low, high = reached(here)
-    moving = np.logical_and(*reached(band(contacts, True)))
-    last, last_moving = (np.logical_and(*reached(band(math.inf, moves))) if lifts else None for moves in (False, True))
-    return here, PeopleReach(wanted.low_n, wanted.high_n, contact_s, contacts, low, high, moving, last, last_moving)
+    ends = wanted.low_n, wanted.high_n
+    low, high, moving = here.low_n <= ends[0], here.high_n >= ends[1], after(contacts, True).covers(*ends)
+    last, last_moving = (after(math.inf, moves).covers(*ends) if lifts else None for moves in (False, True))
+    return here, PeopleReach(*ends, contact_s, contacts, low, high, moving, last, last_moving)
 
 
 def with_own(system: System, people: Fingers) -> list[dict[str, Any]]:

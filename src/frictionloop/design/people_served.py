@@ -13,17 +13,18 @@ import xarray as xr
 
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.analysis.stability import NEAR
-from frictionloop.design import controller_findings, people_findings
-from frictionloop.design.best_point import SMALL, grid_by_name, loss_of, tidy, without_value
+from frictionloop.design import controller_findings
+from frictionloop.design.best_point import SMALL, GridResult, loss_of, without_value
 from frictionloop.design.corners import peak_of
-from frictionloop.design.people_reach import PeopleReach, moist_later, reach_of, share_of_all, with_own
-from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.design.people_reach import PeopleReach, moist_later, people_reach, share_of_all, with_own
+from frictionloop.design.population_margins import unlike
+from frictionloop.findings import Finding, shown
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
-from frictionloop.loop.kept import runs_done
-from frictionloop.loop.open_loop import OPEN_ERROR, OPENED
 from frictionloop.loop.record import save
+from frictionloop.loop.reference_runs import OPEN_ERROR, OPENED
 from frictionloop.loop.sweep import SweepInterrupted, sweep
+from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
 from frictionloop.parameters.unit_sanity import of_ceiling
 from frictionloop.physics.fingers import Fingers, coefficient_of, fingers_for
@@ -32,7 +33,6 @@ from frictionloop.quantities.brief import Brief
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
 
 METRICS = ("r2_identity", "rms_error", "saturation_index", "perceptual_index")
 """Kept of people if none are named, and ``disturbance_left`` of a recorded disturbance."""
@@ -53,23 +53,19 @@ NUMBER = "motion.person"
 
 
 @dataclass(frozen=True, kw_only=True)
-class People(Result):
+class People(GridResult):
     """For how many people a set-point can be rendered, and how well."""
 
     SCHEMA: ClassVar[str] = "people/1"
-    system: System
     people: Fingers
     """Overrides, one finger each."""
     drawn: Mapping[str, Any]
     """What `fingers_for` was given for them."""
     duration_s: float
-    grid: xr.Dataset
-    """Metrics over ``finger`` and ``seed``; with each finger's ``coefficient``, ``lowest_n``, ``highest_n``, whether it
-    is ``capable`` of the set-point, ``capable_load_moves`` and ``served`` in ordinary use."""
+    """Of each run. ``grid`` has over ``finger`` each one's ``coefficient``, ``lowest_n``, ``highest_n``, whether it is
+    ``capable`` of the set-point, ``capable_load_moves`` and ``served`` in ordinary use."""
     reach: PeopleReach | None
     """Who can be given the set-point; None if that is not known."""
-    runs: int
-    runs_done: int
 
     @property
     def served(self) -> int | None:
@@ -80,11 +76,6 @@ class People(Result):
     def share(self) -> tuple[float, float] | None:
         """Its share of all such people, 95 % interval."""
         return None if self.served is None else share_of_all(self.served, len(self.people))
-
-    @property
-    def complete(self) -> bool:
-        """Whether all runs are done."""
-        return self.runs_done == self.runs
 
     def spread(self, metric: str, some: np.ndarray | None = None) -> dict[str, float]:
         """Return median and worst decile over fingers (of ``some``), each by its mean over seeds, and their number."""
@@ -121,9 +112,7 @@ class People(Result):
             f"coefficient {between(float(ends.min()), float(ends.max()))}, load {between(min(loads), max(loads), 'N')}"
         )
         found.append(("people", f"{who}, {shown(motion.speed_mm_s)} mm/s"))
-        seeds = f" x {self.grid.sizes['seed']} seeds" * (self.grid.sizes["seed"] > 1)
-        size = f"{len(self.people)} people{seeds} of {shown(self.duration_s)} s"
-        found.append(("runs", f"{self.runs_done} of {self.runs}: {size}"))
+        found.append(self._runs(f"{len(self.people)} people"))
         return found
 
     def _left(self) -> str:
@@ -147,8 +136,6 @@ class People(Result):
         }
 
     def _metrics(self) -> pd.DataFrame:
-        import pandas as pd
-
         some, rows = self._some(), {}
         for name in map(str, self.grid.data_vars):
             if np.any(np.isfinite(self.grid[name].values)):
@@ -157,12 +144,10 @@ class People(Result):
                 cells = [factor * each[key] for each in groups for key in ("median", "worst_decile")]
                 rows[f"{name}, {unit}" if unit else name] = [*cells, groups[0]["fingers"]]
         heads = ["median", "worst decile", *([] if some is None else ["served: median", "worst decile "]), "of"]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=heads)
+        return frame(rows, "", heads)
 
     def by_coefficient(self) -> pd.DataFrame:
         """Return how many are served, and the median error, of people by parts of their friction coefficients."""
-        import pandas as pd
-
         order = np.argsort(self.grid["coefficient"].values, kind="stable")
         rows = {}
         for part in (each for each in np.array_split(order, PARTS) if each.size):
@@ -173,16 +158,12 @@ class People(Result):
             errors = [name for name in ("rms_error", OPEN_ERROR) if name in here]
             row |= {f"{name}, mN": 1e3 * float(here[name].mean("seed").median()) for name in errors}
             rows[between(float(values.min()), float(values.max()))] = row
-        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("coefficient")
+        return frame(rows, "coefficient")
 
     def _each(self) -> pd.DataFrame:
         frame = self.grid.mean("seed").to_dataframe()
         own = [name for name in OF_EACH if name in frame]
         return frame[[*own, *(name for name in self.grid.data_vars)]].rename(columns=OF_EACH)
-
-    def tidy(self) -> pd.DataFrame:
-        """Return a row for each run: the finger, the seed, the metrics."""
-        return tidy(self.grid)
 
     @property
     def replaced(self) -> dict[str, Any]:
@@ -190,25 +171,17 @@ class People(Result):
         return {path: _own(self.system, path) for path in self.people[0] if path != NUMBER}
 
     def _replaced(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = {}
         for path, own in self.replaced.items():
             values = np.array([each[path] for each in self.people])
             rows[path] = [own, values.min(), np.median(values), values.max()]
         heads = ["file", "least", "median", "largest"]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=heads).astype(float)
-
-    def plot(self) -> Figure:
-        """Return a point for each finger, sorted, for each metric."""
-        from frictionloop.loop.sweep_figure import figure_of
-
-        return figure_of(self.grid)
+        return frame(rows, "", heads).astype(float)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, each finger's metrics too."""
         own = super().to_dict()
-        del own["grid"], own["people"], own["reach"]
+        del own["people"], own["reach"]
         names, who = list(map(str, self.grid.data_vars)), self._some()
         each = {str(name): values.values for name, values in self.grid.coords.items() if values.dims == ("finger",)}
         del each["finger"]
@@ -222,9 +195,7 @@ class People(Result):
                 "population": {name: self.spread(name) for name in names},
                 "population_served": None if who is None else {name: self.spread(name, who) for name in names},
                 "replaced": self.replaced,
-                "complete": self.complete,
                 "each": each,
-                **grid_by_name(self.grid),
             }
         )
 
@@ -321,9 +292,10 @@ def _of(
 ) -> People:
     """Return what was found, and keep it in the file of the sweep."""
     done, total, duration_s = runs_done(grid), len(drawn) * grid.sizes["seed"], float(grid.attrs["duration_s"])
-    band, found = reach_of(system, drawn, duration_s)
+    band, found = people_reach(system, drawn, duration_s)
     reach = found if isinstance(found, PeopleReach) else None
-    coords: dict[str, Any] = {name: band[name] for name in ("lowest_n", "highest_n")}
+    ends = {"lowest_n": band.low_n, "highest_n": band.high_n}
+    coords: dict[str, Any] = {name: ("finger", values, {"units": "N"}) for name, values in ends.items()}
     coords["coefficient"] = ("finger", [coefficient_of(each) for each in with_own(system, drawn)])
     if reach is not None:
         coords |= {"capable": ("finger", reach.able), "capable_load_moves": ("finger", reach.moving)}
@@ -333,7 +305,7 @@ def _of(
         save(grid, path)
     told = [
         *([] if done == total else [Finding("STOPPED", value=done, limit=total)]),
-        *people_findings.unlike(system, drawn),
+        *unlike(system, drawn),
         *([found] if isinstance(found, Finding) else moist_later(found)),
         *own_loop(system),
         *without_value(system, grid),

@@ -8,14 +8,15 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 from frictionloop.design.corners import Corner
-from frictionloop.design.leaning import Lean
-from frictionloop.design.over import Over
+from frictionloop.design.operating_grid import Lean, OperatingGrid
 from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.parameters.filtered import LONGEST_DELAY
+from frictionloop.parameters.controller import LONGEST_DELAY
 from frictionloop.parameters.sources import largest_n
 from frictionloop.quantities import FrictionloopError, must_be
 
+SEARCHED, CHECKED, COARSE = (3, 2), (9, 3), (2, 3)
+"""How many speeds and loads a search begins with, its result is looked at, and other places are."""
 WIDER = (1.0, 10.0 / 7.0, 16.0 / 7.0)
 """How Ms - 1 may grow with the resonance off by 0, e and 2 e: 1.7, 2.0 and 2.6."""
 
@@ -51,16 +52,15 @@ class Requirements:
         if not 1.0 < self.sensitivity_peak <= 10.0:
             raise must_be("sensitivity_peak", self.sensitivity_peak, "above 1, up to 10")
         if not 0.0 <= self.resonance_error <= 0.25:
-            raise must_be("resonance_error", self.resonance_error, "from 0 to 0.25, e.g. 0.05")
+            raise must_be("resonance_error", self.resonance_error, "from 0 to 0.25")
         self.lean.checked()
         if self.finger_gain is not None and not 1.0 <= self.finger_gain <= 10.0:
-            raise must_be("finger_gain", self.finger_gain, "from 1 to 10, e.g. 1.5")
-        if not all(0.0 < each < float("inf") for each in self.speeds_mm_s):
-            raise FrictionloopError(f"speeds_mm_s = {self.speeds_mm_s}: must be above 0")
-        if not all(0.0 < each < float("inf") for each in self.loads_n):
-            raise FrictionloopError(f"loads_n = {self.loads_n}: must be above 0")
+            raise must_be("finger_gain", self.finger_gain, "from 1 to 10")
+        for name in ("speeds_mm_s", "loads_n"):
+            if not all(0.0 < each < math.inf for each in getattr(self, name)):
+                raise must_be(name, getattr(self, name), "above 0")
         if not all(0.0 <= each <= 1000.0 for each in self.slip_lengths_um or ()):
-            raise FrictionloopError(f"slip_lengths_um = {self.slip_lengths_um}: from 0 to 1000")
+            raise must_be("slip_lengths_um", self.slip_lengths_um, "from 0 to 1000")
 
     @property
     def lean(self) -> Lean:
@@ -72,18 +72,10 @@ class Requirements:
         """What is not as usual, by name."""
         return {each.name: value for each in fields(self) if (value := getattr(self, each.name)) != each.default}
 
-    def spread_mm_s(self, count: int) -> tuple[float, ...]:
-        """Return so many speeds in equal ratios from the slowest to the fastest; one where they are the same."""
-        return _spread(self.speeds_mm_s, count)
-
-    def over(self, speeds: int, loads: int) -> Over:
-        """Return the slip lengths, and so many speeds and loads."""
-        return Over(self.slip_lengths_um, self.spread_mm_s(speeds), _spread(self.loads_n, loads))
-
-    @property
-    def places(self) -> Over:
-        """Slip lengths, speeds and loads as they are listed."""
-        return Over(self.slip_lengths_um, self.speeds_mm_s, self.loads_n)
+    def grid(self, speeds: int | None = None, loads: int | None = None) -> OperatingGrid:
+        """Return where all that holds, at so many speeds and loads; as they are listed without."""
+        places = _spread(self.speeds_mm_s, speeds), _spread(self.loads_n, loads)
+        return OperatingGrid(self.slip_lengths_um, *places, self.limits, self.lean)
 
     def gain_of(self, system: System) -> float:
         """Return the largest loop gain of a finger over the believed one."""
@@ -101,10 +93,10 @@ class Requirements:
         return {k * self.resonance_error: round(1.0 + room * factor, 12) for k, factor in enumerate(wider)}
 
 
-def _spread(values: tuple[float, ...], count: int) -> tuple[float, ...]:
+def _spread(values: tuple[float, ...], count: int | None) -> tuple[float, ...]:
     """Return so many values in equal ratios from the lowest to the highest; one where they are the same."""
-    if not values:
-        return ()
+    if not values or count is None:
+        return values
     low, high = min(values), max(values)
     return (low,) if low == high else tuple(low * (high / low) ** (k / (count - 1)) for k in range(count))
 

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from frictionloop.analysis.band import condition_of
-from frictionloop.analysis.headroom import Headroom
-from frictionloop.analysis.operating import asked
+from frictionloop.analysis.limits import Headroom
+from frictionloop.analysis.linear import condition_of
+from frictionloop.analysis.operating import force_band
 from frictionloop.design.corners import Corner, at_mean
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 from frictionloop.loop.simulate import simulate
@@ -27,7 +27,7 @@ LOWEST_HZ, FROM_HZ = 1.0, 10.0
 """Where frequencies begin: all of them, and those at which |S| has its peaks."""
 FLOOR, ROOM = 1e-3, 1.15
 """Least |T| drawn, and how far the axis of the peaks goes above the largest Ms asked for."""
-STEPPED = ("before: the controller as the file has it", "after: the controller that was found")
+STEPPED = ("before: as in the file", "after: as designed")
 """Names of the two runs of a step."""
 LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 """Colour and dashes for no, the small and the large error of the resonance."""
@@ -35,9 +35,9 @@ LINES = ((BLACK, "-"), (BLUE, (0, (4, 1.5))), (VERMILLION, (0, (1, 1))))
 
 def stepped(system: System) -> tuple[tuple[float, float], str]:
     """Return the levels between which the set-point of a system is stepped, N, and where they come from in words."""
-    low, mean, high = asked(system.evolve({"disturbance": Constant(offset_n=0.0)}))
+    low, mean, high = force_band(system.evolve({"disturbance": Constant(offset_n=0.0)}))
     if low < high:
-        return (low, high), "the lowest and the highest force of the set-point"
+        return (low, high), "ends of the set-point"
     return ((1.0 - AROUND) * mean, (1.0 + AROUND) * mean), f"{AROUND:.0%} around a set-point that stays at {mean:.3g} N"
 
 
@@ -86,13 +86,13 @@ def figure_sensitivity(
         lowest = min(lowest, found.least[felt].min())
     for axes in panels.values():
         axes.axhline(1.0, color=GREY, lw=0.6)
-        axes.axvline(found.delay_limit_hz, color=ORANGE, lw=1.0, ls=(0, (8, 2)), label="0 dB that the delay allows")
+        axes.axvline(found.delay_limit_hz, color=ORANGE, lw=1.0, ls=(0, (8, 2)), label="delay limit")
         axes.set(xlabel="frequency (Hz)", xlim=(LOWEST_HZ, found.loop.nyquist_hz))
-    panels["S"].set(title="$|S|$: what is left of a disturbance", ylim=(max(FLOOR, 0.5 * float(lowest)), 6.0))
+    panels["S"].set(title="$|S|$, left of a disturbance", ylim=(max(FLOOR, 0.5 * float(lowest)), 6.0))
     panels["peak"].set(
         title="peaks of $|S|$", xlim=(FROM_HZ, found.loop.nyquist_hz), ylim=(0.0, ROOM * max(limits.values()))
     )
-    panels["T"].set(title="$|T|$: what noise and set-point error become", ylim=(FLOOR, 6.0))
+    panels["T"].set(title="$|T|$, of noise and set-point error", ylim=(FLOOR, 6.0))
     handles, labels = panels["S"].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3 if worst is None else 2)
     return figure

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.analysis.band import condition_of
 from frictionloop.analysis.levels import RECORDED, UNCLEAR
+from frictionloop.analysis.linear import condition_of
 from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row
+from frictionloop.findings.result import Row, frame
 from frictionloop.loop import run_findings
-from frictionloop.loop.all_metrics import FELT, PLAIN, REGRESSION, TURNS, metrics
 from frictionloop.loop.band_split import (
     Band,
     DisturbanceSplit,
@@ -28,16 +27,14 @@ from frictionloop.loop.band_split import (
     split_edges,
 )
 from frictionloop.loop.metrics import rms_error, scored_from
-from frictionloop.loop.open_loop import open_loop_of
 from frictionloop.loop.record import system_of
-from frictionloop.loop.recorded_findings import of_recorded, recordings
+from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing, unseen
-from frictionloop.loop.signal_warnings import signal_findings
-from frictionloop.loop.step_times import StepTime, step_times
+from frictionloop.loop.signal_findings import of_recorded, recordings, signal_findings
+from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
-from frictionloop.parameters.law_values import gains_said
-from frictionloop.parameters.summary import listed, summary
+from frictionloop.parameters.summary import gains_said, listed, summary
 from frictionloop.parameters.unit_sanity import of_ceiling as board_ceiling
 from frictionloop.quantities import FrictionloopError
 
@@ -124,7 +121,7 @@ class Diagnosis(Result):
         known = not (math.isnan(self.disturbance_left) or self.rings_alone)
         left = [f"{shown(100 * self.disturbance_left)} % of the disturbance left"] if known else []
         clamped = [f"{shown(100 * self.saturation_index)} % of commands clamped"] if self.saturation_index > 0.0 else []
-        yield "loop", "; ".join([*left, *clamped, *self._rings()])
+        yield "loop", "; ".join([*left, *clamped, *self._ringing_text()])
         yield "steps", self._steps()
         if self.advice is not None:
             yield "advice", f"{self.advice.law}   {gains_said(self.advice.system)}"
@@ -138,7 +135,7 @@ class Diagnosis(Result):
         if not math.isnan(self.turn_peak_n):
             yield f"{shown(1e3 * self.turn_peak_n)} mN peak after turns"
 
-    def _rings(self) -> Iterator[str]:
+    def _ringing_text(self) -> Iterator[str]:
         found = self.ringing
         if found is not None:
             near = "" if found.frequency_hz is None or found.how == "calm" else f" near {shown(found.frequency_hz)} Hz"
@@ -163,14 +160,14 @@ class Diagnosis(Result):
         found = {"disturbance by frequency": self._bands()} if self.bands else {}
         found["error"] = self._parts()
         if self.steps:
-            found["steps"] = pd.DataFrame(self.steps).set_index("start_s")
-        found["metrics"] = pd.DataFrame({"value": self.metrics}).rename_axis("metric")
+            found["steps"] = frame([each._asdict() for each in self.steps], "start_s")
+        found["metrics"] = frame(self.metrics, "metric", ["value"])
         splits = {"recorded disturbance": self.disturbance_split, "recorded setpoint": self.setpoint_split}
         for name, each in splits.items():
             if each is not None:
-                found[name] = pd.DataFrame({"value": vars(each)}).rename_axis("split")
+                found[name] = frame(vars(each), "split", ["value"])
         blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
-        found["system"] = pd.DataFrame.from_dict(blocks, orient="index", columns=["kind", "values"])
+        found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
             found["recordings"] = pd.DataFrame({name: each._asdict() for name, each in self.recorded.items()})
         return found
@@ -186,22 +183,15 @@ class Diagnosis(Result):
         return summary(self.system)
 
     def _parts(self) -> pd.DataFrame:
-        import pandas as pd
-
-        whole = {"scored": (self.scored, self.rms_error_n)}
-        if (split := self.reach) is not None and 0.0 < split.beyond < 1.0:
-            whole["  out of reach"] = (self.scored * split.beyond, split.rms_error_beyond_n)
-            whole["  in reach"] = (self.scored * (1.0 - split.beyond), split.rms_error_within_n)
+        parts = {"scored": (self.scored, self.rms_error_n)}
+        parts |= self.reach.parts(self.scored) if self.reach is not None else {}
         if not math.isclose(self.rms_error_turns_n, self.rms_error_n) and not math.isnan(self.rms_error_turns_n):
-            whole["with turns"] = (math.nan, self.rms_error_turns_n)
+            parts["with turns"] = (math.nan, self.rms_error_turns_n)
         if not math.isnan(self.open_loop_rms_error_n):
-            whole["open loop"] = (self.scored, self.open_loop_rms_error_n)
-        rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in whole.items()}
-        return pd.DataFrame.from_dict(rows, orient="index", columns=["time, %", "rms, mN"]).rename_axis("error")
+            parts["open loop"] = (self.scored, self.open_loop_rms_error_n)
+        return run_findings.error_table(parts)
 
     def _bands(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = {
             f"{shown(each.low_hz)} to {shown(each.high_hz)} Hz": (
                 1e3 * each.disturbance_n,
@@ -211,7 +201,7 @@ class Diagnosis(Result):
             for each in self.bands
         }
         columns = ["varies, mN", "left, mN", "left, %"]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("disturbance")
+        return frame(rows, "disturbance", columns)
 
 
 def diagnose(

@@ -68,7 +68,7 @@ def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Ar
     with threadpool_limits(1):
         a, b, c, singular, kept, _, info = slicot().ab09ad("C", "B", "N", choose, *sizes, *_copies(A, B, C), 0.0)
     if info:
-        raise FrictionloopError(f"unstable system: not balanced (SLICOT {info})")
+        raise FrictionloopError(f"unstable: not balanced (SLICOT {info})")
     return Quadruple(a[:kept, :kept], b[:kept], c[:, :kept], D), singular
 
 

@@ -1,27 +1,112 @@
-"""From a System to a controller: one synthesis per law, each held to the same margins at the same corners."""
+"""From a System to a controller: one synthesis per law, held over ranges of speeds and loads to the same margins."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import count
 
 from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
-from frictionloop.design.corners import Corner, band_of, corners
-from frictionloop.design.gain_search import UNFOUND
-from frictionloop.design.held import CHECKED, ENDS, LOADS, Synthesis, check_places, held_between, lowered
-from frictionloop.design.leaning import leaning
+from frictionloop.analysis.operating import check_reach
+from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.loop_gains import loop_gains
-from frictionloop.design.notch import retune_notch
-from frictionloop.design.notch_search import WIDEST
-from frictionloop.design.pi_synthesis import retune
-from frictionloop.design.plants import shifted
-from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, springs_told
+from frictionloop.design.notch import WIDEST, retune_notch
+from frictionloop.design.operating_grid import leaning
+from frictionloop.design.pi_synthesis import UNFOUND, retune
+from frictionloop.design.plants import least_gain
+from frictionloop.design.requirements import (
+    CHECKED,
+    COARSE,
+    NOT_HELD,
+    SEARCHED,
+    Designed,
+    Requirements,
+    feedforward,
+    springs_told,
+    unheld,
+)
 from frictionloop.findings import Finding
+from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System
 from frictionloop.perception.thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError, check_known
+
+LOWERED = 0.95
+"""Least factor on the gains of a search whose grid of frequencies missed a peak (chosen); with less, the law fails."""
+GAINS = ("controller.kp", "controller.ki")
+Synthesis = Callable[[System, Requirements], Designed]
+
+
+def check_places(system: System, asked: Requirements) -> None:
+    """Refuse a speed or a load at which none of the forces can be had; one alone counts as the nearest that can."""
+    for there in asked.grid(*COARSE)._replace(slip_lengths_um=()).systems(system):
+        check_reach(there)
+
+
+def held_between(
+    system: System, law: str, synthesis: Synthesis, asked: Requirements
+) -> tuple[Designed, Sequence[Corner]]:
+    """Return a controller, and its corners at closely spaced speeds and loads, all within the limits.
+
+    The search sees few of them; one at which its result does not hold joins them, and it is made again.
+
+    Raises
+    ------
+    FrictionloopError
+        It does not hold where it was searched for: the line says where, and what limits.
+    """
+    few, close = asked.grid(*SEARCHED), asked.grid(*CHECKED)
+    searched = replace(asked, speeds_mm_s=few.speeds_mm_s, loads_n=few.loads_n)
+    searches = count(1)
+    while True:
+        step(f"search {next(searches)}")
+        found = _short(synthesis(system, searched))
+        at = found.corners or corners(system.evolve(found.overrides), close)
+        worst = broken(at)
+        if worst is None:
+            return found, at
+        more = _joined(searched, worst.loop.system)
+        if more != searched:
+            searched = more
+            continue
+        factor = least_gain([each.loop for each in at], [each.limit for each in at])
+        lower = lowered(found, factor) if factor >= LOWERED else None
+        again = corners(system.evolve(lower.overrides), close) if lower else at
+        if lower is None or broken(again):
+            raise unheld(law, asked, worst)
+        return lower, again
+
+
+def _joined(searched: Requirements, there: System) -> Requirements:
+    """Return what is searched for with the speed and the load of a system among those that are."""
+    if not isinstance(there.motion, Strokes):
+        return searched
+    speeds, loads = searched.speeds_mm_s, searched.loads_n
+    if speeds and there.motion.speed_mm_s not in speeds:
+        speeds = (*speeds, there.motion.speed_mm_s)
+    if loads and there.motion.load_n not in loads:
+        loads = (*loads, there.motion.load_n)
+    return replace(searched, speeds_mm_s=speeds, loads_n=loads)
+
+
+def lowered(found: Designed, factor: float) -> Designed | None:
+    """Return PI gains times a factor, not looked at; None of a law without them."""
+    if not set(GAINS) <= set(found.overrides):
+        return None
+    lower = {path: factor * found.overrides[path] for path in GAINS}
+    return _short(found._replace(overrides={**found.overrides, **lower}, corners=()))
+
+
+def _short(found: Designed) -> Designed:
+    """Return a controller with numbers of five digits, before it is looked at; as it is where that was done already."""
+    if found.corners:
+        return found
+    values = {path: float(f"{value:.5g}") if isinstance(value, float) else value
+              for path, value in found.overrides.items()}  # fmt: skip
+    return found._replace(overrides=values)
+
 
 LEAST_KI = 2.0 * math.pi * LOWEST_HZ
 """Least ki worth having, 1/s: with less nothing above 1 Hz, where touch begins to count, is lowered."""
@@ -34,7 +119,8 @@ def notch_pi(system: System, wanted: Requirements) -> Designed:
     _check_notch(system)
     forward, findings = feedforward(system)
     spectrum, more = _spectrum(system, MODEL_ERROR if forward else 1.0)
-    points = leaning(band_of(_plain(system), wanted.places), wanted.lean)
+    grid = wanted.grid()
+    points = leaning(grid.loops(_plain(system)), grid.lean)
     with _in_terms_of(wanted):
         found = retune_notch(points, wanted.limits, disturbance=spectrum, overdrive=True, least_ki=LEAST_KI)
     told = springs_told(system)
@@ -46,7 +132,7 @@ def notch_pi(system: System, wanted: Requirements) -> Designed:
 
 def pi(system: System, wanted: Requirements) -> Designed:
     """PI alone with the largest ki (`retune`)."""
-    cases = shifted(leaning(band_of(_plain(system), wanted.places), wanted.lean), wanted.limits)
+    cases = wanted.grid().cases(_plain(system))
     with _in_terms_of(wanted):
         found = retune([loop for loop, _, _ in cases], [peak for _, _, peak in cases], LEAST_KI)
     return Designed({"controller.kind": "pi", **found.overrides})
@@ -109,7 +195,7 @@ def _for_people(system: System, name: str, asked: Requirements) -> Designed:
     """Return a controller that bears the loop gains of other people too."""
     found, at = held_between(system, name, SYNTHESES[name], asked)
     after, gain = system.evolve(found.overrides), asked.gain_of(system)
-    people = loop_gains(after, asked.over(ENDS, LOADS))
+    people = loop_gains(after, asked.grid(*COARSE))
     if people is not None and people.critical < gain:
         found, at = for_gain(system, found, at, asked, people.critical / gain)
     return found._replace(corners=tuple(at))
@@ -125,7 +211,7 @@ def for_gain(
     lower = lowered(found, factor)
     if lower is None or float(lower.overrides["controller.ki"]) <= LEAST_KI:
         return found, at
-    again = corners(system.evolve(lower.overrides), asked.limits, asked.over(CHECKED, LOADS), asked.lean)
+    again = corners(system.evolve(lower.overrides), asked.grid(*CHECKED))
     return lower, again
 
 

@@ -7,12 +7,16 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from frictionloop.design.over import at_speed
-from frictionloop.loop.felt import relative_index
+import numpy as np
+
+from frictionloop.analysis.limits import headroom
+from frictionloop.analysis.stability import LARGEST
+from frictionloop.design.operating_grid import at_speed
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.open_loop import OPENED
+from frictionloop.loop.reference_runs import OPENED, relative_index
+from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import Recording, Strokes, System
+from frictionloop.parameters import Constant, Recording, Sine, Strokes, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
@@ -28,13 +32,38 @@ class Tracking:
 
     seconds: float
     """Simulated."""
+    scored: float
+    """Share of that which counts."""
     rms_error_n: float
+    reach: ReachSplit
+    """The same where the set-point is out of reach, and where it is not."""
     open_loop_rms_error_n: float
     """The same with the lookup table alone, in open loop."""
     relative_index: float
     """How rough the error is to touch, over a plain stroke of the same mean force; NaN where that has no value."""
     rms_error_n_at_mm_s: Mapping[float, float]
     """The error at the slowest and the fastest speed asked for; NaN where a motion cannot be simulated so."""
+
+    @property
+    def parts(self) -> dict[str, tuple[float, float]]:
+        """Return share of the time and error, N, of all that is scored, by reach, and in open loop."""
+        whole = {"scored": (self.scored, self.rms_error_n), **self.reach.parts(self.scored)}
+        return whole | {"open loop": (self.scored, self.open_loop_rms_error_n)}
+
+
+def expected_error_n(system: System) -> float:
+    """Return what the linear loop leaves of disturbance and set-point at the mean force, N rms; NaN if not known.
+
+    It is known of a set-point that is constant or a sine, and of a constant disturbance.
+    """
+    setpoint = system.setpoint
+    if not (isinstance(setpoint, Constant | Sine) and isinstance(system.disturbance, Constant)):
+        return math.nan
+    left, swing = headroom(system, LARGEST), 0.0
+    if isinstance(setpoint, Sine):
+        missing = 1.0 - left.loop.responses(setpoint.frequency_hz)["f_a_from_f_r"][0]
+        swing = abs(missing) * setpoint.amplitude_n / math.sqrt(2.0)
+    return math.hypot(left.residual_rms_n, swing)
 
 
 def tracking(system: System, speeds_mm_s: Collection[float] = ()) -> Tracking | None:
@@ -45,9 +74,12 @@ def tracking(system: System, speeds_mm_s: Collection[float] = ()) -> Tracking | 
     if seconds < LEAST_S:
         return None
     run, opened = (simulate(each, seconds, seed=0) for each in (system, system.evolve(OPENED)))
+    mask = run["scored"].values if "scored" in run else np.ones(run.sizes["time"], bool)
     return Tracking(
         seconds=seconds,
+        scored=float(mask.mean()),
         rms_error_n=float(rms_error(run)),
+        reach=reach_split(run, mask),
         open_loop_rms_error_n=float(rms_error(opened)),
         relative_index=_felt(run),
         rms_error_n_at_mm_s=_at_speeds(system, speeds_mm_s, seconds),

@@ -12,16 +12,11 @@ from __future__ import annotations
 from frictionloop.quantities.lazily import lazily
 
 HOMES = {
-    "ports": "Port Ports list_ports",
-    "board_info": "DeviceInfo Differing info",
+    "board_info": "Cleared DeviceInfo Differing Port Ports Reading clear info list_ports monitor opened",
     "configured": "Configured configure",
     "measured_run": "DevicePlay DeviceRun play run",
     "recovered_file": "Recovered recover",
-    "cleared": "Cleared clear",
-    "monitored": "Reading monitor",
-    "flashed": "Flashed flash",
-    "image_cycles": "cycles",
-    "addressed": "opened",
+    "flashed": "Flashed cycles flash",
     "device": "Device connect",
 }
 __getattr__ = lazily(__name__, HOMES)

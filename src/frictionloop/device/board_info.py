@@ -1,21 +1,174 @@
-"""Who answers at an address, what runs there, and whether its values are those of a system."""
+"""Boards: where one may be, who answers, what runs there and what it reads, and its fault cleared."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from frictionloop.device.addressed import opened
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
+from frictionloop.quantities import must_be
+from frictionloop.quantities.extra import all_needed
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
 
     from frictionloop.device.device import Device
     from frictionloop.parameters import System
+
+
+NEEDED = {"sim": ("cffi",), "emulated": ("elftools", "unicorn", "intelhex")}
+"""Modules that an address takes beside those of the line."""
+
+
+@contextmanager
+def opened(where: str | Device, system: System | None = None, seed: int = 0) -> Iterator[Device]:
+    """Yield the device at an address, as `connect` does; one that is connected already as it is, to stay so."""
+    if not isinstance(where, str):
+        yield where
+        return
+    scheme = where.partition(":")[0]
+    all_needed("cobs", "fastcrc", *NEEDED.get(scheme, ()))
+    from frictionloop.device.transport import opener
+
+    opening = opener(where, system, seed)
+    # A line that is not there is refused before what drives a device is loaded.
+    first = [] if scheme in NEEDED else [opening()]
+    from frictionloop.device.device import Device
+
+    with Device(lambda: first.pop() if first else opening(), where) as found:
+        yield found
+
+
+class Port(NamedTuple):
+    """A place that `connect` takes."""
+
+    address: str
+    what: str
+
+
+SIMULATED = Port("sim:", "the firmware here, with a simulated bench")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ports(Result):
+    """Where a board may be."""
+
+    SCHEMA: ClassVar[str] = "device.list/1"
+    ports: tuple[Port, ...]
+    """The serial ports first, the simulated board last."""
+
+    def rows(self) -> list[Row]:
+        """Return each address."""
+        none = [("serial:", "no port; is the board plugged in?")] if len(self.ports) == 1 else []
+        return [*none, *self.ports]
+
+
+def list_ports() -> Ports:
+    """Return the serial ports of this machine and the simulated board, by the address that `connect` takes."""
+    from frictionloop.device import transport
+
+    return Ports(ports=(*(Port(*each) for each in transport.described_ports()), SIMULATED))
+
+
+MOST_HZ = 100.0
+
+
+class Reading(NamedTuple):
+    """A sample of a device."""
+
+    time_s: float
+    """By its ticks."""
+    f_r_n: float
+    f_m_n: float
+    u_n: float
+    a_um: float
+    position_mm: float
+    speed_mm_s: float
+    load_n: float
+    state: str
+    """idle, open or closed; at a fault its name."""
+
+
+def monitor(where: str | Device, duration_s: float = 10.0, rate_hz: float = 10.0) -> Iterator[Reading]:
+    """Yield readings of a device as they come, at most 100 a second.
+
+    Raises
+    ------
+    FrictionloopError
+        For a rate or duration out of range, and as `connect`.
+    """
+    if not 0 < rate_hz <= MOST_HZ:
+        raise must_be("rate_hz", rate_hz, f"above 0, at most {MOST_HZ:g}", "Hz")
+    if not 0 < duration_s < math.inf:
+        raise must_be("duration_s", duration_s, "above 0 and finite", "s")
+    with opened(where) as device:
+        from frictionloop.device.errors import fault_name
+        from frictionloop.device.recording import fault_of, state_of
+        from frictionloop.quantities.schema import named
+
+        states, tick_hz = named("states"), device.info.tick_hz
+        for block in device.stream(duration_s, max(round(tick_hz / rate_hz), 1)):
+            faults, modes = fault_of(block["flags"]), state_of(block["flags"])
+            for k, tick in enumerate(block["tick"]):
+                fault, state = fault_name(int(faults[k])), str(states[int(modes[k])])
+                yield Reading(
+                    tick / tick_hz,
+                    float(block["f_r"][k]),
+                    float(block["f_m"][k]),
+                    float(block["u"][k]),
+                    float(block["a"][k]),
+                    1e3 * float(block["position"][k]),
+                    1e3 * float(block["speed"][k]),
+                    float(block["load"][k]),
+                    (state if fault == "none" else fault).replace("_", " "),
+                )
+
+
+LISTEN_S, DECIMATION = 0.1, 50
+"""Ten samples of telemetry: the last one tells the fault that is in force."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cleared(Result):
+    """What was cleared."""
+
+    SCHEMA: ClassVar[str] = "device.clear/1"
+    fault: str | None
+    """None if there was none."""
+
+    def rows(self) -> list[Row]:
+        """Return the fault."""
+        return [("cleared", self.fault or "no fault")]
+
+
+def clear(where: str | Device) -> Cleared:
+    """Clear the fault of a device, at an address or connected already.
+
+    Raises
+    ------
+    FrictionloopError
+        While its cause lasts, with the fault's code, and for a device that sends no samples.
+    """
+    from frictionloop.device.errors import DeviceError, Refused, fault_error, fault_name
+    from frictionloop.device.recording import fault_of
+
+    with opened(where) as device:
+        numbers = [int(fault_of(block["flags"])[-1]) for block in device.stream(LISTEN_S, DECIMATION)]
+        if not numbers:
+            raise DeviceError(f"{device.address}: sends no samples")
+        try:
+            device.clear()
+        except Refused as refused:
+            if refused.reason != "still_at_fault":
+                raise
+            raise fault_error(numbers[-1], "lasts") from None
+    name = fault_name(numbers[-1])
+    return Cleared(fault=None if name == "none" else name)
+
 
 NAMED = 3
 """Numbers that differ are named up to so many; the table has them all."""
@@ -116,7 +269,7 @@ def info(where: str | Device, system: System | None = None) -> DeviceInfo:
         ceiling_um = float(parameters["drive.ceiling_um"])
 
     from frictionloop.control.laws import LAWS
-    from frictionloop.firmware.values import differing, fingerprint
+    from frictionloop.firmware.words import differing, fingerprint
 
     counts["longest_us"] = counts["longest_us"] or math.nan  # of a board without a counter
     others = tuple(Differing(*each) for each in differing(words, wanted)) if wanted is not None else ()

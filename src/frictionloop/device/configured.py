@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frictionloop.device.addressed import opened
+from frictionloop.device.board_info import opened
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.findings.shown import shown
@@ -69,8 +69,8 @@ def configure(
     tuned = {name: value for name, value in own.items() if name.startswith(LAW)}
     own = {name: value for name, value in own.items() if name not in tuned}
     if short := own.keys() & {"kp", "ki"}:
-        names = ", ".join(sorted(short))
-        raise FrictionloopError(f"parameter {names}: unknown; did you mean {LAW}{min(short)}?", "UNKNOWN-NAME")
+        names, meant = ", ".join(sorted(short)), " and ".join(f"{LAW}{name}" for name in sorted(short))
+        raise FrictionloopError(f"parameter: {names!r} is unknown; did you mean {meant}?", "UNKNOWN-NAME")
     from frictionloop.firmware.parameter_words import firmware_words
 
     found: list[Finding] = []

@@ -12,23 +12,28 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from frictionloop.device import effects
-from frictionloop.device.asked import check_decimation, number, rows_of
 from frictionloop.device.errors import DeviceError, Refused
-from frictionloop.device.identity import identified
-from frictionloop.device.link import Link
-from frictionloop.device.pipe import Pipe
-from frictionloop.device.recorder import ALL, CHANNELS, SCALES, Recorder
-from frictionloop.device.recording import Recording, clock_fit
-from frictionloop.device.running import KEPT_AS, STATES, Interrupted, Running, check_folder, free_path, recorded_in
-from frictionloop.device.signals import ending
-from frictionloop.device.table import Parameters
-from frictionloop.device.transport import opener
-from frictionloop.device.tuning import told_controller, tuned_words
-from frictionloop.device.waveform import checked, table, table_of, with_setpoint
+from frictionloop.device.link import Link, identified
+from frictionloop.device.parameter_table import Parameters, told_controller, tuned_words
+from frictionloop.device.recording import ALL, CHANNELS, SCALES, Recorder, Recording, clock_fit
+from frictionloop.device.running import (
+    KEPT_AS,
+    STATES,
+    Interrupted,
+    Running,
+    check_decimation,
+    check_folder,
+    ending,
+    free_path,
+    number,
+    recorded_in,
+    rows_of,
+)
+from frictionloop.device.transport import Pipe, opener
+from frictionloop.device.waveform import checked, table, table_of, trigger_effect, upload_of, with_setpoint
 from frictionloop.findings import Finding
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.spool import DiskFull
+from frictionloop.loop.growing_file import DiskFull
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.brief import Brief
@@ -184,7 +189,7 @@ class Device(metaclass=Brief):
         Returns what of an effect is sampled more coarsely than in the simulator. Raises
         `FrictionloopError` for more steps, triggers or values than a device has room for.
         """
-        played = effects.played(force_n, self.system, self.info.waveform)
+        played = upload_of(force_n, self.system, self.info.waveform)
         if played is None:
             table(force_n, self.info.waveform, spacing_s, spacing_m, start_m, loop).send(self._link)
             return ()
@@ -195,7 +200,7 @@ class Device(metaclass=Brief):
 
     def trigger(self, number: int | None = None) -> None:
         """Change over trigger 0 to 3 of the effect that plays; without a number its first waves begin again."""
-        effects.trigger(self._link, number)
+        trigger_effect(self._link, number)
 
     def stream(self, duration_s: float, decimation: int = 50) -> Iterator[dict[str, np.ndarray]]:
         """Yield telemetry as it comes, for so long: ``tick`` and the channels, in their units."""
@@ -265,7 +270,7 @@ class Device(metaclass=Brief):
         if state not in ("open", "closed"):
             raise must_be("state", state, "open or closed")
         check_folder(path)
-        effect = effects.played(setpoint, self.system, self.info.waveform)
+        effect = upload_of(setpoint, self.system, self.info.waveform)
         asked = effect.source if effect else checked(setpoint)
         played = effect or table_of(asked, duration_s, self.info.waveform)
         played.send(self._link)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -12,20 +13,18 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.stability import rings
-from frictionloop.device.addressed import opened
-from frictionloop.device.counted import away_from_turns
+from frictionloop.device.board_info import opened
 from frictionloop.device.device import Device
-from frictionloop.device.effects import played
+from frictionloop.device.recording import away_from_turns
+from frictionloop.device.waveform import upload_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.findings.shown import shown
 from frictionloop.firmware.board_fit import board_findings
-from frictionloop.firmware.effect_files import write_tables
-from frictionloop.firmware.effect_tables import EffectTables
+from frictionloop.firmware.effect_tables import EffectTables, write_tables
 from frictionloop.loop.metrics import r2_identity, saturation_index
 from frictionloop.loop.progress import step
+from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, must_be
 
@@ -178,7 +177,7 @@ def play(
     """
     check_duration(duration_s, out)
     with opened(where, system) as device:
-        made = played(system.setpoint, system, device.info.waveform)
+        made = upload_of(system.setpoint, system, device.info.waveform)
         if made is None:
             raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         _load(device, system)
@@ -231,28 +230,23 @@ def scored(taken: xr.Dataset, system: System, address: str, open_loop: bool) -> 
         *([Finding("SAMPLES-LOST", value=found["lost_samples"], limit=found["samples"], more={"how": lost})]
           if found["lost_samples"] else []),
         *held,
-        *(() if open_loop else diagnosed(recording, counts, system)),
+        *(() if open_loop else diagnosed(recording, counts)),
     ]  # fmt: skip
     return found | {"at_ceiling": share, "findings": tuple(told)}
 
 
-def diagnosed(recording: xr.Dataset, counts: np.ndarray, system: System) -> Iterator[Finding]:
-    """Yield what the loop of a recording does wrong: here that it rings, by its signs and the linear analysis.
-
-    The one place of a device's run where more of a diagnosis comes in.
-    """
+def diagnosed(recording: xr.Dataset, counts: np.ndarray) -> Iterator[Finding]:
+    """Yield that the loop of a recording rings, as ``fl.diagnose`` finds it, where its signs tell of it."""
     if not counts.any():
         return
     known = _known(recording)
     clamped, followed = saturation_index(known, counts), r2_identity(known, counts)
     if clamped <= CLAMPED and 1.0 - followed <= MISSING:  # of a constant set-point R2 is NaN: it is looked at
         return
-    try:
-        found = rings(at_levels(system, recording, counts)).finding
-    except FrictionloopError:  # a recording beyond the sensor's range has no levels
-        return
-    if found is not None:
-        yield replace(found, remedy="frictionloop design controller")
+    with suppress(FrictionloopError):  # a recording beyond the sensor's range has no levels
+        found = run_ringing(known, counts)
+        for each in of_ringing(found, rings_alone(known, counts, found)):
+            yield replace(each, remedy="frictionloop design controller")
 
 
 def last(taken: xr.Dataset, longest_s: float) -> xr.Dataset:
@@ -297,7 +291,7 @@ def _at_ceiling(recording: xr.Dataset, counts: np.ndarray, system: System) -> tu
     if share < AT_CEILING or above_n < FAR_N:
         return share, []
     more = {"share": 100.0 * share, "above": 1e3 * above_n}
-    return share, [Finding("CEILING-HELD", value=ceiling_um, unit="um", limit=largest_um, more=more)]
+    return share, [Finding("AT-CEILING", value=ceiling_um, unit="um", limit=largest_um, more=more)]
 
 
 def _steps(duration_s: float, sample_s: float) -> Callable[[int], None]:

@@ -10,8 +10,8 @@ from typing import ClassVar
 
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
+from frictionloop.loop.growing_file import recovered
 from frictionloop.loop.record import load
-from frictionloop.loop.unfinished import recovered
 from frictionloop.quantities import FrictionloopError, must_be
 
 PARTIAL = ".partial-"

@@ -1,32 +1,109 @@
-"""A run on a device: start, record, keep the heart beating, come back after a glitch, stop."""
+"""A run on a device: what it may be asked for, start, record, heartbeat, glitches, signals, stop."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 import os
+import signal
+import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from numbers import Integral, Real
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import xarray as xr
 
 from frictionloop.device.codec import Message
-from frictionloop.device.errors import DeviceError, NoReply, Refused, Unplugged
-from frictionloop.device.fault_codes import fault_code, fault_error, fault_name, reading_of
-from frictionloop.device.link import Link
-from frictionloop.device.pipe import Pipe
-from frictionloop.device.recorder import ALL, TICK_HZ, Recorder
-from frictionloop.quantities import FrictionloopError, why_unwritable
+from frictionloop.device.errors import (
+    DeviceError,
+    NoReply,
+    Refused,
+    Unplugged,
+    fault_code,
+    fault_error,
+    fault_name,
+    reading_of,
+)
+from frictionloop.device.link import RESETS, Link
+from frictionloop.device.recording import ALL, TICK_HZ, Recorder
+from frictionloop.device.transport import Pipe
+from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
+
+ABOVE = "finite, above 0 s"
+
+
+def number(name: str, value: Any, accepted: str = "a finite number") -> float:
+    """Return a finite number; anything else is refused by name."""
+    if not isinstance(value, Real) or not math.isfinite(value):
+        raise must_be(name, value, accepted)
+    return float(value)
+
+
+def check_decimation(decimation: Any) -> None:
+    """Refuse what is no number of ticks per sample."""
+    if not (isinstance(decimation, Integral) and 1 <= int(decimation) <= 65535):
+        raise must_be("decimation", decimation, "whole, 1 to 65535")
+
+
+def rows_of(duration_s: Any, decimation: Any) -> int:
+    """Return the samples of a run: its duration over theirs, rounded up."""
+    check_decimation(decimation)
+    if number("duration_s", duration_s, ABOVE) <= 0:
+        raise must_be("duration_s", duration_s, ABOVE)
+    rows = duration_s * TICK_HZ / decimation
+    return max(math.ceil(rows * (1 - 1e-9)), 1)  # 0.3 s are 1500 ticks, whatever the last bit of 0.3 says
+
+
+ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""SIGHUP is not on every system."""
+
+
+class Ending:
+    """Signals while a run is recorded: the first raises KeyboardInterrupt, later ones wait for what is being saved."""
+
+    def __init__(self) -> None:
+        self._held = False
+
+    def hold(self) -> None:
+        """From now on no signal interrupts: the recording is being saved."""
+        self._held = True
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Take a signal."""
+        if self._held:
+            print("saving the recording, wait", file=sys.stderr)
+            return
+        self._held = True
+        raise KeyboardInterrupt(signal.Signals(number).name)
+
+
+@contextmanager
+def ending() -> Iterator[Ending]:
+    """Take Ctrl-C, SIGTERM and SIGHUP alike, and put back what took them before; only a main thread can."""
+    taken = Ending()
+    if threading.current_thread() is not threading.main_thread():
+        yield taken
+        return
+    before = {number: signal.signal(number, taken) for number in ENDING}
+    try:
+        yield taken
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+
 
 SILENT_S = 2.0
 """A device that streams and says nothing for so long is given up (assumed)."""
 REOPENED = 20
 """Attempts to open a line that went away, `PAUSE_S` apart: what an adapter takes to come back (assumed)."""
 PAUSE_S = 0.1
-RESETS = named("resets")
 STATES = schema()["states"]
 NAMES = named("states")
 NO_SESSION = schema()["refusals"]["no_session"]

@@ -1,19 +1,26 @@
-"""Set-points as the firmware plays them: a table over time or over position, as long as the device has room for."""
+"""Set-points as the firmware plays them: a table over time or position, or an effect, as long as there is room."""
 
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
+from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.device.asked import number
 from frictionloop.device.link import Link
-from frictionloop.device.recorder import TICK_HZ
+from frictionloop.device.recording import TICK_HZ
+from frictionloop.device.running import number
+from frictionloop.firmware.effect_tables import EffectTables, effect_tables
 from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
 from frictionloop.physics.sources import evaluate, sampler
 from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema
+from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.player import PLATE_MM
+from frictionloop.rendering.program import MOST_TRIGGERS
+from frictionloop.rendering.source import EffectSource
 
 N_PER_POINT = 1e-4
 POINTS_A_FRAME = schema()["protocol"]["points_a_frame"]
@@ -38,17 +45,17 @@ class Table(NamedTuple):
 
     def send(self, link: Link) -> None:
         """Write the table into the copy that waits and put it in force."""
-        for first in range(0, len(self.points), POINTS_A_FRAME):
-            link.ask("waveform", first=first, values=self.points[first : first + POINTS_A_FRAME])
-        link.ask(
-            "play",
-            source=schema()["sources"][self.source],
-            loops=int(self.loops),
-            count=len(self.points),
-            step=self.step,
-            start_um=self.start_um,
-            crc=zlib.crc32(self.points.astype("<i2").tobytes()),
-        )
+        for _ in _frames(link, self.points, self.source, int(self.loops), self.step, self.start_um):
+            pass
+
+
+def _frames(link: Link, points: np.ndarray, source: str, loops: int, step: int, start_um: int) -> Iterator[None]:
+    """Write points into the copy that waits, with a pause after each frame, and put them in force."""
+    for first in range(0, len(points), POINTS_A_FRAME):
+        link.ask("waveform", first=first, values=points[first : first + POINTS_A_FRAME])
+        yield
+    crc, number = zlib.crc32(points.astype("<i2").tobytes()), schema()["sources"][source]
+    link.ask("play", source=number, loops=loops, count=len(points), step=step, start_um=start_um, crc=crc)
 
 
 def table(
@@ -91,13 +98,7 @@ def table(
 
 
 def checked(setpoint: Any) -> Signal | np.ndarray:
-    """Return the set-point of a run: a source as it is, a force as one that is held, forces as an array.
-
-    Raises
-    ------
-    FrictionloopError
-        For anything else, or a force that the device cannot play.
-    """
+    """Return the set-point of a run: a source as it is, a force as one that is held, forces as an array."""
     if isinstance(setpoint, Signal):
         return setpoint
     try:
@@ -105,7 +106,7 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
     except (TypeError, ValueError):
         force = np.empty((0, 0))
     if force.ndim > 1:
-        raise must_be("setpoint", type(setpoint).__name__, "a source, a force in N, or one a tick")
+        raise must_be("setpoint", type(setpoint).__name__, "a source or forces, N")
     if force.ndim == 0:
         _in_range(np.atleast_1d(force), "setpoint")
         return Constant(offset_n=float(force))
@@ -114,13 +115,7 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
 
 
 def table_of(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Table:
-    """Return the table of a set-point for a run: a source, or forces at every tick.
-
-    Raises
-    ------
-    FrictionloopError
-        When the table does not hold it to 2 mN rms, or it ends before the run.
-    """
+    """Return the table of a set-point for a run: a source, or forces at every tick."""
     if isinstance(setpoint, Constant):
         return table([setpoint.offset_n], most, 1 / TICK_HZ, None, 0.0, False)
     if isinstance(setpoint, Sine):
@@ -182,3 +177,44 @@ def _in_range(force: np.ndarray, name: str, place: str = "point") -> None:
     if wrong.size:
         where = f" at {place} {wrong[0]}" if force.size > 1 else ""
         raise must_be(f"{name}{where}", float(force[wrong[0]]), "-3.2768 to 3.2767", "N")
+
+
+ALL_TRIGGERS: int = schema()["protocol"]["all_triggers"]
+
+
+class EffectUpload(NamedTuple):
+    """An effect for a device."""
+
+    source: EffectSource
+    tables: EffectTables
+
+    @property
+    def error_n(self) -> float:
+        """Largest difference of its tables from those of the simulator, N."""
+        return self.tables.error_n
+
+    def send(self, link: Link) -> None:
+        """Write the effect into the copy that waits, and put it in force: the one that plays goes on until then."""
+        for _ in self.sending(link):
+            pass
+
+    def sending(self, link: Link) -> Iterator[None]:
+        """As `send`, with a pause after each frame, for who has to listen to the device meanwhile."""
+        return _frames(link, self.tables.words, "effect", 0, 0, 0)
+
+
+def upload_of(effect: Any, system: System | None, most: int) -> EffectUpload | None:
+    """Return an effect or an `EffectSource` for a device of so many words; None for anything else."""
+    if isinstance(effect, Effect):
+        effect = EffectSource(effect=effect)
+    if not isinstance(effect, EffectSource):
+        return None
+    length_mm = system.touch.load.length_mm if system else PLATE_MM
+    return EffectUpload(effect, effect_tables(effect, length_mm, most))
+
+
+def trigger_effect(link: Link, number: Any) -> None:
+    """Change over a trigger of the effect that plays; None begins its waves anew."""
+    if number is not None and not (isinstance(number, Integral) and 0 <= int(number) < MOST_TRIGGERS):
+        raise must_be("number", number, f"0 to {MOST_TRIGGERS - 1}, or None")
+    link.ask("trigger", number=ALL_TRIGGERS if number is None else int(number))

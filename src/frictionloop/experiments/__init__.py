@@ -10,42 +10,27 @@ report  write_page  export    what sessions found, as an answer and as a page, a
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
-
 from frictionloop.quantities.lazily import lazily
 
 HOMES = {
-    "bayes": "Psi Quest",
-    "dry_run": "ProtocolCheck check",
-    "function_fit": "fit",
-    "folder": "read_session",
-    "keyboard": "Keyboard",
-    "kept_sessions": "read_trials",
+    "adaptive_methods": "Psi Quest Staircase",
+    "folder": "read_session read_trials",
     "lsl": "Streams",
-    "methods": "ConstantStimuli Walk",
+    "methods": "Adjustment ConstantStimuli Interleaved Walk",
     "own_reach": "reaches",
     "participant": "Observer",
-    "planning": "Power power",
+    "planning": "Power ProtocolCheck check power",
     "protocol": "NewProtocol Protocol new read_protocol",
-    "respondent": "Respondent",
+    "psychometric": "fit",
+    "respondent": "Keyboard Respondent",
     "running": "Ran resume run",
     "session_export": "Exported export",
-    "several": "Adjustment Interleaved",
-    "staircase": "Staircase",
-    "study_result": "Study report simulate",
+    "study": "Study report simulate",
     "summary": "fits funnel groups pooled",
+    ".report.study_page": "write_page",
 }
+__getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]
-__all__ += ["write_page"]
-_find = lazily(__name__, HOMES)
-
-
-def __getattr__(name: str) -> Any:
-    """Import a name when it is first used; a page is drawn in the room above."""
-    if name == "write_page":
-        return importlib.import_module("frictionloop.report.study_page").write_page
-    return _find(name)
 
 
 def __dir__() -> list[str]:

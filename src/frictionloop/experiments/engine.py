@@ -8,14 +8,14 @@ from typing import NamedTuple, Protocol
 
 import xarray as xr
 
-from frictionloop.experiments.delivered import force_of
-from frictionloop.experiments.reach import Reach, simulated_reach
+from frictionloop.experiments.measured_finger import MeasuredFinger, simulated_finger
 from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
 from frictionloop.experiments.timeline import Timeline
+from frictionloop.experiments.trials import force_of
 from frictionloop.loop.kernel.placing import tiles_of
 from frictionloop.loop.kernel.structure import structure
+from frictionloop.loop.parallel_runs import shared_out, worker_count
 from frictionloop.loop.simulate import traced
-from frictionloop.loop.workers import shared_out, worker_count
 from frictionloop.parameters import System
 
 SHOWN_S = 0.03
@@ -44,7 +44,7 @@ class Engine(Protocol):
         """Return an answer with its time on the device clock, and by how much clocks have jumped meanwhile, s."""
         ...
 
-    def reach(self, system: System, seed: int) -> Reach:
+    def reach(self, system: System, seed: int) -> MeasuredFinger:
         """Return what the finger can be given, by plain strokes."""
         ...
 
@@ -54,13 +54,7 @@ class Engine(Protocol):
 
 
 class BenchEngine:
-    """The simulated bench: a clock that is counted.
-
-    Parameters
-    ----------
-    time_s : float
-        Where the clock goes on.
-    """
+    """The simulated bench: a clock that is counted."""
 
     source = "simulated"
 
@@ -93,9 +87,9 @@ class BenchEngine:
         self.time_s += max(response.rt_s, 0.0)
         return response, 0.0
 
-    def reach(self, system: System, seed: int) -> Reach:
+    def reach(self, system: System, seed: int) -> MeasuredFinger:
         """Return that of the simulated finger."""
-        return simulated_reach(system, seed)
+        return simulated_finger(system, seed)
 
     def close(self) -> None:
         """Do nothing: there is nothing to let go of."""

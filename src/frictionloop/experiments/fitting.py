@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.experiments.needed import Needed, needed
+from frictionloop.experiments.needed import needed
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.reach import Reach
+from frictionloop.physics.reach import Reach
 from frictionloop.quantities import FrictionloopError
 
 PLACES = ("levels", "start", "least", "most", "low", "high")
@@ -47,7 +47,7 @@ def fitted(protocol: Protocol, reach: Reach) -> tuple[Protocol, float]:
                 return drawn, factor
     wanted, share = needed(protocol), 100 * share_out(protocol, reach)
     raise FrictionloopError(
-        f"reach: {reach.lowest_n:.3g} to {reach.highest_n:.3g} N; must be "
+        f"reach: {reach.low_n:.3g} to {reach.high_n:.3g} N; must be "
         f"{wanted.low_n:.3g} to {wanted.high_n:.3g} N ({share:.0f} % is out)"
     )
 
@@ -55,7 +55,7 @@ def fitted(protocol: Protocol, reach: Reach) -> tuple[Protocol, float]:
 def share_out(protocol: Protocol, reach: Reach) -> float:
     """Return the share of the range of needed forces that a finger cannot be given."""
     low, high = needed(protocol)[:2]
-    inside = max(min(high, reach.highest_n) - max(low, reach.lowest_n), 0.0)
+    inside = float(reach.nearest(high) - reach.nearest(low))
     return 1.0 - inside / (high - low) if high > low else float(not _inside(protocol, reach))
 
 
@@ -64,7 +64,7 @@ def _fixed(protocol: Protocol, reach: Reach) -> float:
     low, high = protocol.method.extremes()
     if protocol.stimulus.adds:
         return 0.0
-    able = [end for end in (low, high) if _within(needed(protocol, end), reach)]
+    able = [end for end in (low, high) if reach.covers(*needed(protocol, end)[:2])]
     return able[0] if len(able) == 1 else 0.5 * (low + high)
 
 
@@ -84,11 +84,7 @@ def drawn_together(protocol: Protocol, factor: float, middle: float) -> Protocol
 
 
 def _inside(protocol: Protocol, reach: Reach) -> bool:
-    return _within(needed(protocol), reach)
-
-
-def _within(wanted: Needed, reach: Reach) -> bool:
-    return reach.lowest_n <= wanted.low_n and wanted.high_n <= reach.highest_n
+    return bool(reach.covers(*needed(protocol)[:2]))
 
 
 def _mapped(value: Any, middle: float, factor: float) -> Any:

@@ -1,4 +1,4 @@
-"""The folder of a session: what is written once, and what is only ever appended to and synced."""
+"""Sessions in folders: what is written once, what is only ever appended to and synced, and which there are."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import json
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import pandas  # type: ignore[import-untyped]
 import xarray as xr
 
 from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
-from frictionloop.experiments.table import header, line_of, read_rows
+from frictionloop.experiments.trials import COLUMNS, header, line_of, read_rows
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
-from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.files import alone, sync
 from frictionloop.quantities.version import LIBRARIES, package_version, version_of
 
@@ -67,13 +68,7 @@ class Folder:
         return str(self.about["participant"])
 
     def add(self, row: Mapping[str, Any]) -> None:
-        """Append a row and have it on the disk.
-
-        Raises
-        ------
-        FrictionloopError
-            When it cannot be written, naming the trial; the rows before it are whole.
-        """
+        """Append a row and have it on the disk."""
         _append(self._table, line_of(row), self.path / TABLE, f"trial {row['trial']}")
         self.rows.append(dict(row))
 
@@ -117,7 +112,7 @@ def new(
         For a folder with something in it, or one that cannot be made.
     """
     if not participant or not participant.isalnum() or not participant.isascii():
-        raise FrictionloopError(f"participant = {participant!r}: must be letters and digits")
+        raise must_be("participant", participant, "letters and digits")
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise FrictionloopError(f"{path}: must be a new folder, or experiment resume")
     about = {
@@ -228,3 +223,27 @@ def _padded(run: xr.Dataset, time: xr.DataArray) -> xr.Dataset:
     filled = {name: np.nan if line.dtype.kind == "f" else False for name, line in run.data_vars.items()}
     padded = run.pad(time=(0, time.size - run.sizes["time"]), constant_values=filled, keep_attrs=True)
     return padded.assign_coords(time=time)
+
+
+def sessions_in(path: Path) -> list[Path]:
+    """Return the folders of sessions: the folder itself, or those in it."""
+    found = [path] if (path / ABOUT).is_file() else sorted(each.parent for each in path.glob(f"*/{ABOUT}"))
+    if not found:
+        raise FrictionloopError(f"{path}: has no session")
+    return found
+
+
+def once_each(sessions: Sequence[Path]) -> None:
+    """Refuse two sessions of one participant: their rows could not be told apart."""
+    first: dict[str, Path] = {}
+    for each in sessions:
+        code = str(read_session(each)[2]["participant"])
+        if code in first:
+            raise FrictionloopError(f"{each}: is of participant {code}, as is {first[code]}")
+        first[code] = each
+
+
+def read_trials(path: Path) -> pandas.DataFrame:
+    """Return the trials of a session's folder, or of all sessions in a folder."""
+    rows = [row for each in sessions_in(path) for row in read_rows(each / TABLE)]
+    return pandas.DataFrame(rows, columns=list(COLUMNS))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.experiments.delivered import force_of, rate_of
+from frictionloop.experiments.trials import force_of, rate_of
 from frictionloop.quantities.extra import needed
 
 CHANNELS = {"delivered force": "N", "set-point": "N", "position": "m", "speed": "m/s", "load": "N"}

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from frictionloop.experiments.bayes import Psi, Quest
-from frictionloop.experiments.methods import ConstantStimuli, Handler, Walk
-from frictionloop.experiments.several import Adjustment, Interleaved
-from frictionloop.experiments.staircase import Staircase
+from frictionloop.experiments.adaptive_methods import Psi, Quest, Staircase
+from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Handler, Interleaved, Walk
 from frictionloop.experiments.timeline import Stop
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Block, Kinded, Kinds, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 
 MOST_TRIALS = 10_000
 """Trials of a method that time alone ends: more than a session has (assumed)."""
@@ -21,14 +19,8 @@ Some = Annotated[Whole, Field(ge=1, le=1000)]
 Levels = Annotated[tuple[Number, ...], Field(min_length=1, max_length=1000)]
 
 
-class MethodModel(Block):
+class MethodModel(Kinded):
     """How levels are chosen."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the method."""
 
     @property
     def scores(self) -> Literal["correct", "comparison"]:
@@ -91,7 +83,7 @@ class StaircaseMethod(MethodModel):
     @model_validator(mode="after")
     def _starts_inside(self) -> StaircaseMethod:
         if not self.least < self.most or not all(self.least <= each <= self.most for each in self.start):
-            raise ValueError(f"start = {list(self.start)}: must be within {self.least:g} to {self.most:g}")
+            raise must_be("start", list(self.start), f"within {self.least:g} to {self.most:g}")
         return self
 
     def extremes(self) -> tuple[float, float]:
@@ -113,7 +105,17 @@ class StaircaseMethod(MethodModel):
         return Interleaved({f"{number + 1}": each for number, each in enumerate(made)}, seed)
 
 
-class PsiMethod(MethodModel):
+class _Ranged(MethodModel):
+    if TYPE_CHECKING:
+        low: float
+        high: float
+
+    def extremes(self) -> tuple[float, float]:
+        """Return the ends of the levels."""
+        return self.low, self.high
+
+
+class PsiMethod(_Ranged):
     """psi-marginal, whose grid is evenly spaced between its ends."""
 
     kind: Literal["psi"] = "psi"
@@ -134,10 +136,6 @@ class PsiMethod(MethodModel):
     interest: Literal["threshold", "both"] = "threshold"
     """What is of interest: the threshold alone, or its spread too."""
 
-    def extremes(self) -> tuple[float, float]:
-        """Return the ends of the levels."""
-        return self.low, self.high
-
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler."""
         return Psi(
@@ -152,7 +150,7 @@ class PsiMethod(MethodModel):
         )
 
 
-class QuestMethod(MethodModel):
+class QuestMethod(_Ranged):
     """QUEST: the threshold alone, with a spread that is taken as known."""
 
     kind: Literal["quest"] = "quest"
@@ -165,16 +163,12 @@ class QuestMethod(MethodModel):
     lapse: NotNegative = 0.02
     """Lapse rate."""
 
-    def extremes(self) -> tuple[float, float]:
-        """Return the ends of the levels."""
-        return self.low, self.high
-
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler."""
         return Quest(self.low, self.high, self.spread, guess, self.lapse, stop.trials or MOST_TRIALS)
 
 
-class AdjustmentMethod(MethodModel):
+class AdjustmentMethod(_Ranged):
     """The participant turns the level until the two feel alike."""
 
     kind: Literal["adjustment"] = "adjustment"
@@ -187,16 +181,12 @@ class AdjustmentMethod(MethodModel):
     settings: Some = 5
     """Times that the participant sets the level."""
 
-    def extremes(self) -> tuple[float, float]:
-        """Return the ends of the levels."""
-        return self.low, self.high
-
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler."""
         return Adjustment(self.low, self.high, self.step, self.settings, seed=seed)
 
 
-class WalkMethod(MethodModel):
+class WalkMethod(_Ranged):
     """A level that wanders, which the participant follows on a scale."""
 
     kind: Literal["walk"] = "walk"
@@ -206,10 +196,6 @@ class WalkMethod(MethodModel):
     """Largest level."""
     step: Positive = 0.06
     """Standard deviation of a step."""
-
-    def extremes(self) -> tuple[float, float]:
-        """Return the ends of the levels."""
-        return self.low, self.high
 
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler."""

@@ -9,9 +9,9 @@ import numpy as np
 
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.parameters import System
-from frictionloop.physics.capable import reach
 from frictionloop.physics.fingers import Fingers, fingers
-from frictionloop.rendering.track import Track
+from frictionloop.physics.reach import finger_reach
+from frictionloop.rendering.effect import Track
 
 PLACES = 1001
 """Places along a stroke at which an effect is asked (assumed: 60 um apart on 30 mm)."""
@@ -57,8 +57,8 @@ def in_reach(protocol: Protocol, finger: Mapping[str, Any], system: System) -> b
     """Return whether a finger can be given all forces of a protocol, at its guide's load and speed."""
     guide, wanted = protocol.timeline.stroke, needed(protocol)
     own = {**finger, "motion.load_n": guide.load_n, "motion.speed_mm_s": guide.speed_mm_s}
-    low, high = reach(own, system.plate.max_amplitude_um, guide.duration_s)
-    return low <= wanted.low_n and wanted.high_n <= high
+    there = finger_reach(own, system.plate.max_amplitude_um, guide.duration_s)
+    return bool(there.covers(wanted.low_n, wanted.high_n))
 
 
 SCARCE = 50

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
-from frictionloop.experiments.folder import Folder, logged, now, read_session
-from frictionloop.experiments.kept_sessions import sessions_in
+from frictionloop.experiments.folder import Folder, logged, now, read_session, sessions_in
+from frictionloop.experiments.measured_finger import MeasuredFinger
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.reach import Reach
 from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.session import guided
 from frictionloop.parameters import System, write_toml
@@ -20,6 +18,7 @@ from frictionloop.quantities import FrictionloopError
 
 EVENT = "reach"
 """Name in the log."""
+COLUMNS = ["participant", "when", "low_n", "high_n", "susceptibility_per_um2", "growth_per_s"]
 FINGER = "finger.toml"
 """Bench with what the strokes tell of the finger, in the folder of a session: a design takes its gain spread."""
 
@@ -53,18 +52,18 @@ def own_reach(kept: Folder, engine: Engine, shown: Respondent, system: System, s
     first = next((told for told in kept.logged(EVENT) if told["when"] == "before"), None)
     if first is None:
         shown.plain("before")
-        reach = engine.reach(_plain(system, kept.protocol, engine), seed)
-        _log(kept, "before", reach)
-        for name, value in reach.changes.items():
+        finger = engine.reach(_plain(system, kept.protocol, engine), seed)
+        kept.log(EVENT, time=now(), when="before", **finger.row)
+        for name, value in finger.changes.items():
             kept.log("adjusted", time=now(), what=name, value=value, why="own reach")
-        write_toml(system.evolve(reach.changes), kept.path / FINGER, given=reach.changes)
+        write_toml(system.evolve(finger.changes), kept.path / FINGER, given=finger.changes)
     else:
-        reach = Reach(*(first[name] for name in Reach._fields))
-    plan, factor = fitted(kept.protocol, reach)
+        finger = MeasuredFinger.of(first)
+    plan, factor = fitted(kept.protocol, finger.reach)
     if first is None and factor < 1.0:
         kept.log("adjusted", time=now(), what="levels", factor=factor, extremes=plan.method.extremes(), why="own reach")
         shown.fitted(factor)
-    return plan, system.evolve(reach.changes)
+    return plan, system.evolve(finger.changes)
 
 
 def reach_after(kept: Folder, engine: Engine, shown: Respondent, system: System, seed: int) -> None:
@@ -74,7 +73,8 @@ def reach_after(kept: Folder, engine: Engine, shown: Respondent, system: System,
     shown.plain("after")
     try:
         finger = shown.finger(system, len(kept.rows))
-        _log(kept, "after", engine.reach(_plain(finger, kept.protocol, engine), seed))
+        found = engine.reach(_plain(finger, kept.protocol, engine), seed)
+        kept.log(EVENT, time=now(), when="after", **found.row)
     except FrictionloopError as error:
         kept.log(EVENT, time=now(), when="after", why=str(error))
 
@@ -82,22 +82,17 @@ def reach_after(kept: Folder, engine: Engine, shown: Respondent, system: System,
 def reaches(path: Path) -> pandas.DataFrame:
     """Return what each participant's finger could be given before and after, from the logs of sessions.
 
-    Columns participant, when, highest_n, lowest_n, susceptibility_per_um2, growth_per_s; no rows where none measured.
+    Columns participant, when, low_n, high_n, susceptibility_per_um2, growth_per_s; no rows where none measured.
     """
     rows = []
     for each in sessions_in(path):
         participant = read_session(each)[2]["participant"]
         for told in logged(each):
-            if told["event"] == EVENT and "highest_n" in told:
-                rows.append({"participant": participant, "when": told["when"], **{n: told[n] for n in Reach._fields}})
-    return pandas.DataFrame(rows, columns=["participant", "when", *Reach._fields])
+            if told["event"] == EVENT and "high_n" in told:
+                rows.append({"participant": participant, "when": told["when"], **MeasuredFinger.of(told).row})
+    return pandas.DataFrame(rows, columns=COLUMNS)
 
 
 def _plain(system: System, protocol: Protocol, engine: Engine) -> System:
     """Return the system for plain strokes: a simulated bench moves as it does by itself, a device by the guide."""
     return system if engine.source == "simulated" else guided(system, protocol)
-
-
-def _log(kept: Folder, when: str, reach: Reach) -> None:
-    told: dict[str, Any] = reach._asdict()
-    kept.log(EVENT, time=now(), when=when, **told)

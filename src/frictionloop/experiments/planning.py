@@ -1,4 +1,4 @@
-"""What a study needs: simulated participants, and studies drawn from them, by participants and by trials."""
+"""Before a study: a protocol run dry, how long it takes, whom it suits, how many participants and trials it needs."""
 
 from __future__ import annotations
 
@@ -10,15 +10,151 @@ import numpy as np
 import pandas  # type: ignore[import-untyped]
 from scipy.stats import t as student
 
+from frictionloop.experiments.needed import Needed, needed, share_in_reach
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.sequence import TrialOrder
+from frictionloop.experiments.study import simulate_trials, study_system
 from frictionloop.experiments.summary import fits, measure
+from frictionloop.experiments.trials import scored
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import plain
+from frictionloop.findings.shown import between
 from frictionloop.parameters import System
-from frictionloop.quantities import must_be
+from frictionloop.parameters.motion import Strokes
+from frictionloop.physics.fingers import fingers
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array
+from frictionloop.rendering.effect import Track
+from frictionloop.rendering.player import program_of
+
+MOST_TRIALS = 20_000
+"""Trials of a dry run, after which a protocol is taken to have no end (assumed)."""
+ANSWER_S = 1.0
+"""Time that an answer is counted with (assumed)."""
+FEW = 0.25
+"""Share of fingers in reach below which that is a finding (assumed)."""
+PEOPLE = 200
+"""Fingers that the share in reach is told of (assumed)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProtocolCheck(Result):
+    """What a protocol will do."""
+
+    SCHEMA: ClassVar[str] = "experiments.check/1"
+    name: str
+    title: str
+    trials: tuple[int, int]
+    """Trials of a session whose answers are all right, and all wrong; of one whose answers are numbers the same."""
+    duration_s: float
+    """Longest time of these, an answer counted with 1 s, without breaks and repetitions."""
+    needed: Needed
+    """Forces that it asks for."""
+    share_in_reach: float
+    """Share of the population's fingers that can be given all of them."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return trials, time, forces and the share of fingers."""
+        fewest, most = sorted(self.trials)
+        return [
+            ("protocol", f"{self.name}: {self.title}"),
+            ("trials", between(float(fewest), float(most))),
+            ("takes", f"{self.duration_s / 60.0:.0f} min at most, without breaks"),
+            ("forces", between(self.needed.low_n, self.needed.high_n, "N")),
+            ("in reach", f"of {100 * self.share_in_reach:.0f} % of fingers"),
+        ]
+
+
+def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
+    """Run every branch of a protocol dry and return what it will do.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        What is to be checked.
+    system : System, optional
+        The bench that it is to run on; that of `study_system` if not given.
+
+    Raises
+    ------
+    FrictionloopError
+        For a field of the system or the effect that is not there, an effect that does not fit the plate, a stroke that
+        is longer than the plate, or a protocol without an end; naming field and trial.
+    """
+    base = (system or study_system()).evolve(protocol.system)
+    for condition in protocol.conditions:
+        try:
+            own = base.evolve(condition.system)
+        except FrictionloopError as error:
+            raise FrictionloopError(f"conditions.{condition.name}.system: {error}") from None
+        _fits(protocol, own)
+        for level in {*protocol.method.extremes()}:
+            try:
+                program_of(protocol.stimulus.at(level, condition.effect), Track(), own.touch.load.length_mm)
+            except FrictionloopError as error:
+                raise FrictionloopError(f"condition {condition.name}, level {level:g}: {error}") from None
+    runs = [_dry(protocol, right) for right in (True, False)]
+    share = share_in_reach(protocol, base, fingers(PEOPLE, 0))
+    few = [Finding("STUDY-REACH", value=100.0 * share, unit="%")] if share < FEW else []
+    return ProtocolCheck(
+        name=protocol.name,
+        title=protocol.title,
+        trials=(runs[0][0], runs[1][0]),
+        duration_s=max(each[1] for each in runs),
+        needed=needed(protocol),
+        share_in_reach=share,
+        findings=tuple(few),
+    )
+
+
+def _fits(protocol: Protocol, system: System) -> None:
+    guide = protocol.timeline.stroke
+    if not isinstance(system.motion, Strokes):
+        raise FrictionloopError('motion.kind: must be "strokes"')
+    if guide.length_mm > system.touch.load.length_mm:
+        raise FrictionloopError(
+            f"timeline.stroke.length_mm = {guide.length_mm:g}: the plate has {system.touch.load.length_mm:g} mm"
+        )
+
+
+def _dry(protocol: Protocol, right: bool) -> tuple[int, float]:
+    """Return how many trials a session has whose answers are all right or all wrong, and how long it takes."""
+    order, line = TrialOrder(protocol, "P01"), protocol.timeline
+    trial_s = (
+        line.cue_s + protocol.intervals * line.stroke.duration_s + (protocol.intervals - 1) * line.gap_s + ANSWER_S
+    )
+    number = 0
+    while (trial := order.next()) is not None:
+        number += 1
+        if number > MOST_TRIALS:
+            raise must_be("stop.trials", protocol.stop.trials, f"at most {MOST_TRIALS}")
+        protocol.stimulus.at(trial.level, trial.condition.effect)
+        answer = _answer(protocol, trial.level, trial.comparison, right)
+        _, result = scored(protocol, trial.level, trial.comparison, answer)
+        start = (number - 1) * trial_s
+        order.tell(
+            {
+                "phase": trial.phase,
+                "again": 0,
+                "counted": int(trial.phase == "main"),
+                "result": result,
+                "delivered": trial.level,
+                "onset_s": start,
+                "offset_s": start + trial_s,
+            }
+        )
+    return number, number * trial_s
+
+
+def _answer(protocol: Protocol, level: float, comparison: int, right: bool) -> str:
+    if not protocol.choices:
+        return "50"
+    if protocol.task == "adjustment":
+        return "alike" if right else "more"
+    found = {scored(protocol, level, comparison, each)[0]: each for each in protocol.choices}
+    return found.get(1.0 if right else 0.0, protocol.choices[0])
+
 
 LEVEL = 0.05
 """Of the test."""
@@ -131,13 +267,7 @@ def power(
 
 
 def another_day(protocol: Protocol, effect: float, observer: Observer | None = None) -> tuple[Protocol, Observer]:
-    """Return a protocol with other seeds, and an observer with all Weber fractions times 1 + effect.
-
-    Raises
-    ------
-    FrictionloopError
-        For an effect out of range.
-    """
+    """Return a protocol with other seeds, and an observer with all Weber fractions times 1 + effect."""
     if not effect > -1.0 or effect == 0.0:
         raise must_be("effect", effect, "above -1 and not 0")
     base = observer or Observer()
@@ -147,13 +277,7 @@ def another_day(protocol: Protocol, effect: float, observer: Observer | None = N
 
 
 def first_trials(trials: pandas.DataFrame, count: int) -> pandas.DataFrame:
-    """Return of each participant and condition the first trials that counted; 0 is all.
-
-    Raises
-    ------
-    FrictionloopError
-        Where there are fewer.
-    """
+    """Return of each participant and condition the first trials that counted; 0 is all."""
     counted = trials[trials["counted"] == 1]
     per = counted.groupby(["participant", "condition"])
     most = int(per.size().min()) if len(counted) else 0
@@ -173,19 +297,7 @@ def differences(plans: Sequence[Protocol], tables: Sequence[pandas.DataFrame]) -
 
 
 def shares(change: Array, n: int, studies: int, seed: int) -> tuple[float, float, float]:
-    """Return the share of studies of n that find a change, and its 95 % interval over pools of participants.
-
-    Parameters
-    ----------
-    change : array
-        Change of each participant of the pool.
-    n : int
-        Participants of a study.
-    studies : int
-        Studies that are drawn from a pool.
-    seed : int
-        Seed of what is drawn.
-    """
+    """Return the share of studies of n that find a change, and its 95 % interval over pools of participants."""
     rng = np.random.default_rng([seed, 7, n])
     share = _found(change[rng.integers(0, change.size, (studies, n))])
     anew = [change[rng.integers(0, change.size, change.size)] for _ in range(POOLS)]

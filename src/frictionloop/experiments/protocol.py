@@ -26,9 +26,9 @@ from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
 from frictionloop.parameters.written import block_toml
-from frictionloop.quantities import FrictionloopError, check_known, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.rendering.effect import AnyEffect, Effect
-from frictionloop.rendering.files import effect_of
+from frictionloop.rendering.effect_toml import effect_of
 from frictionloop.rendering.library import LIBRARY
 
 Task = Literal["2ifc", "2afc", "yes_no", "same_different", "magnitude", "adjustment", "tracking"]
@@ -63,7 +63,7 @@ class Stimulus(Block):
         """Return the value of the field at a level; None is the standard."""
         if level is None:
             if self.standard is None:
-                raise FrictionloopError("stimulus.standard = None: must be a number")
+                raise must_be("stimulus.standard", None, "a number")
             return self.standard
         return level + (self.standard or 0.0) if self.adds else level
 
@@ -157,13 +157,14 @@ class Protocol(Description):
     def _fits(self) -> Self:
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
-            raise ValueError(f"conditions = {names}: must have names that differ")
+            raise must_be("conditions", names, "names that differ")
         if self.intervals == 2 and self.stimulus.standard is None:
-            raise ValueError("stimulus.standard: must be a number")
+            raise must_be("stimulus.standard", None, "a number")
         if (self.task == "adjustment") != (self.method.kind == "adjustment"):
-            raise ValueError(f'method.kind = "{self.method.kind}": task is "{self.task}"')
+            accepted = "adjustment" if self.task == "adjustment" else "another than adjustment"
+            raise must_be("method.kind", self.method.kind, f"{accepted} for task {self.task!r}")
         if self.task in ("magnitude", "tracking") and self.method.kind not in ("constant", "walk"):
-            raise ValueError(f'method.kind = "{self.method.kind}": must be "constant" or "walk"')
+            raise must_be("method.kind", self.method.kind, f"constant or walk for task {self.task!r}")
         for condition in self.conditions:
             for level in self.method.extremes():
                 try:

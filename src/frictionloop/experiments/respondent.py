@@ -1,14 +1,19 @@
-"""Who answers, and what they are shown of a trial on its way."""
+"""Who answers, and what they are shown of a trial on its way: a simulated participant, or a person at the keyboard."""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 import xarray as xr
 
+from frictionloop.experiments.folder import now
 from frictionloop.experiments.participant import SimulatedParticipant
+from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.sequence import Trial
+from frictionloop.experiments.trials import number_of
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
@@ -121,3 +126,140 @@ class Simulated(Respondent):
         """Return the participant's answer."""
         runs = [each.run for each in presented]
         return Response(*self.participant.answers(trial.number, trial.comparison, runs))
+
+
+BAR = 40
+"""Characters of the guide."""
+WORDS = "note TEXT keeps a note, pause waits for Enter, abort ends the session"
+
+
+class Keyboard(Respondent):
+    """Answers as lines: a choice, or its first letters. ``note TEXT``, ``pause`` and ``abort`` are for who watches.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        What is asked.
+    keys, shown : text stream
+        Where answers come from, and where questions go. On a terminal the bench takes its time, and the guide moves.
+    """
+
+    def __init__(self, protocol: Protocol, keys: TextIO | None = None, shown: TextIO | None = None) -> None:
+        self._protocol, self._keys, self._shown = protocol, keys or sys.stdin, shown or sys.stderr
+        self.paced = self._shown.isatty()
+        self._told = False
+
+    def respond(self, trial: Trial, presented: list[Presented]) -> Response:
+        """Ask until an answer is one of the choices, or a number."""
+        choices, start = self._protocol.choices, time.monotonic()
+        asked = f"[{' / '.join(choices)}]" if choices else "[a number]"
+        while True:
+            self._say(f"trial {trial.number}: {self._protocol.question} {asked} ")
+            line = self._line()
+            at = time.monotonic()
+            if answer := self._meant(line):
+                return Response(answer, at - start, at_s=at)
+            self._obey(line, trial)
+
+    def before(self, trial: Trial) -> None:
+        """Wait for Enter where there is a break; then say which stroke to make."""
+        guide = self._protocol.timeline.stroke
+        if not self._told:
+            self._say(f"{WORDS}\n")
+            self._told = True
+        if trial.pause:
+            self._wait("a break", trial)
+        self._say(f"stroke {guide.length_mm:g} mm at {guide.speed_mm_s:g} mm/s, {guide.load_n:g} N\n")
+
+    def live(self, sample: Live) -> None:
+        """Move the guide: where the finger ought to be, and how fast it is."""
+        guide = self._protocol.timeline.stroke
+        if not self.paced:
+            return
+        done = min(sample.elapsed_s / guide.duration_s, 1.0)
+        self._say(f"\r{sample.interval} {bar(done, guide.direction)} {_pace(sample.speed_mm_s, guide.speed_mm_s)}")
+
+    def stroked(self, interval: int, run: xr.Dataset) -> None:
+        """Take the guide away."""
+        if self.paced:
+            self._say("\r\033[K")
+
+    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
+        """Say why a trial is repeated; else whether the answer was right, in practice and where feedback is given."""
+        if row["again"]:
+            self._say(f"once more ({row['reason']})\n")
+        elif trial.phase == "practice" or self._protocol.timeline.feedback:
+            self._say({1.0: "right\n", 0.0: "wrong\n"}.get(row["correct"], ""))
+
+    def plain(self, when: str) -> None:
+        """Say that the finger is measured."""
+        self._say(f"two plain strokes {when} the session measure this finger's friction\n")
+
+    def fitted(self, factor: float) -> None:
+        """Say that levels were drawn together."""
+        self._say(f"{levels_drawn(factor)}\n")
+
+    def _meant(self, text: str) -> str:
+        """Return the answer that a line means, empty if none; of a number that the task does not have it says why."""
+        choices = self._protocol.choices
+        if choices:
+            found = [each for each in choices if text and each.startswith(text.lower())]
+            return found[0] if len(found) == 1 else ""
+        try:
+            number_of(self._protocol.task, text)
+        except FrictionloopError as error:
+            if text and text[0] in "+-.0123456789":
+                self._say(f"{error}\n")
+            return ""
+        return text
+
+    def _obey(self, line: str, trial: Trial) -> None:
+        """Do what a line that is no answer says."""
+        word, _, rest = line.partition(" ")
+        if word == "note" and rest:
+            self.log("note", time=now(), trial=trial.number, text=rest)
+        elif word == "pause":
+            self.log("pause", time=now(), trial=trial.number)
+            self._wait("paused", trial)
+            self.log("go on", time=now(), trial=trial.number)
+        elif word == "abort":
+            self.log("abort", time=now(), trial=trial.number)
+            raise Aborted("aborted at the keyboard")
+
+    def _wait(self, why: str, trial: Trial) -> None:
+        self._say(f"{why}; Enter goes on ")
+        while line := self._line():
+            self._obey(line, trial)
+
+    def _line(self) -> str:
+        line = self._keys.readline()
+        if not line:
+            raise KeyboardInterrupt("the keyboard was closed")
+        return line.strip()
+
+    def _say(self, text: str) -> None:
+        self._shown.write(text)
+        self._shown.flush()
+
+
+def levels_drawn(factor: float) -> str:
+    """Return in words that levels were drawn together."""
+    return f"levels drawn together to {100 * factor:.0f} %"
+
+
+def bar(done: float, direction: str = "forth", width: int = BAR) -> str:
+    """Return a line on which a finger is where it ought to be after a share of its stroke.
+
+    >>> bar(0.5, width=9)
+    '|    o    |'
+    """
+    way = {"forth": done, "back": 1.0 - done, "both": 1.0 - abs(2.0 * done - 1.0)}[direction]
+    place = round(way * (width - 1))
+    return f"|{' ' * place}o{' ' * (width - 1 - place)}|"
+
+
+def _pace(speed_mm_s: float, wanted_mm_s: float) -> str:
+    """Return how a speed compares; within a fifth it is as asked."""
+    ratio = speed_mm_s / wanted_mm_s
+    said = "slower" if ratio > 1.2 else "faster" if ratio < 0.8 else "good"
+    return f"{speed_mm_s:4.0f} mm/s {said:6}"

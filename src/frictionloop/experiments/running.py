@@ -19,7 +19,7 @@ from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.sequence import MOST_MARKED
 from frictionloop.experiments.session import Session, guided, one
 from frictionloop.experiments.study import about, hash_of, simulated_respondent, study_system
-from frictionloop.experiments.table import read_rows
+from frictionloop.experiments.trials import read_rows
 from frictionloop.findings import Finding, Result
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
@@ -72,16 +72,10 @@ def ran(path: Path) -> Ran:
 
 
 def engine_at(address: str, system: System, time_s: float = 0.0, keep: Path | None = None) -> Engine:
-    """Return what presents: the simulated bench at ``bench:``, whose clock goes on at a time, else a device.
-
-    Raises
-    ------
-    FrictionloopError
-        As ``fl.connect``.
-    """
+    """Return what presents: the simulated bench at ``bench:``, whose clock goes on at a time, else a device."""
     if address == BENCH:
         return BenchEngine(time_s)
-    from frictionloop.experiments.device_engine import DeviceEngine
+    from frictionloop.experiments.device_strokes import DeviceEngine
 
     return DeviceEngine(address, system, keep)
 

@@ -62,7 +62,7 @@ def participant_number(code: str) -> int:
     return int(digits) if digits else zlib.crc32(code.encode())
 
 
-class Sequence:
+class TrialOrder:
     """The trials of one session, one at a time."""
 
     def __init__(self, protocol: Protocol, participant: str) -> None:

@@ -8,13 +8,11 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.experiments.delivered import columns, measures, why_invalid
 from frictionloop.experiments.engine import BenchEngine, Engine, Stroke, simulated
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
-from frictionloop.experiments.sequence import Sequence as Order
-from frictionloop.experiments.sequence import Trial
-from frictionloop.experiments.table import delivered_level, scored
+from frictionloop.experiments.sequence import Trial, TrialOrder
+from frictionloop.experiments.trials import columns, delivered_level, measures, scored, why_invalid
 from frictionloop.parameters import System
 from frictionloop.parameters.motion import Strokes
 from frictionloop.quantities import FrictionloopError
@@ -26,18 +24,12 @@ class Session:
 
     def __init__(self, protocol: Protocol, participant: str, system: System, respondent: Respondent) -> None:
         self.protocol, self.participant, self.respondent = protocol, participant, respondent
-        self.order = Order(protocol, participant)
+        self.order = TrialOrder(protocol, participant)
         base = system.evolve(protocol.system)
         self._systems = {each.name: base.evolve(each.system) for each in protocol.conditions}
 
     def told(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Tell the rows of a session that goes on.
-
-        Raises
-        ------
-        FrictionloopError
-            For a row that is not of the trial that this protocol gives this participant, naming the trial.
-        """
+        """Tell the rows of a session that goes on."""
         for row in rows:
             trial = self.order.next()
             if trial is None or (trial.condition.name, trial.level) != (row["condition"], row["requested"]):

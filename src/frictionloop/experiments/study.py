@@ -1,27 +1,39 @@
-"""A whole study with simulated participants: sessions side by side, their strokes as lanes of one simulation."""
+"""A study: simulated participants as lanes of one simulation, or sessions in a folder, and what it found."""
 
 from __future__ import annotations
 
+import os
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.engine import BenchEngine
+from frictionloop.experiments.folder import once_each, read_trials, sessions_in
+from frictionloop.experiments.measured_finger import simulated_finger
 from frictionloop.experiments.needed import recruited
+from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.reach import simulated_reach
 from frictionloop.experiments.respondent import Simulated
 from frictionloop.experiments.session import Session, side_by_side
-from frictionloop.experiments.table import COLUMNS
+from frictionloop.experiments.summary import fits, funnel, groups, measure, pooled
+from frictionloop.experiments.trials import COLUMNS
+from frictionloop.findings import Finding, Result
+from frictionloop.findings.result import plain
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System, bench
+from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 STUDY = {
     "controller.kind": "notch_pi",
@@ -132,7 +144,7 @@ def simulated_session(
     """Return the session of a simulated participant, at its start."""
     own = system.evolve(finger)
     if protocol.fit_to_finger:
-        own = own.evolve(simulated_reach(own, hash_of(participant, seed)).changes)
+        own = own.evolve(simulated_finger(own, hash_of(participant, seed)).changes)
     return Session(protocol, participant, own, simulated_respondent(protocol, participant, finger, seed, observer))
 
 
@@ -160,3 +172,145 @@ def hash_of(participant: str, seed: int) -> int:
 def study_system() -> System:
     """Return the bench with PI behind a notch, which holds on it: what the studies here run on."""
     return bench().evolve(STUDY)
+
+
+TABLES = ("fits", "groups", "pooled", "funnel", "reaches")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study(Result):
+    """What trials of one protocol have found."""
+
+    SCHEMA: ClassVar[str] = "experiments.study/1"
+    protocol: Protocol
+    about: str
+    """How many sessions or participants, and what their forces are of."""
+    trials: pandas.DataFrame
+    """Rows as in ``trials.tsv``."""
+    fits: pandas.DataFrame
+    """As `fits`."""
+    groups: pandas.DataFrame
+    """As `groups`."""
+    pooled: pandas.DataFrame
+    """As `pooled`."""
+    funnel: pandas.DataFrame
+    """As `funnel`."""
+    reaches: pandas.DataFrame
+    """As `reaches`; no rows where it was not measured."""
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the protocol, where the trials are from, and how many count."""
+        counted = f"{len(self.trials)}, of which {int(self.trials['counted'].sum())} count"
+        return [("protocol", self.protocol.name), ("from", self.about), ("trials", counted)]
+
+    def tables(self) -> dict[str, pandas.DataFrame]:
+        """Return the groups by condition and level, then what each participant gave, all of them, and each trial."""
+        heads = {"mean": measure(self.protocol)[0], "low": "95 % from", "high": "to", "participants": "people"}
+        columns = ["condition", "level", "participants", "mean", "low", "high"]
+        shown = self.groups[columns].rename(columns=heads).set_index("condition")
+        more = {name: getattr(self, name) for name in TABLES if name != "groups"}
+        return {"groups": shown} | {name: _indexed(each) for name, each in more.items() if len(each)}
+
+    def plot(self) -> Figure:
+        """Return what was found of each participant."""
+        from frictionloop.experiments.study_figures import thresholds
+
+        return thresholds(self.protocol, self.fits)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the trials by name, tables as rows."""
+        found: dict[str, Any] = {"schema": self.SCHEMA, "protocol": self.protocol, "about": self.about}
+        found |= {"trials": len(self.trials), "counted": int(self.trials["counted"].sum())}
+        found |= {name: getattr(self, name).to_dict("records") for name in TABLES}
+        return dict(plain(found | {"findings": self.findings}))
+
+
+def _indexed(frame: pandas.DataFrame) -> pandas.DataFrame:
+    return frame.set_index(frame.columns[0])
+
+
+def study_of(
+    protocol: Protocol,
+    trials: pandas.DataFrame,
+    about: str,
+    of_fingers: pandas.DataFrame | None = None,
+    findings: Sequence[Finding] = (),
+) -> Study:
+    """Return what trials have found."""
+    fitted = fits(protocol, trials)
+    return Study(
+        protocol=protocol,
+        about=about,
+        trials=trials,
+        fits=fitted,
+        groups=groups(fitted),
+        pooled=pooled(protocol, trials),
+        funnel=funnel(trials),
+        reaches=pandas.DataFrame() if of_fingers is None else of_fingers,
+        findings=(*findings, *unfitted(fitted, measure(protocol)[0])),
+    )
+
+
+def unfitted(fitted: pandas.DataFrame, name: str) -> Iterator[Finding]:
+    """Yield of how many participants and conditions nothing was found, by the reason."""
+    over = fitted[(fitted["level"] == "requested") & (fitted["why"] != "")]
+    for why, count in over["why"].value_counts(sort=False).items():
+        yield Finding("STUDY-UNFITTED", value=int(count), more={"measure": name, "reason": str(why)})
+
+
+def simulate(
+    protocol: Protocol,
+    system: System | None = None,
+    participants: int = 24,
+    seed: int = 0,
+    *,
+    path: Path | None = None,
+    observer: Observer | None = None,
+    population: Sequence[Mapping[str, Any]] | None = None,
+    progress: bool | None = None,
+) -> Study:
+    """Return what a study with simulated participants finds.
+
+    Parameters
+    ----------
+    protocol, system, participants, seed, path, observer, population, progress
+        As of `simulate_trials`.
+
+    Raises
+    ------
+    FrictionloopError
+        For a number of participants below 1, or a folder with something in it.
+    """
+    trials = simulate_trials(
+        protocol, system, participants, seed, path=path, observer=observer, population=population, progress=progress
+    )
+    looked, able = trials.attrs["looked_at"], trials.attrs["able"]
+    about = f"{trials.attrs['participants']} simulated participants"
+    about += f", of {looked} fingers" if able and looked > participants else ""
+    scarce = [] if able else [Finding("STUDY-REACH", "warning", 0.0, "%")]
+    return study_of(protocol, trials, about, findings=scarce)
+
+
+def report(path: str | os.PathLike[str]) -> Study:
+    """Return what sessions of one protocol have found.
+
+    Parameters
+    ----------
+    path : path
+        A session, or a folder of sessions.
+
+    Raises
+    ------
+    FrictionloopError
+        For a folder without sessions, sessions of different protocols or twice of one participant.
+    """
+    where = Path(path)
+    found = sessions_in(where)
+    once_each(found)
+    protocol = folder.read_session(found[0])[0]
+    for other in found[1:]:
+        if folder.read_session(other)[0] != protocol:
+            raise FrictionloopError(f"{other}: has another protocol than {found[0]}")
+    sources = {str(folder.read_session(each)[2]["source"]) for each in found}
+    about = f"{len(found)} session{'s' * (len(found) > 1)}, {' and '.join(sorted(sources))}"
+    return study_of(protocol, read_trials(where), about, reaches(where))

@@ -10,11 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from frictionloop.experiments.convergence import convergence
-from frictionloop.experiments.function_fit import grouped
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.psychometric import probability
-from frictionloop.experiments.summary import groups, measure
+from frictionloop.experiments.psychometric import grouped, probability
+from frictionloop.experiments.summary import convergence, groups, measure
 from frictionloop.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, GREY)

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 
 Share = Annotated[Number, Field(ge=0, le=1)]
 Count = Annotated[Whole, Field(ge=0, le=100_000)]
@@ -113,7 +114,7 @@ class Validity(Block):
     @classmethod
     def _rises(cls, value: Range) -> Range:
         if not value[0] < value[1]:
-            raise ValueError(f"{list(value)}: must be two rising values")
+            raise ValueError("must be two rising values")
         return value
 
 
@@ -134,7 +135,7 @@ def check_stop(stop: Stop, method: str) -> None:
         if value is not None and method != only:
             raise ValueError(f'stop.{name} = {value:g}: goes with method.kind = "{only}"')
     if method not in ENDS_ITSELF and not stop.model_dump(exclude_none=True):
-        raise ValueError("stop: must have trials, reversals, width or time_s")
+        raise must_be("stop", None, "trials, reversals, width or time_s")
 
 
 def check_guide(stroke: StrokeGuide, rules: Validity) -> None:
@@ -148,4 +149,4 @@ def check_guide(stroke: StrokeGuide, rules: Validity) -> None:
     for name in ("speed_mm_s", "load_n"):
         asked, (low, high) = getattr(stroke, name), getattr(rules, name)
         if not low <= asked <= high:
-            raise ValueError(f"timeline.stroke.{name} = {asked:g}: must be {low:g} to {high:g} (validity)")
+            raise must_be(f"timeline.stroke.{name}", asked, f"{low:g} to {high:g} (validity)")

@@ -79,7 +79,7 @@ class Finding:
         """Return it in one line."""
         given = {"value": self.value, "unit": self.unit, "limit": self.limit, "where": self.where, **self.more}
         said = Template().format(entry(self.code).template, remedy=shown(self.remedy), **given)
-        return " ".join(said.split()).rstrip(":, ")
+        return " ".join(said.split()).rstrip(":;, ")
 
     @property
     def rank(self) -> int:

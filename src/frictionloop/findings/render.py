@@ -34,7 +34,7 @@ def lines(result: Result, everything: bool = False) -> list[Line]:
     rows, tables = list(result.rows()), list(result.tables().items())
     found = [*_rows(rows)]
     for name, frame in tables if everything else tables[:1]:
-        found += [[], *([[(name, "bold")]] if everything else []), *_table(frame)]
+        found += [*([[]] if found else []), *([[(name, "bold")]] if everything else []), *_table(frame)]
     told = result.findings if everything else result.findings[:WORST]
     left = len(result.findings) - len(told)
     room = LINES - len(found) - 1 - (left > 0)
@@ -48,7 +48,7 @@ def _rows(rows: Sequence[tuple[str, str]]) -> Iterator[Line]:
     """Yield names and what is said of them, in two columns, the second wrapped."""
     width = max((len(name) for name, _ in rows), default=0) + GAP
     for name, said in rows:
-        for k, part in enumerate(textwrap.wrap(said, WIDTH - width) or [""]):
+        for k, part in enumerate(_wrapped(said, WIDTH - width) or [""]):
             yield [("" if k else name, "bold"), (" " * (width - len("" if k else name)), ""), (part, "")]
 
 
@@ -70,7 +70,7 @@ def _words(column: Any) -> bool:
 def _findings(told: Sequence[Finding], most: int) -> Iterator[Line]:
     """Yield findings, broken where the terminal ends; the last of them cut to a line where they need more than most."""
     width = max((len(each.code) for each in told), default=0) + GAP
-    wrapped = [textwrap.wrap(str(each), WIDTH - 8 - width) for each in told]
+    wrapped = [_wrapped(str(each), WIDTH - 8 - width) for each in told]
     for k in range(len(told) - 1, -1, -1):
         if sum(map(len, wrapped)) > most:
             wrapped[k] = [textwrap.shorten(str(told[k]), WIDTH - 8 - width, placeholder=" ...")]
@@ -78,6 +78,11 @@ def _findings(told: Sequence[Finding], most: int) -> Iterator[Line]:
         for k, part in enumerate(parts):
             head = f"{each.severity:<8}" if k == 0 else " " * 8
             yield [(head, STYLE[str(each.severity)]), ((each.code if k == 0 else "").ljust(width), ""), (part, "")]
+
+
+def _wrapped(said: str, width: int) -> list[str]:
+    """Return lines between which no number is parted from its %."""
+    return [part.replace("\u00a0", " ") for part in textwrap.wrap(said.replace(" %", "\u00a0%"), width)]
 
 
 def fragment(result: Result) -> str:

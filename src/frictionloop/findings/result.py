@@ -88,6 +88,17 @@ class Result:
         return fragment(self)
 
 
+def frame(
+    rows: Mapping[str, Any] | Sequence[Mapping[str, Any]], index: str, heads: Sequence[str] | None = None
+) -> pd.DataFrame:
+    """Return rows as a table: by name, or mappings of which ``index`` is the head of the names."""
+    import pandas as pd
+
+    if isinstance(rows, Mapping):
+        return pd.DataFrame.from_dict(rows, orient="index", columns=heads).rename_axis(index or None)
+    return pd.DataFrame(list(rows)).set_index(index)
+
+
 def toml_table(name: str, values: Mapping[str, Any]) -> pd.DataFrame:
     """Return a block as a table whose lines are TOML, for a file that describes a bench."""
     import pandas as pd

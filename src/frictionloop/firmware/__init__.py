@@ -9,12 +9,7 @@ from __future__ import annotations
 
 from frictionloop.quantities.lazily import lazily
 
-HOMES = {
-    "exported": "Exported export",
-    "built_image": "Built build",
-    "law_source": "LawSource law",
-    "board_fit": "board_findings",
-}
+HOMES = {"exported": "Built Exported build export", "law_source": "LawSource law", "board_fit": "board_findings"}
 __getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from frictionloop.analysis.operating import asked, law_at
+from frictionloop.analysis.operating import force_band, law_at
 from frictionloop.findings import Condition, Finding
 from frictionloop.firmware.effect_tables import STORE
 from frictionloop.parameters import ResonantPlate, Steps, Strokes, System
@@ -30,13 +30,7 @@ FIRST_UM = 0.5
 
 
 def period_ticks(system: System) -> int:
-    """Return the period of the carrier in the image of a system, in ticks of its timer: the nearest to the plate.
-
-    Raises
-    ------
-    FrictionloopError
-        For a plate whose period the timer cannot have.
-    """
+    """Return the period of the carrier in the image of a system, in ticks of its timer: the nearest to the plate."""
     plate = system.plate
     if not isinstance(plate, ResonantPlate):
         return USUAL_TICKS
@@ -85,7 +79,7 @@ def ceiling_findings(system: System) -> Iterator[Finding]:
         yield Finding("FIRST-RUN", value=system.plate.max_amplitude_um, unit="um", remedy=remedy)
         return
     try:
-        least_n, wanted = float(friction_force(ceiling_um, law_at(system))), asked(system)
+        least_n, wanted = float(friction_force(ceiling_um, law_at(system))), force_band(system)
     except FrictionloopError:  # a recording whose level is not known
         return
     if wanted.low_n < least_n:

@@ -1,4 +1,4 @@
-"""The controller as the firmware runs it: its parameter words from a System, and the C core on this machine."""
+"""The controller as the firmware runs it: what of it it has, its parameter words, and the C core on this machine."""
 
 from __future__ import annotations
 
@@ -10,18 +10,65 @@ import numpy as np
 
 from frictionloop.control.law import Law
 from frictionloop.control.laws import NUMBERED, law_of
+from frictionloop.control.limit_observer import LimitObserverController
 from frictionloop.control.lookup import lookup_table, overdrive_gains
 from frictionloop.firmware.compiler import FLAGS, shared_library
-from frictionloop.firmware.known import check_known
 from frictionloop.firmware.quantised import Gain, Quantised, pi_gains, to_gain, to_places, to_q28
 from frictionloop.firmware.quantised_filtered import filtered_gains, filtered_state_places
 from frictionloop.firmware.quantised_limit import LIMIT_PLACES, limit_observer_quantised
 from frictionloop.firmware.words import filled
-from frictionloop.parameters import Model, System
+from frictionloop.parameters import (
+    Board,
+    FilteredPiController,
+    LoadCells,
+    LookupController,
+    Model,
+    NotchPiController,
+    PiController,
+    PositionSensor,
+    System,
+    Timing,
+    Touch,
+)
+from frictionloop.parameters.controller import FeedForward
+from frictionloop.parameters.represented import Represented
 from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import BITS, firmware_folder, parameter_words
 from frictionloop.quantities.trees import flat
+
+FIRMWARE = Represented(
+    "the firmware's form of the law",
+    {
+        # Delay, jitter and lost ticks are the board's own: a simulation keeps them.
+        Timing: "rate_hz delay_s jitter_s lost_ticks open_until_s form model",
+        PiController: "kind kp ki",
+        LookupController: "kind overdrive",
+        FeedForward: "kp ki feedforward overdrive",
+        FilteredPiController: "kind sections",
+        NotchPiController: "kind kp ki notch_hz notch_depth notch_width",
+        LimitObserverController: "kind slip_length_um susceptibility_margin bandwidth_hz spring_noise",
+        Model: "nominal_n susceptibility_per_um2 max_amplitude_um plate_hz resonance_hz resonance_q sensor_hz "
+        "table_um2",
+        Touch: "position load",
+        PositionSensor: "tracking_hz",
+        LoadCells: "touch_n touch_share mean_s least_speed_mm_s speed_share developed_mm turn_mm",
+        Board: "force_axes force_zero_counts force_n_per_count across_n_per_count load_zero_counts load_n_per_count "
+        "position_m_per_count ceiling_um ramp_s force_limit_n hum_share",
+    },
+    # Its table has 257 entries whatever is given; noise, range and length are those of the sensors that it reads.
+    {
+        Model: "table_size gain_spread",
+        PositionSensor: "noise_um resolution_um fastest_mm_s",
+        LoadCells: "noise_n length_mm",
+    },
+)
+
+
+def check_known(system: System, *blocks: str) -> None:
+    """Refuse a field of a System's blocks that no word of the firmware has."""
+    FIRMWARE.check({name: getattr(system, name) for name in blocks})
+
 
 FORMS: dict[str, Quantised] = {
     "pi": Quantised(pi_gains, lambda c: (28,)),
@@ -35,13 +82,7 @@ CELLS = 256
 
 
 def quantised_gains(controller: Any) -> list[Gain]:
-    """Return the gains of a controller's law as its C step takes them, each (mantissa, shift).
-
-    Raises
-    ------
-    FrictionloopError
-        When the firmware has no such law, or a gain does not fit it.
-    """
+    """Return the gains of a controller's law as its C step takes them, each (mantissa, shift)."""
     return list(_form(law_of(controller)).gains(controller))
 
 
@@ -108,11 +149,6 @@ def host_library(
         As `shared_library` takes them; the same bits come from all.
     built
         A library that was built otherwise, in the place of all that.
-
-    Raises
-    ------
-    FrictionloopError
-        Without cffi or a C compiler, or when the core does not compile.
     """
     ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(declarations())

@@ -24,13 +24,7 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}
 
 
 def compiler() -> tuple[str, ...]:
-    """Return the command of a C compiler: ``$CC``, else cc, else zig from the wheel ``ziglang``.
-
-    Raises
-    ------
-    FrictionloopError
-        When there is none.
-    """
+    """Return the command of a C compiler: ``$CC``, else cc, else zig from the wheel ``ziglang``."""
     named = tuple(os.environ.get("CC", "cc").split()) or ("cc",)
     if shutil.which(named[0]):
         return named
@@ -74,12 +68,6 @@ def shared_library(
         Flags of the compiler besides those that make a shared library.
     command
         The compiler; `compiler` by default.
-
-    Raises
-    ------
-    FrictionloopError
-        Without a compiler, when the sources do not compile (with the compiler's first complaint), or when the cache
-        cannot be written or is open to others.
     """
     command = tuple(command or compiler())
     given = (*flags, *(("-fno-sanitize=all",) if "ziglang" in command else ()))

@@ -1,26 +1,175 @@
-"""An effect as a device plays it: steps of fixed point and tables of 16 bit, in one store of words.
+"""An effect as a device plays it: steps of fixed point and tables of 16 bit, in one store of words, and as a file.
 
 The steps are those of `rendering.program`. What a device has no room for is sampled more coarsely.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionloop.findings import Finding
-from frictionloop.firmware.effect_pieces import Piece, shared
-from frictionloop.firmware.effect_rounding import FULL, rounded_by_n
 from frictionloop.firmware.quantised import to_gain, to_q28
-from frictionloop.quantities import must_be
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities import must_be, replacing
+from frictionloop.quantities.schema import named, schema
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
 from frictionloop.rendering.source import EffectSource
 from frictionloop.rendering.tables import Map
+
+TOLERANCE_N = 5e-5
+"""Difference from the simulator's table at which no more values are spent (assumed: a quarter of the 0.2 mN that C and
+Python may differ by)."""
+GROWTH = 1.2
+"""From one number of values that is tried to the next."""
+
+
+class Piece(NamedTuple):
+    """A table over place (mm) or over time (s)."""
+
+    values: np.ndarray
+    """Forces in N; of one that repeats, the first again at the end."""
+    start: float
+    per: float
+    """Values per mm, or per s."""
+    nearest: bool = False
+    repeats: bool = False
+
+    @property
+    def values_count(self) -> int:
+        """Values without the one that closes a period."""
+        return len(self.values) - self.repeats
+
+    @property
+    def least(self) -> int:
+        """The fewest values it can have."""
+        return 2
+
+    def trimmed(self, reach: float) -> Piece:
+        """Return it without values beyond a distance from 0, nor those that only hold an end."""
+        if self.repeats or self.nearest:
+            return self
+        at = self.start + np.arange(len(self.values)) / self.per
+        moves = np.flatnonzero(np.diff(self.values))
+        first, last = (moves[0], moves[-1] + 1) if moves.size else (0, 1)
+        first = max(first, int(np.searchsorted(at, -reach, "right")) - 1)
+        last = min(last, int(np.searchsorted(at, reach)))
+        first = min(first, len(at) - 2)
+        last = max(last, first + 1)
+        return self._replace(values=self.values[first : last + 1], start=float(at[first]))
+
+    def resampled(self, size: int) -> Piece:
+        """Return it with so many values in all; as it is where it has no more."""
+        if size >= len(self.values):
+            return self
+        at = np.linspace(0.0, len(self.values) - 1.0, size)
+        values = self.values[np.rint(at).astype(int)] if self.nearest else self._at(at)
+        return self._replace(values=values, per=self.per * (size - 1.0) / (len(self.values) - 1.0))
+
+    def error_n(self, size: int) -> float:
+        """Return the largest difference that so many values make."""
+        few = self.resampled(size)
+        at = np.arange(len(self.values)) * (few.per / self.per)
+        if self.nearest:
+            return float(np.max(np.abs(few.values[np.floor(at + 0.5).astype(int)] - self.values)))
+        return float(np.max(np.abs(np.interp(at, np.arange(size), few.values) - self.values)))
+
+    def needs(self, most: int) -> int:
+        """Return the fewest values, at most so many, with which it differs by no more than the tolerance."""
+        size = self.least
+        while size < min(most, len(self.values)):
+            if self.error_n(size) <= TOLERANCE_N:
+                return size
+            size = max(int(size * GROWTH), size + 1)
+        return min(most, len(self.values))
+
+    def _at(self, at: np.ndarray) -> np.ndarray:
+        return np.interp(at, np.arange(len(self.values)), self.values)
+
+
+def shared(needs: Sequence[int], room: int) -> list[int]:
+    """Return how many values each piece gets of a room: what it needs, or an even share of what the others leave."""
+    given, left = [0] * len(needs), room
+    for rank, k in enumerate(sorted(range(len(needs)), key=lambda k: needs[k])):
+        given[k] = min(needs[k], left // (len(needs) - rank))
+        left -= given[k]
+    return given
+
+
+FARTHEST_M = 0.5
+"""Distance from place to place that the firmware can tell."""
+LARGEST_N, FASTEST_M_S = 8.0, 1.0
+"""Force that a word holds; speed with which forces of speed must fit it (assumed)."""
+FULL = 32767
+BIT_N = 2.0**-27
+"""Two steps of a force in the firmware."""
+
+
+class _Force(NamedTuple):
+    """What a step leaves on the stack."""
+
+    largest_n: float
+    error_n: float
+    """By how much the words may be off, N."""
+
+
+def rounded_by_n(program: Program) -> float:
+    """Return by how much the rounding to words may change the force, N, a place being 0.5 nm off at most.
+
+    A value is rounded to 2^-15 of the largest of its table, and a share between two values to 2^-16. A product carries
+    the error of each factor times the other.
+
+    Raises
+    ------
+    FrictionloopError
+        For what the firmware's words do not hold: a force of 8 N, a place half a metre from the others.
+    """
+    stack: list[_Force] = []
+    for do, *numbers in program.code:
+        if do <= Do.WAVE:
+            stack.append(_of_table(program, *map(int, numbers[:2]), repeats=bool(numbers[5 if do == Do.TABLE else 3])))
+        elif do in (Do.DIRECTION, Do.TRIGGER):
+            stack.append(_Force(1.0, 0.0))
+        elif do == Do.SPEED:
+            stack.append(_Force(abs(1e3 * numbers[0]) * FASTEST_M_S, BIT_N))
+        elif do == Do.SCALED:
+            stack.append(_Force(*(abs(numbers[0]) * each for each in stack.pop())))
+        elif do == Do.MIX:
+            share, one, other = (stack.pop(k) for k in (-3, -2, -1))
+            apart = one.largest_n + other.largest_n  # their difference is a word too
+            stack.append(_Force(apart, max(one.error_n, other.error_n) + share.error_n * apart + BIT_N))
+        else:
+            b, a = stack.pop(), stack.pop()
+            stack.append(_mixed(do, a, b))
+        if not stack[-1].largest_n < LARGEST_N:
+            raise must_be("effect: force", stack[-1].largest_n, f"below {LARGEST_N:g}", "N")
+        places = (numbers[2],) if do == Do.TABLE else numbers[2:4] if do == Do.TRIGGER and numbers[1] == 2 else ()
+        for place_mm in places:
+            if not 1e-3 * abs(place_mm) < 0.5 * FARTHEST_M:
+                raise must_be("effect: place", float(place_mm), "-250 to 250", "mm")
+    return stack[0].error_n
+
+
+def _of_table(program: Program, first: int, count: int, *, repeats: bool) -> _Force:
+    values = program.values[first : first + count + repeats]
+    largest = float(np.max(np.abs(values)))
+    rise = float(np.max(np.abs(np.diff(values))))
+    return _Force(largest, 0.5 * largest / FULL + rise * 2.0**-16 + BIT_N)
+
+
+def _mixed(do: float, a: _Force, b: _Force) -> _Force:
+    if do == Do.ADD:
+        return _Force(a.largest_n + b.largest_n, a.error_n + b.error_n)
+    if do == Do.LARGER:
+        return _Force(max(a.largest_n, b.largest_n), max(a.error_n, b.error_n))
+    error_n = a.largest_n * b.error_n + b.largest_n * a.error_n + a.error_n * b.error_n + BIT_N
+    return _Force(a.largest_n * b.largest_n, error_n)
+
 
 FORMATS = {"u8": "u1", "u16": "<u2", "i32": "<i4", "i8": "i1"}
 STEP = np.dtype([(field["name"], FORMATS[field["format"]]) for field in schema()["effect_step"]])
@@ -182,3 +331,30 @@ def _gain(name: str, value: float) -> dict[str, int]:
 
 def _place(place_mm: float) -> int:
     return round(1e-3 * place_mm * PLACES)
+
+
+def tables_tree(tables: EffectTables) -> dict[str, Any]:
+    """Return the steps by name with their fields, the values in N, and all words as they are sent."""
+    size = STEP.itemsize // 2
+    count = len(tables.program.code)
+    steps = tables.words[HEAD : HEAD + count * size].copy().view(STEP)
+    names, fields = named("steps"), (STEP.names or ())[1:-1]
+    return {
+        "steps": [{"what": names[int(step["what"])]} | {name: int(step[name]) for name in fields} for step in steps],
+        "values_n": tables.program.values.tolist(),
+        "words": tables.words.tolist(),
+        "error_n": tables.error_n,
+        "findings": [each.to_dict() for each in tables.findings],
+    }
+
+
+def write_tables(tables: EffectTables, path: Path) -> None:
+    """Write these as JSON; the old file stays whole until the new one is complete.
+
+    Raises
+    ------
+    FrictionloopError
+        For a file that cannot be written.
+    """
+    with replacing(path) as beside:
+        beside.write_text(json.dumps(tables_tree(tables)), encoding="utf-8")

@@ -8,11 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from frictionloop.firmware.board_fit import USUAL_TICKS
-from frictionloop.firmware.built_in import law_bits
+from frictionloop.firmware.built_in import law_bits, revision_here
 from frictionloop.firmware.compiler import run, zig
-from frictionloop.firmware.image_checks import check, memory_map, sizes
-from frictionloop.firmware.image_files import seal
-from frictionloop.firmware.revision import revision_here
+from frictionloop.firmware.image_files import check, memory_map, seal, sizes
 from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.files import replacing

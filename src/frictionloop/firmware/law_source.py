@@ -28,7 +28,7 @@ from frictionloop.findings.result import Row
 from frictionloop.firmware.c_source import REAL, identifier, literal
 from frictionloop.firmware.translation import INCLUDES, Translation
 from frictionloop.parameters import Model, System
-from frictionloop.parameters.law_values import gains_said
+from frictionloop.parameters.summary import gains_said
 from frictionloop.quantities import replacing, trees
 from frictionloop.quantities.version import package_version
 from frictionloop.sensing.measurement import Measurement

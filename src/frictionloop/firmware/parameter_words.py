@@ -7,8 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from frictionloop.firmware.compiled import controller_words
-from frictionloop.firmware.known import check_known
+from frictionloop.firmware.compiled import check_known, controller_words
 from frictionloop.firmware.words import filled, to_words, word_of
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor
@@ -39,13 +38,7 @@ OVERRUN_TICKS = 5
 
 
 def firmware_words(system: System) -> np.ndarray:
-    """Return the whole parameter table of the firmware, int32, in the order of protocol/frictionloop.toml.
-
-    Raises
-    ------
-    FrictionloopError
-        For a control rate that is not the firmware's, or a value outside the range of its word, naming both.
-    """
+    """Return the whole parameter table of the firmware, int32, in the order of protocol/frictionloop.toml."""
     return filled(controller_words(system) | device_words(system))
 
 
@@ -110,7 +103,7 @@ def _touch(system: System) -> dict[str, Any]:
     else:
         for name in ("load_n_per_count", "position_m_per_count"):
             if getattr(board, name) == 0:
-                raise must_be(f"board.{name}", 0.0, 'other than 0, or motion.kind = "sliding"')
+                raise must_be(f"board.{name}", 0.0, "other than 0")
     return {
         "touch.zero_counts": board.load_zero_counts,
         "touch.n_per_count": board.load_n_per_count,

@@ -1,14 +1,20 @@
-"""Parameters of the firmware in their units, and the 32-bit words that stand for them."""
+"""Parameters of the firmware in their units, the 32-bit words that stand for them, and a table of these as files."""
 
 from __future__ import annotations
 
+import csv
+import io
+import zlib
+from collections.abc import Iterator
 from difflib import get_close_matches
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionloop.firmware.quantised import to_gain
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.parameters import System, write_toml
+from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.schema import BITS, Word, parameter_words, word_count
 
 
@@ -29,13 +35,7 @@ def word_at(index: int) -> Word:
 
 
 def to_words(word: Word, value: Any) -> np.ndarray:
-    """Return the words of a parameter's value: a number, or `count` of them.
-
-    Raises
-    ------
-    FrictionloopError
-        For a wrong count, or a number outside what the schema accepts.
-    """
+    """Return the words of a parameter's value: a number, or `count` of them."""
     try:
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
     except (TypeError, ValueError):
@@ -92,3 +92,72 @@ def _check(word: Word, number: float) -> None:
     whole = word.format != "count" or number == round(number) if np.isfinite(number) else False
     if not (whole and low <= number <= high):
         raise must_be(word.name, number, accepted(word), word.unit)
+
+
+class Number(NamedTuple):
+    """A number of a parameter table; the fields are the columns of parameters.csv."""
+
+    word: int
+    """Index of its first word."""
+    name: str
+    """The parameter's, with the place in brackets where it has several numbers."""
+    value: float
+    unit: str
+    raw: str
+    """Its words as whole numbers."""
+    meaning: str
+
+
+def fingerprint(words: np.ndarray) -> str:
+    """Return the CRC-32 of all words of a table, little-endian, in hexadecimal: that of parameters.bin as a file."""
+    return f"{zlib.crc32(words.astype('<i4').tobytes()):08x}"
+
+
+def numbers(words: np.ndarray) -> Iterator[Number]:
+    """Yield every number of a parameter table."""
+    for word in parameter_words().values():
+        each = word.words // word.count
+        value = np.atleast_1d(from_words(word, words[word.first : word.first + word.words]))
+        for k in range(word.count):
+            first = word.first + k * each
+            name = f"{word.name}[{k}]" if word.count > 1 else word.name
+            raw = " ".join(map(str, words[first : first + each].tolist()))
+            yield Number(first, name, float(value[k]), word.unit, raw, word.text)
+
+
+def differing(words: np.ndarray, others: np.ndarray) -> list[tuple[str, str, str]]:
+    """Return the name of each number that differs between two tables, with its value in either."""
+    pairs = zip(numbers(words), numbers(others), strict=True)
+    return [(one.name, *_apart(one, other)) for one, other in pairs if one.raw != other.raw]
+
+
+def _apart(one: Number, other: Number) -> tuple[str, str]:
+    """Return two values with as many digits as tell them apart; their words where no digits do."""
+    for digits in (6, 12):
+        texts = f"{one.value:.{digits}g}", f"{other.value:.{digits}g}"
+        if texts[0] != texts[1]:
+            return f"{texts[0]} {one.unit}".rstrip(), f"{texts[1]} {other.unit}".rstrip()
+    return f"words {one.raw}", f"words {other.raw}"
+
+
+FINGERPRINT = "values.txt"
+"""File with the fingerprint of the values, as `device info` prints it."""
+
+
+def write_table(system: System, words: np.ndarray, folder: Path) -> None:
+    """Write parameters.bin (little-endian int32), parameters.csv, values.txt and system.toml into a folder."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(Number._fields)
+    writer.writerows(numbers(words))
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise must_be("out", str(folder), f"a folder ({error.strerror})") from None
+    with replacing(folder / "parameters.bin") as fresh:
+        fresh.write_bytes(words.astype("<i4").tobytes())
+    with replacing(folder / "parameters.csv") as fresh:
+        fresh.write_text(text.getvalue(), encoding="utf-8")
+    with replacing(folder / FINGERPRINT) as fresh:
+        fresh.write_text(f"values {fingerprint(words)}\n", encoding="ascii")
+    write_toml(system, folder / "system.toml")

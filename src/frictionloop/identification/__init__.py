@@ -1,18 +1,18 @@
 """Recordings to parameters, with uncertainty: sees datasets only, a simulated rig and a recording look the same.
 
 channels  bench  run  compare   the verbs: what is in a file, a bench from its recordings, a recording, two certificates
-load  weights  response  modes  noise  friction  vibrated   the analyses by themselves, on recordings of your own
+load  weights  response  modes  noise  friction  susceptibility   the analyses by themselves, on recordings of your own
 """
 
-from frictionloop.identification.agreement import Corner
 from frictionloop.identification.amplitude_protocol import amplitude_protocol
-from frictionloop.identification.bench_file import to_toml
-from frictionloop.identification.bench_identification import Bench, bench
-from frictionloop.identification.calibration import Calibration, Plateaus, plateaus, weights
+from frictionloop.identification.bench_identification import bench
 from frictionloop.identification.calibration_wizard import Recorded, Step, map_beside, run, steps_of
-from frictionloop.identification.certificates import Change, Comparison, certified_corners, compare
+from frictionloop.identification.certificates import Change, Comparison, Corner, certified_corners, compare
 from frictionloop.identification.channel_map import Channel, ChannelMap, read_map
 from frictionloop.identification.channel_summary import ChannelSummary
+from frictionloop.identification.decay_modes import Mode, Modes, modes
+from frictionloop.identification.entry_result import Refused
+from frictionloop.identification.estimate import Estimate, Interval, Measured
 from frictionloop.identification.figures_of_merit import (
     FloorReading,
     dynamic_range_db,
@@ -20,39 +20,38 @@ from frictionloop.identification.figures_of_merit import (
     residual_share,
     uniform_std_n,
 )
-from frictionloop.identification.file_channels import FileChannels, channels
-from frictionloop.identification.file_traces import FirstLook, first_look
+from frictionloop.identification.file_channels import FileChannels, FirstLook, channels, first_look
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import Hit, Hits, pick_hits
+from frictionloop.identification.identified_bench import Bench, to_toml
+from frictionloop.identification.line_fits import CarrierDrift, carrier_drift
 from frictionloop.identification.loop_delay import LoopDelay, loop_delay
-from frictionloop.identification.measured import Estimate, Interval, Measured
-from frictionloop.identification.modes import Mode, Modes, modes
-from frictionloop.identification.noise import (
+from frictionloop.identification.noise_density import (
     NoiseSpectrum,
     Spur,
     band_rms,
     floor_density,
     noise_spectrum,
 )
-from frictionloop.identification.opened import findings_of, load
 from frictionloop.identification.people import People, people
 from frictionloop.identification.plate_decay import PlateEnvelope, plate_decay, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
-from frictionloop.identification.project import Converter, Project, Take
+from frictionloop.identification.project_file import Converter, Project, Take
 from frictionloop.identification.quiet import Quiet, noise
 from frictionloop.identification.recording_columns import channel, rate_of
-from frictionloop.identification.refused import Refused
+from frictionloop.identification.recording_file import findings_of, load
 from frictionloop.identification.resonance import Resonance, fit_resonance
-from frictionloop.identification.ring_down import RingDown, fit_ring_down
 from frictionloop.identification.slides import Friction, Slide, friction
-from frictionloop.identification.straight_scale import CarrierDrift, carrier_drift
-from frictionloop.identification.straightness import (
+from frictionloop.identification.susceptibility import MonotoneTable, SusceptibilityFit, monotone_table, susceptibility
+from frictionloop.identification.susceptibility_fit import LawFit
+from frictionloop.identification.weights_calibration import (
+    Calibration,
+    Plateaus,
     PulleyFriction,
-    Straightness,
     exponent_for_r2,
+    plateaus,
     pulley_friction,
     r2_with_friction,
-    straightness,
+    weights,
 )
-from frictionloop.identification.vibrated import MonotoneTable, Vibrated, monotone_table, vibrated
-from frictionloop.identification.vibrated_fit import LawFit
+from frictionloop.identification.weights_straightness import Straightness, straightness

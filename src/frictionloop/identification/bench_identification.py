@@ -7,163 +7,29 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
-from frictionloop.analysis import operating_band
-from frictionloop.analysis.linear import LinearLoop
-from frictionloop.findings import Result
-from frictionloop.findings.result import Row, plain
-from frictionloop.identification import bench_file
-from frictionloop.identification.agreement import LOOP, Corner, agreed, corners_of, together
-from frictionloop.identification.entries import RefusedEntry, Work, analysed_entries, results_of
+from frictionloop.findings import Finding
+from frictionloop.findings.catalogue import Severity
+from frictionloop.identification.entry_result import EntryResult, Sensor
+from frictionloop.identification.estimate import Measured
 from frictionloop.identification.figures_of_merit import dynamic_range_db
-from frictionloop.identification.measured import Measured
-from frictionloop.identification.part import Part, Sensor, number_said
-from frictionloop.identification.people import LEAST_FINGERS, People
-from frictionloop.identification.project import Project, read_project
+from frictionloop.identification.identified_bench import BELIEVED, Bench, source_of
+from frictionloop.identification.people import TAU, together
+from frictionloop.identification.project_analysis import Work, analysed_entries, results_of
+from frictionloop.identification.project_file import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
-from frictionloop.parameters.wording import known_names
-from frictionloop.quantities import must_be, replacing, unit_of
+from frictionloop.quantities import replacing
 
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
+APART = 3.0
+"""Two methods contradict each other where they are so many standard errors apart (assumed)."""
 
-MOST = 12
-"""Values in the table that belongs to the answer."""
-ASSUMED = ("friction.", "plate.", "sensor.", "finger.", "controller.delay_s", "controller.rate_hz")
-"""Where numbers stand that a bench can be measured for."""
-DESIGNED = {"sensor": "sensor.cutoff_hz", "delay": "controller.delay_s", "gain": "sensitivity"}
-"""Values whose intervals a design holds, by its flag."""
-TAU, SPREAD = "friction.susceptibility_per_um2", "controller.model.gain_spread"
+SPREAD = "controller.model.gain_spread"
 LEAST_SPREAD = 1.1
 """Loop gain over the believed one that is left to a finger however well it was measured (assumed: it moistens)."""
 LEAST_CORNER = 0.005
 """Share by which a design should let the resonance be off, however well it was measured (assumed: it warms)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bench(Result):
-    """A bench, and where its numbers come from."""
-
-    SCHEMA: ClassVar[str] = "identify.bench/1"
-    system: System
-    parts: tuple[Part, ...]
-    measured: Mapping[str, Measured]
-    """Values of the System that were measured, by dotted name."""
-    stated: Mapping[str, str]
-    """Values that the project file states, by dotted name, and from what."""
-    resonance_error: float | None
-    """Share by which the resonance may be off: the half width of its 95 % interval, at least 0.005."""
-    project: Path
-    keys: tuple[str, ...]
-    """What each part depends on, as a hash."""
-    analysed: int
-    """Entries that were analysed; the others were unchanged since the last time."""
-    people: People | None = None
-    """The population of fingers, where slides of three or more were recorded."""
-    range_db: float | None = None
-    """What the converter spans, by what is stated, over the noise of a quiet recording."""
-    refused: tuple[RefusedEntry, ...] = ()
-    """Entries that were left out because their files or analyses were refused."""
-
-    @property
-    def design_flags(self) -> str:
-        """What ``frictionloop design controller`` should hold, by its flags: half widths of the intervals."""
-        shares = {"resonance": self.resonance_error} | {
-            flag: (each.interval().high - each.value) / abs(each.value)
-            for flag, path in DESIGNED.items()
-            if (each := self.measured.get(path)) is not None and each.value
-        }
-        return " ".join(f"--{flag}-error {share:.3g}" for flag, share in shares.items() if share is not None)
-
-    @property
-    def assumed(self) -> dict[str, Any]:
-        """Numbers of plate, sensor, delay and friction that nobody has measured or stated, by dotted name."""
-        tree = self.system.model_dump()
-        told = {*self.measured, *self.stated}
-        names = [name for name in known_names(type(preset("bench")), tree) if name.startswith(ASSUMED)]
-        left = [name for name in names if name not in told and not name.endswith("kind")]
-        return {name: tree[name.partition(".")[0]].get(name.partition(".")[2]) for name in left}
-
-    @property
-    def corners(self) -> tuple[Corner, ...]:
-        """Ends of the intervals at which gains have to hold."""
-        return corners_of(self.measured, self.people)
-
-    @property
-    def loops(self) -> list[LinearLoop]:
-        """The loops at which gains have to hold, for `retune`: as measured, and at each corner, dry and moist."""
-        benches = [self.system, *(self.system.evolve({each.path: each.value}) for each in self.corners)]
-        return [loop for each in benches for loop in operating_band(each, occluded=(0.0, 1.0))]
-
-    def rows(self) -> list[Row]:
-        """Return how much was measured, what a design should hold, whose fingers, and the dynamic range."""
-        counts = {"measured": self.measured, "stated": self.stated, "assumed": self.assumed}
-        found = [("bench", ", ".join(f"{len(each)} values {name}" for name, each in counts.items()))]
-        if self.resonance_error is not None:
-            found.append(("design", f"design controller BENCH.toml {self.design_flags}"))
-        if self.people is not None:
-            found.append(("fingers", f"{len(self.people.names)}: {', '.join(self.people.names)}"))
-        return found + ([("range", f"{self.range_db:.1f} dB")] if self.range_db is not None else [])
-
-    def tables(self) -> dict[str, pd.DataFrame]:
-        """Return the values with their intervals, the three lines of each error, numbers, and what was not measured."""
-        import pandas as pd
-
-        every = list(self.measured.values())
-        loop = sorted(every, key=lambda each: each.path not in LOOP)[:MOST]
-        lines = {
-            name: [getattr(each, name) for each in every] for name in ("within", "between", "method", "how", "date")
-        }
-        numbers = [(part.kind, name, number_said(each)) for part in self.parts for name, each in part.numbers.items()]
-        numbers += [("fingers", name, number_said(each)) for name, each in self._of_people()]
-        stated = {"value": [self._value(name) for name in self.stated], "from": list(self.stated.values())}
-        assumed = {"value": list(self.assumed.values()), "unit": [unit_of(name) for name in self.assumed]}
-        corners = [(each.path, f"{each.value:.6g}", each.side) for each in self.corners]
-        return {
-            "measured": pd.DataFrame({"value, 95 %": [str(e.estimate) for e in loop]}, [e.path for e in loop]),
-            "standard errors": pd.DataFrame(lines, [each.path for each in every]),
-            "numbers": pd.DataFrame(numbers, columns=["of", "number", "value"]).set_index("of"),
-            "stated": pd.DataFrame(stated, list(self.stated)),
-            "assumed": pd.DataFrame(assumed, list(self.assumed)),
-            "corners": pd.DataFrame(corners, columns=["value", "at", "end"]).set_index("value"),
-        }
-
-    def _value(self, path: str) -> Any:
-        value: Any = self.system
-        for word in path.split("."):
-            value = getattr(value, word)
-        return value
-
-    def _of_people(self) -> list[tuple[str, Any]]:
-        return [] if self.people is None else list(self.people.numbers().items())
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything by name but what is drawn; ``certified`` reads measured values and corners again."""
-        own = super().to_dict()
-        del own["keys"]
-        more = {"corners": self.corners, "design_flags": self.design_flags, "assumed": self.assumed}
-        return own | {"measured": plain(list(self.measured.values()))} | plain(more)
-
-    def kept(self) -> dict[str, Any]:
-        """Return what entries told as plain data, to be handed to `bench` the next time."""
-        return results_of(list(zip(self.keys, self.parts, strict=True)))
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Write what `to_toml` returns; ``FrictionloopError`` for a path that cannot be written."""
-        with replacing(path) as beside:
-            beside.write_text(bench_file.to_toml(self), encoding="utf-8")
-
-    def write_population(self, path: str | os.PathLike[str]) -> None:
-        """Write the population of fingers as TOML, for ``fl.fingers``."""
-        import tomlkit
-
-        if self.people is None:
-            raise must_be("population", None, f"slides of {LEAST_FINGERS} fingers or more", "", "FEW-FINGERS")
-        with replacing(path) as beside:
-            beside.write_text(tomlkit.dumps(self.people.population.model_dump()), encoding="utf-8")
 
 
 def bench(
@@ -190,8 +56,7 @@ def bench(
     Raises
     ------
     FrictionloopError
-        For what the project file, a recording or an analysis refuses, in one line. `Unfinished` keeps the results of
-        the other entries.
+        For what the project file, a recording or an analysis refuses, in one line.
     """
     project, folder = read_project(path), Path(path).parent
     preset(project.preset).evolve(dict(project.known))  # refuses an unknown name before anything is computed
@@ -225,16 +90,16 @@ def _bench(project: Project, path: Path, work: Work) -> Bench:
         overrides["board.force_n_per_count"] = 1 / sensor.sensitivity
         overrides["board.force_zero_counts"] = [round(found["offset"].value), 0]
         for name in ("force_n_per_count", "force_zero_counts"):
-            stated[f"board.{name}"] = "from the weights: " + bench_file.source_of(found["sensitivity"])
+            stated[f"board.{name}"] = "from the weights: " + source_of(found["sensitivity"])
     of_system = {name: each for name, each in found.items() if "." in name}
     for name, each in of_system.items():
         overrides[name] = _rounded(each)
-        if name in bench_file.BELIEVED:
-            overrides[bench_file.BELIEVED[name]] = overrides[name]
+        if name in BELIEVED:
+            overrides[BELIEVED[name]] = overrides[name]
     if TAU in of_system:
         tau = of_system[TAU]
         overrides[SPREAD] = float(f"{max(tau.interval().high / tau.value, LEAST_SPREAD):.3g}")
-        stated[SPREAD] = f"upper end over value, {LEAST_SPREAD:g} or more"
+        stated[SPREAD] = f"upper end over value, least {LEAST_SPREAD:g}"
     if "controller.model.plate_hz" in found and "plate.q" not in found:
         frequency = overrides.get("plate.frequency_hz", ResonantPlate().frequency_hz)
         overrides["plate.q"] = frequency / (2 * found["controller.model.plate_hz"].value)
@@ -286,10 +151,34 @@ def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str,
     return overrides, said
 
 
-def _range_db(system: System, parts: Sequence[Part]) -> float | None:
+def _range_db(system: System, parts: Sequence[EntryResult]) -> float | None:
     """Return what the converter spans, by what is stated, over the noise of a recording; None without one."""
     sensor: Any = system.sensor
     floors = [part.curves["floor"] for part in parts if part.kind == "quiet" and "floor" in part.curves]
     if not floors or not floors[0]["rms_n"] > 0 or "range_n" not in type(sensor).model_fields:
         return None
     return dynamic_range_db(sensor.range_n, floors[0]["rms_n"])
+
+
+def agreed(parts: Sequence[EntryResult]) -> tuple[dict[str, Measured], list[Finding]]:
+    """Return one value of each name, that with the least error, and a finding for each other entry."""
+    every: dict[str, list[Measured]] = {}
+    for part in parts:
+        for each in part.measured:
+            every.setdefault(each.path, []).append(each)
+    chosen = {path: min(values, key=lambda each: each.error) for path, values in every.items()}
+    told = []
+    # Fingers differ; that is no contradiction.
+    several = len({part.curves["person"]["finger"] for part in parts if part.curves.get("person")}) > 1
+    for path, values in every.items():
+        if several and path.startswith("friction."):
+            continue
+        best = chosen[path]
+        for other in values:
+            if other is best:
+                continue
+            apart = abs(other.value - best.value) / max(math.hypot(other.error, best.error), 1e-300)
+            more = {"path": path, "apart": apart, "other": other.files[0], "errors": [best.error, other.error]}
+            severity: Severity = "warning" if apart > APART else "note"
+            told.append(Finding("METHODS-DIFFER", severity, best.value, best.unit, other.value, more=more))
+    return chosen, told

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from frictionloop.findings import Condition, Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification import rigs
+from frictionloop.identification.weights_calibration import MASSES
 from frictionloop.quantities import check_known, must_be, replacing
 
 Block = Mapping[str, NDArray[np.float64]]
@@ -23,9 +24,9 @@ MASSES_G = (0.0, 40.0, 80.0, 120.0, 160.0, 200.0, 160.0, 120.0, 80.0, 40.0, 0.0)
 LASTS_S = {"weights": 4.0, "hits": 20.0, "quiet": 10.0, "friction": 12.0}
 """Seconds of a recording, of weights for each weight."""
 SAYS = {
-    "hits": "tap the glass with a pen, ten times",
+    "hits": "ten taps with a pen",
     "quiet": "finger off, table untouched",
-    "friction": "slide to and fro, lift now and then",
+    "friction": "slide both ways, sometimes lift",
 }
 TICK_HZ = 5000
 COLUMNS = {"weights": ("f_m",), "hits": ("f_m",), "quiet": ("f_m",), "friction": ("f_m", "load", "position")}
@@ -84,7 +85,7 @@ class Recorded(Result):
     def channel_map(self) -> str:
         """Return the channel map in TOML."""
         names = (*COLUMNS[self.kind], *(("mass",) if self.kind == "weights" else ()))
-        lines = [f"# Channels of identify run {self.kind}."]
+        lines = [f"# identify run {self.kind}"]
         for name in names:
             column = "counts" if name == "f_m" and self.newtons_per_count is not None else name
             lines += ["", f"[channels.{name}]", f'column = "{column}"', f'unit = "{UNITS[column]}"']
@@ -109,8 +110,8 @@ class Recorded(Result):
     def saved_at(self, path: str | os.PathLike[str]) -> Recorded:
         """Return it with the entry of a project file, for a recording written to this path."""
         kind = "slides" if self.kind == "friction" else self.kind
-        files = f'files = ["{Path(path).name}"]\nmap = "{map_beside(path).name}"'
-        return replace(self, project=f'[[recording]]\nkind = "{kind}"\n{files}\n')
+        lines = ["[[recording]]", f'kind = "{kind}"', f'files = ["{Path(path).name}"]']
+        return replace(self, project="\n".join([*lines, f'map = "{map_beside(path).name}"', ""]))
 
 
 def map_beside(path: str | os.PathLike[str]) -> Path:
@@ -177,7 +178,7 @@ def steps_of(kind: str, masses_g: tuple[float, ...] = MASSES_G) -> list[Step]:
     if kind != "weights":
         return [Step(1, 1, SAYS[kind], LASTS_S[kind])]
     if len(masses_g) < 3 or min(masses_g) < 0 or len(set(masses_g)) < 2:
-        raise must_be("masses_g", list(masses_g), "at least 3, none below 0, not all alike", "g")
+        raise must_be("masses_g", list(masses_g), MASSES, "g")
     count, lasts_s = len(masses_g), LASTS_S[kind]
     return [
         Step(k + 1, count, f"hang {mass:g} g, wait until still", lasts_s, 1e-3 * mass)

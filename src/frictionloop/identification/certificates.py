@@ -15,15 +15,27 @@ from scipy.stats import t as student
 
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
-from frictionloop.identification.agreement import Corner
-from frictionloop.identification.measured import Estimate
+from frictionloop.identification.estimate import Estimate, Measured
+from frictionloop.identification.people import TAU, People
 from frictionloop.quantities import FrictionloopError, must_be
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
 
+FINGERS = 1.96
+"""So many spreads on either side hold 95 of 100 fingers."""
+LOOP = (
+    *("sensor.resonance_hz", "sensor.q", "sensor.cutoff_hz", "plate.frequency_hz", "plate.q"),
+    *("plate.max_amplitude_um", "controller.delay_s", "friction.nominal_n", TAU, "friction.load_exponent"),
+)
+"""Measured values on which the loop's margins depend."""
+
 _HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
-ACCEPTED = "a certificate (.html) or a bench (.json)"
+ACCEPTED = "a certificate (.html), bench (.json)"
+CHANGED = 0.01
+"""Chance of so large a difference below which a value is said to have changed (assumed)."""
+Dated = tuple[Estimate, str]
+"""A value and when it was measured."""
 
 
 def certified(path: str | os.PathLike[str]) -> Any:
@@ -52,10 +64,6 @@ def certified_corners(path: str | os.PathLike[str]) -> tuple[Corner, ...]:
         return tuple(Corner(str(each["path"]), float(each["value"]), str(each["side"])) for each in tree["corners"])
     except (ValueError, KeyError, TypeError):
         raise must_be(str(path), "no corners", ACCEPTED) from None
-
-
-CHANGED = 0.01
-"""Chance of so large a difference below which a value is said to have changed (assumed)."""
 
 
 class Change(NamedTuple):
@@ -143,34 +151,52 @@ def compare(before: str | os.PathLike[str], after: str | os.PathLike[str]) -> Co
     return Comparison(before=str(before), after=str(after), values=found, findings=changed)
 
 
-def _change(path: str, old: Mapping[str, Any] | None, new: Mapping[str, Any] | None) -> Change:
-    one, other = (None if each is None else _estimate(each) for each in (old, new))
-    dates = ("" if old is None else str(old["date"]), "" if new is None else str(new["date"]))
+def _change(path: str, old: Dated | None, new: Dated | None) -> Change:
+    (one, before), (other, after) = old or (None, ""), new or (None, "")
     if one is None or other is None:
-        return Change(path, one, other, dates, math.nan)
+        return Change(path, one, other, (before, after), math.nan)
     a, b = one.standard_error**2, other.standard_error**2
     if a + b == 0:
-        return Change(path, one, other, dates, 1.0 if one.value == other.value else 0.0)
+        return Change(path, one, other, (before, after), 1.0 if one.value == other.value else 0.0)
     below = (a / (a + b)) ** 2 / one.freedom + (b / (a + b)) ** 2 / other.freedom
     freedom = 1 / below if below else math.inf
     apart = abs(other.value - one.value) / math.sqrt(a + b)
-    return Change(path, one, other, dates, float(2 * student.sf(apart, freedom)))
+    return Change(path, one, other, (before, after), float(2 * student.sf(apart, freedom)))
 
 
-def _estimate(each: Mapping[str, Any]) -> Estimate:
-    error = math.sqrt(sum(float(each[line]) ** 2 for line in ("within", "between", "method")))
-    freedom = math.inf if each["freedom"] is None else float(each["freedom"])
-    return Estimate(float(each["value"]), error, str(each["unit"]), freedom)
-
-
-def _values(path: str | os.PathLike[str]) -> dict[str, Mapping[str, Any]]:
+def _values(path: str | os.PathLike[str]) -> dict[str, Dated]:
     tree = certified(path)
     try:
-        measured = tree["measured"] if isinstance(tree, dict) else tree
-        values = {str(each["path"]): each for each in measured}
-        for each in values.values():
-            _estimate(each)
-            str(each["date"])
-        return values
+        listed = map(Measured.from_dict, tree["measured"] if isinstance(tree, dict) else tree)
+        return {str(each.path): (each.estimate, str(each.date)) for each in listed}
     except (ValueError, KeyError, TypeError):
         raise must_be(str(path), "no measured values", ACCEPTED) from None
+
+
+class Corner(NamedTuple):
+    """One value at an end of its interval, at which gains have to hold."""
+
+    path: str
+    value: float
+    side: str
+    """"low" or "high"."""
+
+
+def corners_of(values: Mapping[str, Measured], crowd: People | None) -> tuple[Corner, ...]:
+    """Return both ends of the 95 % interval of each measured value that the loop depends on.
+
+    The controller is not told: ``system.evolve({corner.path: corner.value})`` is the bench it has to hold on. The ends
+    are value e^(+-half width/value), never below 0. Of what a population tells they hold 95 of 100 fingers, and not the
+    median alone.
+    """
+    spreads = {} if crowd is None else {each.path: FINGERS * each.spread for each in crowd.population.value}
+    found = []
+    for path in LOOP:
+        if path in values:
+            each = values[path]
+            half = max((each.interval().high - each.value) / each.value, spreads.get(path, 0.0))
+            found += [
+                Corner(path, each.value * math.exp(-half), "low"),
+                Corner(path, each.value * math.exp(half), "high"),
+            ]
+    return tuple(found)

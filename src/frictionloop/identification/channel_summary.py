@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
+from frictionloop.identification.recording_columns import runs_of
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
 from frictionloop.recordings.headers import is_time
@@ -190,12 +191,8 @@ def at_end(values: NDArray[np.float64], end: float, span: float) -> tuple[NDArra
     near = np.abs(values - end) <= 1e-9 * span
     inside = int(np.count_nonzero(np.abs(values - end) <= 0.01 * span))
     at = np.zeros(values.size, dtype=bool)
-    if not near.any():
-        return at, inside
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], near.astype(np.int8), [0]])))
-    runs = edges.reshape(-1, 2)
-    for first, stop in runs[runs[:, 1] - runs[:, 0] >= FLAT_RUN]:
-        at[first:stop] = True
+    for first, stop in runs_of(near):
+        at[first:stop] |= stop - first >= FLAT_RUN
     return at, inside
 
 

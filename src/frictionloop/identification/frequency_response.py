@@ -1,10 +1,10 @@
-"""Force to reading over frequency, from hits of a hammer: H1, H2, Hv and coherence."""
+"""Force to reading over frequency: H1, H2, Hv and coherence from hits of a hammer, or a table of another program."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import xarray as xr
@@ -12,12 +12,19 @@ from numpy.typing import NDArray
 from scipy.signal import csd
 
 from frictionloop.identification.hits import Hits, hits_of, too_few
-from frictionloop.identification.long import Run
 from frictionloop.identification.onsets import without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.recording_file import Opened, Run
 from frictionloop.quantities import must_be
 
+UNKNOWN_SHARE = 0.01
+"""Share of its size that a value of a table is taken to be off by where no coherence stands beside it (assumed)."""
+LEAST = 8
+"""Frequencies that a table must have."""
+_NAMES = "frequency, and response or magnitude"
+
 Array = NDArray[np.float64]
+Estimator = Literal["H1", "H2", "Hv"]
 
 
 @dataclass(frozen=True)
@@ -37,8 +44,10 @@ class FrequencyResponse:
     rate_hz: float
     unit: str
 
-
-Estimator = Literal["H1", "H2", "Hv"]
+    def drawn(self, rows: Any = slice(None)) -> dict[str, list[float]]:
+        """Return what is drawn of some of its rows."""
+        curves = {"frequency_hz": self.frequency_hz, "magnitude": np.abs(self.response), "coherence": self.coherence}
+        return {name: each[rows].tolist() for name, each in curves.items()}
 
 
 def response(
@@ -132,3 +141,77 @@ def _pieces(run: xr.Dataset, found: Hits) -> _Pieces:
         found,
         f"{run[READING].attrs['units']}/N",
     )
+
+
+def response_table(file: Opened) -> FrequencyResponse:
+    """Return the response that a file lists over frequency.
+
+    Parameters
+    ----------
+    file : Opened
+        Channels ``frequency`` in Hz, and ``response`` (complex), ``real`` and ``imaginary``, or ``magnitude`` and
+        ``phase_deg`` or ``phase_rad``; a ``coherence`` is used if it is there. A magnitude in dB is 20 log10 of it.
+        Rows of one frequency are averaged, and their order does not matter. Without a phase the response is real and
+        its fit goes by magnitude.
+
+    Raises
+    ------
+    FrictionloopError
+        For columns that are missing, fewer than eight frequencies, or values that are no numbers.
+    """
+    columns = {name: np.asarray(line.samples[:]) for name, line in file.picked.items()}
+    if "frequency" not in columns:
+        raise must_be(f"{file.where}: channels", ", ".join(columns), _NAMES)
+    sizes = {name: values.size for name, values in columns.items()}
+    if len(set(sizes.values())) > 1:
+        raise must_be(f"{file.where}: samples of columns", sizes, "equal")
+    hertz = np.asarray(columns["frequency"], dtype=float)
+    values = _complex(file, columns)
+    coherence = np.asarray(columns.get("coherence", np.full(hertz.size, np.nan)), dtype=float)
+    fine = np.isfinite(hertz) & np.isfinite(values) & (hertz > 0)
+    steps, place = np.unique(hertz[fine], return_inverse=True)
+    if steps.size < LEAST:
+        raise must_be(f"{file.where}: frequencies", int(steps.size), f"at least {LEAST}")
+    count = np.bincount(place)
+    total = np.bincount(place, values[fine].real) + 1j * np.bincount(place, values[fine].imag)
+    mean = (total / count).astype(complex)
+    shared = np.bincount(place, np.nan_to_num(coherence[fine], nan=1 / (1 + 2 * UNKNOWN_SHARE**2))) / count
+    shared = np.clip(shared, 1e-6, 1.0)
+    # No rate is told: the highest frequency stands for half of one.
+    told = file.picked["magnitude" if "magnitude" in columns else "frequency"].unit
+    return FrequencyResponse(
+        steps, mean, shared, np.sqrt((1 - shared) / (2 * shared)), np.ones_like(steps), int(count.max()),
+        2 * float(steps[-1]), told if "magnitude" in columns and told else "1",
+    )  # fmt: skip
+
+
+def has_phase(found: FrequencyResponse) -> bool:
+    """Return whether a response is more than its magnitude."""
+    return bool(np.any(np.abs(found.response.imag) > 0))
+
+
+def _complex(file: Opened, columns: dict[str, NDArray[np.generic]]) -> NDArray[np.complex128]:
+    if "response" in columns:
+        return columns["response"].astype(complex)
+    if "real" in columns and "imaginary" in columns:
+        return np.asarray(columns["real"], dtype=float) + 1j * np.asarray(columns["imaginary"], dtype=float)
+    if "magnitude" not in columns:
+        raise must_be(f"{file.where}: channels", ", ".join(columns), _NAMES)
+    size = np.asarray(columns["magnitude"], dtype=float)
+    if _in_db(file):
+        size = 10 ** (size / 20)
+    if np.nanmin(size) < 0:
+        raise must_be(f"{file.where}: magnitude", float(np.nanmin(size)), "0 or more, or dB")
+    turn = np.zeros_like(size)
+    if "phase_deg" in columns:
+        turn = np.deg2rad(np.asarray(columns["phase_deg"], dtype=float))
+    elif "phase_rad" in columns:
+        turn = np.asarray(columns["phase_rad"], dtype=float)
+    scale = file.chart.channels["magnitude"].scale or 1.0
+    return np.asarray(scale * size * np.exp(1j * turn))
+
+
+def _in_db(file: Opened) -> bool:
+    line = file.picked["magnitude"]
+    said = file.chart.channels["magnitude"].unit or line.unit or line.name.rpartition(" ")[2]
+    return said.strip("[]() ").lower() == "db"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
 from frictionloop.identification.channel_summary import clipped
-from frictionloop.identification.long import Run, Stretches
 from frictionloop.identification.onsets import (
     ABOVE_NOISE,
     BEFORE,
@@ -23,6 +22,7 @@ from frictionloop.identification.onsets import (
     without_bow,
 )
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, samples_in
+from frictionloop.identification.recording_file import Run, Stretches
 from frictionloop.quantities import FrictionloopError, must_be
 
 Array = NDArray[np.float64]
@@ -145,7 +145,7 @@ def pick_hits(
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
     onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
     if not onsets:
-        raise NoHits(f"recording: hits of {column!r} = 0: must be 1 or more, above {level:.3g}")
+        raise NoHits(str(must_be(f"recording: hits of {column!r}", 0, f"1 or more, above {level:.3g}")))
     still, under = (away, bow) if column == READING else without_bow(reading)
     length = piece_length(still, onsets, rate_hz) if segment_s is None else round(segment_s * rate_hz)
     ahead, earlier = int(BEFORE * length), before or 0
@@ -215,7 +215,7 @@ def faults_of(piece: Piece, noise: float, floor: float, rate_hz: float, of_hamme
     if piece.before > 8 and start > most:
         yield "still ringing", f"still ringing, {100 * start / largest:.0f} % before it"
     if before > 8 and stop > most:
-        yield "cut off", f"cut off, {100 * stop / largest:.0f} % left: longer segment_s"
+        yield "cut off", f"cut off, {100 * stop / largest:.0f} %: longer segment_s"
 
 
 def _bounce(pulse: Array) -> int | None:
@@ -232,45 +232,29 @@ def _bounce(pulse: Array) -> int | None:
 def hits_of(
     recording: Run | Sequence[Run], segment_s: float | None = None, exclude: Collection[int] = ()
 ) -> Iterator[tuple[xr.Dataset, Hits]]:
-    """Yield recordings with their hits, one after the other; hits of several are numbered through."""
-    if isinstance(recording, Stretches):
-        yield from _hits_of_parts(recording, segment_s, exclude)
-    elif isinstance(recording, xr.Dataset) or not isinstance(recording, Sequence):
-        yield recording, pick_hits(recording, segment_s, exclude)
-    elif len(recording) == 1:
-        yield from hits_of(recording[0], segment_s, exclude)
-    else:
-        yield from _hits_of_several(recording, segment_s, exclude)
+    """Yield recordings with their hits, one after the other; those of several are numbered through.
 
-
-def _hits_of_several(
-    recordings: Sequence[Run], segment_s: float | None, exclude: Collection[int]
-) -> Iterator[tuple[xr.Dataset, Hits]]:
-    count = 0
-    for run in recordings:
-        if isinstance(run, Stretches):
-            yield from _hits_of_parts(run, segment_s, exclude)
-            continue
-        found = pick_hits(run, segment_s, exclude, before=count)
-        count += len(found.table)
-        yield run, found
+    A part without hits is left out, unless there are none in any.
+    """
+    one = isinstance(recording, (xr.Dataset, Stretches)) or not isinstance(recording, Sequence)
+    runs: list[Any] = [recording] if one else list(recording)
+    if len(runs) == 1 and not isinstance(runs[0], Stretches):
+        yield runs[0], pick_hits(runs[0], segment_s, exclude)
+        return
+    count, refused = 0, None
+    for run in runs:
+        for part in run if isinstance(run, Stretches) else [run]:
+            try:
+                found = pick_hits(part, segment_s, exclude, before=count)
+            except FrictionloopError as error:
+                if not isinstance(run, Stretches):
+                    raise
+                refused = error
+                continue
+            count += len(found.table)
+            yield part, found
+    if refused is not None and not count:
+        raise refused
     unknown = [number for number in exclude if not 1 <= number <= count]
     if count and unknown:
         raise must_be("exclude", unknown[0], f"from 1 to {count}")
-
-
-def _hits_of_parts(
-    parts: Stretches, segment_s: float | None, exclude: Collection[int]
-) -> Iterator[tuple[xr.Dataset, Hits]]:
-    """Yield the parts in which there are hits, numbered through; refuse if there are none in any."""
-    count, refused = 0, None
-    for run in parts:
-        try:
-            found = pick_hits(run, segment_s, exclude, before=count)
-        except FrictionloopError as error:
-            refused = error
-            continue
-        count += len(found.table)
-        yield run, found
-    if refused is not None and not count:
-        raise refused

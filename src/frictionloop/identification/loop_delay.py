@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor
+from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.onsets import quiet_noise
-from frictionloop.identification.recording_columns import channel, rate_of
+from frictionloop.identification.project_file import Take
+from frictionloop.identification.recording_columns import channel, pieces, rate_of
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 
@@ -80,23 +83,19 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
     control_hz = number("control_hz", control_hz, "Hz", 1.0)
     jump, answer, rate_hz = channel(recording, "jump", ANY), channel(recording, "answer", ANY), rate_of(recording)
     if rate_hz < 4 * control_hz:
-        raise must_be("recording: rate", rate_hz, f"at least {4 * control_hz:g}, four times control_hz", "Hz")
+        raise must_be("recording: rate", rate_hz, f"at least {4 * control_hz:g} (4 control_hz)", "Hz")
     length, before = round(window_s * rate_hz), round(BEFORE * window_s * rate_hz)
     change = np.abs(np.diff(jump))
-    rows = np.flatnonzero(change > 0.5 * change.max()) + 1
-    starts: list[int] = []
-    for row in rows.tolist():
-        if row >= before and row + length - before <= answer.size and (not starts or row >= starts[-1] + length):
-            starts.append(row)
+    starts = pieces(np.concatenate([[False], change > 0.5 * change.max()]), length, before)
     if len(starts) < LEAST_JUMPS:
         raise must_be("recording: jumps of 'jump'", len(starts), f"at least {LEAST_JUMPS}")
-    fits = [_begin(answer[k - before : k - before + length], before, rate_hz) for k in starts]
+    fits = [_begin(answer[k : k + length], before, rate_hz) for k in starts]
     # The jump lies between two samples.
     begins = np.array([fit[0] for fit in fits]) + 0.5 / rate_hz
     lines = np.array([fit[1] for fit in fits]) + 0.5 / rate_hz
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT:
-        raise must_be("recording: misfit of a delayed exponential", misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be("recording: misfit of delayed exponential", misfit, f"at most {WORST_MISFIT:g}")
     wait = 0.5 / control_hz if waits else 0.0
     spread = float(begins.std(ddof=1))
     error = spread / math.sqrt(begins.size)
@@ -111,7 +110,7 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
         Estimate(mean - wait, error, "s", begins.size - 1.0),
         Estimate(mean, error, "s", begins.size - 1.0),
         method, spread, begins.size, found,
-        (np.arange(length) - before) / rate_hz, answer[starts[0] - before : starts[0] - before + length], fits[0][3],
+        (np.arange(length) - before) / rate_hz, answer[starts[0] : starts[0] + length], fits[0][3],
     )  # fmt: skip
 
 
@@ -152,3 +151,20 @@ def _begin(piece: Array, before: int, rate_hz: float) -> tuple[float, float, flo
     curve = fitted(best.x)
     misfit = float(np.linalg.norm(curve - rise) / max(float(np.linalg.norm(rise)), 1e-300))
     return float(best.x[0]) / rate_hz, line, misfit, curve + level
+
+
+def delay_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+    """Return the delay of the loop from known jumps."""
+    if take.control_hz is None:
+        raise must_be("control_hz", None, "the control rate", "Hz")
+    found = [loop_delay(run, take.control_hz, waits=take.waits) for run in runs]
+    how = f"{sum(f.jumps for f in found)} jumps" + ", less half a period" * take.waits
+    value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how, take.files, date)
+    rows: Rows = [("recording", "delay", "jump to answer", "scatter of jumps")]
+    rows += [
+        (n, f"{f.delay}", f"{f.whole}", f"{1e6 * f.spread_s:.0f} us") for n, f in zip(take.files, found, strict=False)
+    ]
+    first = found[0]
+    numbers = {"jumps": [f.jumps for f in found], "scatter_us": [1e6 * f.spread_s for f in found]}
+    curves = {"x": first.time_s.tolist(), "y": first.answer.tolist(), "fitted": first.fitted.tolist()}
+    return EntryResult([value], [each for f in found for each in f.findings], numbers, rows, {"answer": curves})

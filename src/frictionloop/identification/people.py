@@ -13,9 +13,12 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate, Interval
+from frictionloop.identification.entry_result import EntryResult
+from frictionloop.identification.estimate import Estimate, Interval, Measured, measured
 from frictionloop.parameters.population import Population, Spread
 from frictionloop.quantities import must_be, unit_of
+
+TAU = "friction.susceptibility_per_um2"
 
 Array = NDArray[np.float64]
 LEAST_FINGERS, LEAST_CORRELATED, SURE_FINGERS = 3, 5, 8
@@ -63,7 +66,6 @@ class People:
     """Logarithms of the fingers' own means, shape (fingers, values)."""
     pooled: Array
     """The same, pulled towards the population as far as they are uncertain."""
-    pooled_error: Array
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -122,7 +124,8 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     inside = _within(values, errors)
     noise = np.array([inside / count for count in counts])
     between, mu = _restricted(raw, noise)
-    pooled, left = _pooled(raw, noise, between, mu)
+    weights = between @ np.linalg.inv(between + noise)
+    pooled = mu + np.einsum("ijk,ik->ij", weights, raw - mu)
     total = np.mean(noise, axis=0)
     medians, spreads, spread = _estimates(paths, between, total, mu, len(names))
     safe = np.where(spread > 0, spread, 1.0)
@@ -140,7 +143,7 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     )
     population = Population(fingers=len(names), value=value, correlation=rows)
     return People(
-        population, medians, spreads, pairs, np.sqrt(np.diag(inside)), names, raw, pooled, np.sqrt(left)
+        population, medians, spreads, pairs, np.sqrt(np.diag(inside)), names, raw, pooled
     )  # fmt: skip
 
 
@@ -182,14 +185,6 @@ def _restricted(raw: Array, noise: Array) -> tuple[Array, Array]:
     return between, mu
 
 
-def _pooled(raw: Array, noise: Array, between: Array, mu: Array) -> tuple[Array, Array]:
-    """Return each finger's pooled logarithms and their variances."""
-    weights = between @ np.linalg.inv(between + noise)
-    pooled = mu + np.einsum("ijk,ik->ij", weights, raw - mu)
-    left = np.array([np.diag(between - weight @ between) for weight in weights])
-    return pooled, np.maximum(left, 0.0)
-
-
 def _estimates(
     paths: Sequence[str], between: Array, noise: Array, mu: Array, fingers: int
 ) -> tuple[tuple[Estimate, ...], tuple[FingerSpread, ...], Array]:
@@ -210,3 +205,36 @@ def _estimates(
 
 def _correlation(r: float, fingers: int) -> Estimate:
     return Estimate(r, (1 - r * r) / math.sqrt(max(fingers - 2, 1)), "", fingers - 2.0)
+
+
+def together(parts: Sequence[EntryResult]) -> tuple[People | None, list[Measured], list[Finding]]:
+    """Return the population that the fingers of slides make, its medians as measured values, and what is said of it."""
+    persons = [(part, part.curves["person"]) for part in parts if part.curves.get("person")]
+    # Recordings with amplitude commands tell tau too; then those count alone.
+    with_tau = [pair for pair in persons if TAU in pair[1]["found"][0]]
+    used = with_tau if len({person["finger"] for _, person in with_tau}) >= LEAST_FINGERS else persons
+    paths = set.intersection(*({*person["found"][0]} for _, person in used)) if used else set()
+    entries: dict[str, list[Mapping[str, Any]]] = {}
+    for _, person in used:
+        for each in person["found"]:
+            entries.setdefault(person["finger"], []).append({path: each[path] for path in sorted(paths)})
+    if len(entries) < LEAST_FINGERS:
+        return None, [], list(few_fingers(len(entries))) if entries else []
+    found = people(entries)
+    files = tuple(dict.fromkeys(each["path"] for part, _ in used for each in part.files))
+    date = used[0][0].files[0]["date"]
+    values = [
+        _median(path, median, found, k, files, date)
+        for k, (path, median) in enumerate(zip(sorted(paths), found.medians, strict=True))
+    ]
+    return found, values, list(found.findings)
+
+
+def _median(path: str, median: Estimate, found: People, k: int, files: tuple[str, ...], date: str) -> Measured:
+    """Return a median over fingers: what scatters within one is chance, the rest of its error is between them."""
+    count = len(found.names)
+    own = median.value * float(found.within[k]) / math.sqrt(count)
+    value = measured(path, [median], None, f"median of {count} fingers, partial pooling", files, date)
+    within = min(own, median.standard_error)
+    between = math.sqrt(max(median.standard_error**2 - within**2, 0.0))
+    return Measured(**{**value.__dict__, "within": within, "between": between})

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -11,12 +12,17 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing
 from scipy.optimize import least_squares
 
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, thinned
+from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.line_fits import POINTS
+from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance, plate_sweep, stepped
+from frictionloop.identification.poles import damped
+from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
-from frictionloop.identification.ring_down import damped
 from frictionloop.quantities import must_be
+
+CORNER = "controller.model.plate_hz"
 
 Array = NDArray[np.float64]
 Ring = tuple[float, float, float, float, float, Array]
@@ -52,7 +58,7 @@ def jumps_of(envelope: Array, size: int) -> list[tuple[int, int, bool]]:
         starts.append(inner.start + int(np.argmax(step[inner])) + size)
     starts = [k for k in starts if k > 3 * size]
     if not starts:
-        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%} of its largest")
+        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%}")
     stops = [*(k - 3 * size for k in starts[1:]), envelope.size - size]
     found = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a > 20 * size]
     falls = [(a, b, True) for a, b in found if envelope[b - 2 * size : b].mean() < 0.3 * envelope[a - 3 * size]]
@@ -82,7 +88,7 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
     spectrum = np.abs(np.fft.rfft(y * np.hanning(y.size)))
     carrier_hz = float(np.fft.rfftfreq(y.size, 1 / rate_hz)[1 + int(np.argmax(spectrum[1:]))])
     if carrier_hz > 0.45 * rate_hz:
-        raise must_be("recording: rate", rate_hz, f"above {carrier_hz / 0.45:.5g}, or record the 'envelope'", "Hz")
+        raise must_be("recording: rate", rate_hz, f"above {carrier_hz / 0.45:.5g}, or 'envelope'", "Hz")
     size = max(round(4 * rate_hz / carrier_hz), 4)
     envelope = np.sqrt(2 * np.convolve(y**2, np.ones(size) / size, mode="same"))
     fits, late, drawn, falls = [], [], None, True
@@ -97,7 +103,7 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
     values, errors, freedom, moved = _over(fits, late)
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT or drawn is None:
-        raise must_be(f"recording: misfit of one resonance, {values[0]:.5g} Hz", misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be(f"recording: misfit of {values[0]:.5g} Hz", misfit, f"at most {WORST_MISFIT:g}")
     return PlateResonance(
         Estimate(values[0], errors[0], "Hz", freedom),
         Estimate(values[1], errors[1], "", freedom),
@@ -194,8 +200,7 @@ def plate_envelope(recording: xr.Dataset) -> PlateEnvelope:
     times = np.array([fit[0] for fit in fits])
     misfit = float(np.median([fit[1] for fit in fits]))
     if misfit > WORST_MISFIT or drawn is None:
-        said = f"recording: misfit of one time constant, {1e3 * times.mean():.3g} ms"
-        raise must_be(said, misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be(f"recording: misfit of {1e3 * times.mean():.3g} ms", misfit, f"at most {WORST_MISFIT:g}")
     mean = float(times.mean())
     error = float(times.std(ddof=1)) / math.sqrt(times.size) if times.size > 1 else fits[0][2]
     freedom = times.size - 1.0 if times.size > 1 else max(drawn[0].size - 3.0, 1.0)
@@ -222,3 +227,49 @@ def _exponential(piece: Array, rate_hz: float) -> tuple[float, float, float, Arr
     constant = math.exp(fit.x[0])
     error = constant * float(sandwich(fit.jac, fit.fun).standard[0])
     return constant, float(np.linalg.norm(fit.fun) / np.linalg.norm(piece - ends[1])), error, fitted(fit.x)
+
+
+def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+    """Return resonance, Q and corner of the envelope from stepped sines, decays or rises, or envelopes."""
+    if all("envelope" in run for run in runs):
+        return _envelope(take, runs, date)
+    runs = [stepped(run) if "frequency" in run and "time" in run.dims else run for run in runs]
+    found = [plate_sweep(run) if "frequency" in run else plate_decay(run) for run in runs]
+    how = found[0].how + (f", {len(found)} recordings" if len(found) > 1 else "")
+    hertz, q, corner = zip(*((f.method_hz, f.method_q, f.method_corner_hz) for f in found), strict=True)
+    values = [
+        measured("plate.frequency_hz", [f.resonance for f in found], hertz, how, take.files, date),
+        measured("plate.q", [f.q for f in found], q, how, take.files, date),
+        measured(CORNER, [f.corner for f in found], corner, how, take.files, date),
+    ]
+    rows: Rows = [("recording", "resonance", "Q", "corner of the envelope", "left")]
+    rows += [
+        (name, f"{f.resonance}", f"{f.q}", f"{f.corner}", f"{f.misfit:.1%}")
+        for name, f in zip(take.files, found, strict=False)
+    ]
+    drawn = "sweep" if "frequency" in runs[0] else "decay"
+    numbers: dict[str, Any] = {"misfit_percent": [100 * f.misfit for f in found]}
+    downs = [f.down_hz for f in found if f.down_hz is not None]
+    numbers |= {"down_less_up_hz": downs} if downs else {}
+    return EntryResult(
+        values, [each for f in found for each in f.findings], numbers, rows, {drawn: _drawn(found[0], runs[0])}
+    )
+
+
+def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
+    curves = thinned(4 * POINTS, x=found.x, y=found.y, fitted=found.fitted)
+    return {**curves, "unit": run["vibration"].attrs["units"]}
+
+
+def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
+    found = [plate_envelope(run) for run in runs]
+    how = f"{sum(f.jumps for f in found)} jumps of the envelope"
+    value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how, take.files, date)
+    rows: Rows = [
+        ("recording", "corner", "left"),
+        *((n, f"{f.corner}", f"{f.misfit:.1%}") for n, f in zip(take.files, found, strict=False)),
+    ]
+    first = found[0]
+    drawn = thinned(POINTS, x=first.time_s, y=first.y, fitted=first.fitted)
+    curves = {**drawn, "unit": runs[0]["envelope"].attrs["units"]}
+    return EntryResult([value], [], {"misfit_percent": [100 * f.misfit for f in found]}, rows, {"envelope": curves})

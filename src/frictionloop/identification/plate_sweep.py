@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.part import off_line
+from frictionloop.identification.entry_result import off_line
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
 from frictionloop.quantities import must_be
@@ -97,12 +97,12 @@ def plate_sweep(recording: xr.Dataset) -> PlateResonance:
     inside = vibration > vibration[top] / math.sqrt(2)
     if np.count_nonzero(inside) < LEAST_INSIDE or frequency.size < 5:
         seen = f"{np.count_nonzero(inside)} of {frequency.size}"
-        raise must_be("recording: frequencies above half the power", seen, f"{LEAST_INSIDE} of 5 at least")
+        raise must_be("recording: frequencies above half power", seen, f"{LEAST_INSIDE} of 5 at least")
     if frequency[top] in (frequency.min(), frequency.max()):
         raise must_be("recording: largest vibration", float(frequency[top]), "inside the sweep", "Hz")
     values, errors, misfit = _fit(frequency, vibration, top)
     if misfit > WORST_MISFIT:
-        raise must_be(f"recording: misfit of one resonance, {values[1]:.6g} Hz", misfit, f"at most {WORST_MISFIT:g}")
+        raise must_be(f"recording: misfit of {values[1]:.6g} Hz", misfit, f"at most {WORST_MISFIT:g}")
     near = vibration > vibration[top] / 2
     moved = values - _fit(frequency[near], vibration[near], int(np.argmax(vibration[near])))[0]
     method = np.abs(moved) / math.sqrt(3) if np.count_nonzero(near) > LEAST_INSIDE + 1 else np.zeros(3)
@@ -193,7 +193,7 @@ def _step_amplitude(name: str, values: Array, periods: float) -> float:
     if abs(values.mean()) > values.std():
         return float(abs(values.mean()))
     if periods > 0.45:
-        raise must_be(f"recording: samples of {name!r} in a period", 1 / periods, "2.2 or more, or an amplitude")
+        raise must_be(f"recording: samples of {name!r} per period", 1 / periods, "2.2 or more, or amplitudes")
     angle = 2 * np.pi * periods * np.arange(values.size)
     columns = np.column_stack([np.cos(angle), np.sin(angle), np.ones(values.size)])
     weight = np.linalg.lstsq(columns, values, rcond=None)[0]

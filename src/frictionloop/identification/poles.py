@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-
-from frictionloop.identification.ring_down import damped
 
 Array = NDArray[np.float64]
 NEAR_HZ, NEAR_Q = 0.01, 0.3
@@ -30,6 +29,11 @@ class Pole(NamedTuple):
     frequency_hz: float
     q: float
     stable: bool
+
+
+def drawn_poles(diagram: Sequence[Pole], modes_hz: Sequence[float]) -> dict[str, Any]:
+    """Return what a stabilisation diagram draws."""
+    return {"poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in diagram], "modes_hz": list(modes_hz)}
 
 
 def stabilisation(decays: Sequence[Array], rate_hz: float, orders: Sequence[int]) -> list[Pole]:
@@ -139,3 +143,14 @@ def fit_decay(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: floa
     misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
     rows = [(hertz, q, share) for (hertz, q), share in zip(pairs(fit.x), shares, strict=True)]
     return np.array([*rows, (misfit, 0.0, 0.0)])
+
+
+def damped(time_s: Array, modes: Sequence[tuple[float, float]]) -> Array:
+    """Return a constant and the two phases of each damped oscillation (Hz, Q), shape (time, 1 + 2 modes)."""
+    columns = [np.ones_like(time_s)]
+    for resonance_hz, q in modes:
+        angle = 2.0 * math.pi * resonance_hz * time_s
+        turns = angle * math.sqrt(max(1.0 - 0.25 / q**2, 1e-6))
+        falls = np.exp(-0.5 * angle / q)
+        columns += [falls * np.cos(turns), falls * np.sin(turns)]
+    return np.stack(columns, axis=1)

@@ -1,4 +1,4 @@
-"""A quiet stretch of the sensor: density, counts, spurs, rms by band, and whether somebody has filtered it."""
+"""A quiet stretch of the sensor: where it is, its density, lines, rms by band, and whether a filter was there."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
-from frictionloop.identification.measured import Estimate, measured
-from frictionloop.identification.noise import (
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, thin, with_method
+from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.noise_density import (
     NoiseSpectrum,
     Spur,
     band_rms,
@@ -24,13 +25,16 @@ from frictionloop.identification.noise import (
     noise_spectrum,
     spurs_of,
 )
-from frictionloop.identification.part import Rows, Sensor, Told, in_newtons, thin, with_method
-from frictionloop.identification.project import Take
-from frictionloop.identification.quiet_stretch import given_stretch, quiet_stretch
-from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
+from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.project_file import Take
+from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, runs_of
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 BANDS_HZ = (1.0, 10.0, 100.0, 1000.0, 10000.0)
+LOUD = 2.0
+"""A piece is quiet if its rms is below so many times that of the quietest quarter (assumed)."""
+PIECE_S, SHORTEST_S = 0.1, 1.0
 
 
 @dataclass(frozen=True)
@@ -121,7 +125,7 @@ def _fits(spectrum: NoiseSpectrum, low: float, high: float) -> bool:
     return int(np.count_nonzero((spectrum.frequency_hz >= low) & (spectrum.frequency_hz <= high))) >= 4
 
 
-def quiet_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> Told:
+def quiet_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
     """Return the density of the electronics."""
     scaled = [in_newtons(run, sensor) for run in runs]
 
@@ -136,7 +140,7 @@ def quiet_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
     ]
     first = found[0]
     (low, high), (start, stop) = first.band_hz, first.interval_s
-    how = f"mean density from {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
+    how = f"density {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
     value = measured("sensor.noise_density_n_rthz", [each.density for each in found], shifts, how, take.files, date)
     rows: Rows = [("band", "rms (N)"), *((band, f"{rms:.3g}") for band, rms in first.rms_n.items())]
     doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
@@ -151,7 +155,7 @@ def quiet_told(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str
         bands = [*first.rms_n]
         said = f"{bands[0].partition(' ')[0]} to {bands[-1].rpartition('to ')[2]}"
         curves["floor"] = {"rms_n": float(np.linalg.norm(rms)), "band": said}
-    return Told([value], doubts, numbers, rows, curves)
+    return EntryResult([value], doubts, numbers, rows, curves)
 
 
 def _there(run: xr.Dataset, interval_s: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -159,3 +163,27 @@ def _there(run: xr.Dataset, interval_s: tuple[float, float] | None) -> tuple[flo
     if interval_s is None or not float(run["time"][0]):
         return interval_s
     return float(run["time"][0]), min(interval_s[1], float(run["time"][-1]))
+
+
+def given_stretch(interval_s: tuple[float, float], size: int, rate_hz: float) -> tuple[int, int]:
+    """Return the rows of a stretch that is given in s."""
+    first, stop = (round(end * rate_hz) for end in interval_s)
+    if not (0 <= first < stop <= size and (stop - first) >= SHORTEST_S * rate_hz):
+        raise must_be("interval_s", tuple(interval_s), f"1 long within 0 to {size / rate_hz:g}", "s")
+    return first, stop
+
+
+def quiet_stretch(reading: Array, rate_hz: float) -> tuple[int, int]:
+    """Return the longest stretch of pieces that are as quiet as the quietest quarter."""
+    length = max(round(PIECE_S * rate_hz), 8)
+    pieces = reading.size // length
+    if pieces * length < SHORTEST_S * rate_hz:
+        raise must_be("recording: duration", reading.size / rate_hz, "1 or more", "s")
+    cut = reading[: pieces * length].reshape(pieces, length)
+    limit = LOUD * max(quiet_noise(reading), float(np.median(np.sort(cut.std(axis=1))[: max(pieces // 4, 1)])))
+    limit = max(limit, converter_step(reading))  # a reading that hardly leaves one step is quiet
+    calm = cut.std(axis=1) <= limit
+    first, stop = max(runs_of(calm), key=lambda run: run[1] - run[0])
+    if (stop - first) * length < SHORTEST_S * rate_hz:
+        raise must_be("recording: longest quiet stretch", (stop - first) * length / rate_hz, "1 or more", "s")
+    return first * length, stop * length

@@ -78,7 +78,7 @@ def rate_of(recording: xr.Dataset) -> float:
     uneven = np.flatnonzero(~(np.abs(np.diff(time) - step) <= _UNEVEN * abs(step)))
     if not step > 0 or uneven.size:
         row = int(uneven[0]) if uneven.size else 0
-        raise must_be(f"recording: step of 'time' at row {row}", float(time[row + 1] - time[row]), f"{step:g}", "s")
+        raise must_be(f"recording: step of 'time', row {row}", float(time[row + 1] - time[row]), f"{step:g}", "s")
     # A rate that was a round number comes back as one.
     return float(f"{1 / step:.9g}")
 
@@ -101,3 +101,9 @@ def pieces(found: NDArray[np.bool_], length: int, before: int = 0) -> list[int]:
         if row >= 0 and row + length <= found.size and (not starts or row >= starts[-1] + length):
             starts.append(row)
     return starts
+
+
+def runs_of(found: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return from where to where each run of rows that are found goes."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], found.astype(np.int8), [0]]))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

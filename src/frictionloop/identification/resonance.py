@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from frictionloop.identification.entry_result import Refused
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.refused import Refused
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
@@ -70,8 +70,7 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     low, high = _band(measured, band_hz)
     inside = (measured.frequency_hz >= low) & (measured.frequency_hz <= high)
     if np.count_nonzero(inside) < 8:
-        seen = int(np.count_nonzero(inside))
-        raise must_be(f"band_hz = ({low:g}, {high:g}) Hz: frequencies", seen, "at least 8")
+        raise must_be("band_hz", (low, high), "around 8 or more frequencies", "Hz")
     frequency, response = measured.frequency_hz[inside], measured.response[inside]
     weight = np.sqrt(measured.input_density[inside] / np.mean(measured.input_density[inside]))
     # A channel that is turned round has a negative gain.
@@ -89,18 +88,9 @@ def fit_resonance(measured: FrequencyResponse, band_hz: tuple[float, float] | No
     fit = least_squares(residuals, guess, x_scale=[1e-3, 1e-3, 1e-2, 1e-5], xtol=1e-14, ftol=1e-14, gtol=1e-14)
     found_hz = float(np.exp(fit.x[1]))
     if not (fit.success and low < found_hz < high):
-        raise Refused(
-            f"band_hz = ({low:g}, {high:g}) Hz: must reach to both sides of {found_hz:.4g} Hz",
-            "response",
-            {
-                "response": {
-                    "frequency_hz": frequency.tolist(),
-                    "magnitude": np.abs(response).tolist(),
-                    "coherence": measured.coherence[inside].tolist(),
-                    "fitted": np.abs(model(frequency, fit.x)).tolist(),
-                }
-            },
-        )
+        seen = {**measured.drawn(inside), "fitted": np.abs(model(frequency, fit.x)).tolist()}
+        said = must_be("band_hz", (low, high), f"around {found_hz:.4g}", "Hz")
+        raise Refused(str(said), "response", {"response": seen})
     errors = sandwich(fit.jac, fit.fun)
     scale = np.array([*np.exp(fit.x[:3]), 1.0])
     values = np.array([sign * np.exp(fit.x[0]), *np.exp(fit.x[1:3]), fit.x[3]])
@@ -148,7 +138,7 @@ def _band(measured: FrequencyResponse, band_hz: tuple[float, float] | None) -> t
     if band_hz is not None:
         low, high = (float(end) for end in band_hz)
         if not 0 < low < high <= half_hz:
-            raise must_be("band_hz", (low, high), f"rising, within 0 to {half_hz:g}, half the rate", "Hz")
+            raise must_be("band_hz", (low, high), f"rising within 0 to {half_hz:g}", "Hz")
         return low, high
     excited = measured.input_density >= 0.01 * np.max(measured.input_density)
     upto = measured.frequency_hz[excited]

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
+from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_of
+from frictionloop.identification.entry_result import Refused
+from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.modes import Mode, Modes, Which, chosen_of
-from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole
-from frictionloop.identification.refused import Refused
+from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole, drawn_poles
 from frictionloop.identification.resonance import Errors, sandwich
+from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
 WORST_MISFIT = 0.25
@@ -79,32 +80,29 @@ def response_modes(
         inside &= (found.frequency_hz >= band_hz[0]) & (found.frequency_hz <= band_hz[1])
     hertz, seen = found.frequency_hz[inside], found.response[inside]
     if hertz.size < 12:
-        raise Refused(f"band_hz: frequencies = {hertz.size}: must be at least 12", "response", {})
+        raise Refused(str(must_be("band_hz: frequencies", hertz.size, "at least 12")), "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
     fits, diagram = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
     if best is not None and found.hits == 1:
         best, weight = weighed(hertz, seen, weight, best, magnitude)
     curves = {
-        "response": {"frequency_hz": hertz.tolist(), "magnitude": np.abs(seen).tolist(),
-                     "coherence": found.coherence[inside].tolist(),
-                     "fitted": [] if best is None else np.abs(best.model).tolist()},
-        "poles": [(pole.order, pole.frequency_hz, pole.stable) for pole in diagram],
-        "modes_hz": [] if best is None else best.poles[:, 0].tolist(),
-    }  # fmt: skip
+        "response": {**found.drawn(inside), "fitted": [] if best is None else np.abs(best.model).tolist()},
+        **drawn_poles(diagram, [] if best is None else best.poles[:, 0].tolist()),
+    }
     if best is None:
-        raise Refused("response: peaks = 0: must be 1 or more", "response", curves)
+        raise Refused(str(must_be("response: peaks", 0, "1 or more")), "response", curves)
     if best.misfit > WORST_MISFIT:
         listed = ", ".join(f"{each:.5g}" for each in best.poles[:, 0])
-        said = f"response: misfit of modes at {listed} Hz = {best.misfit:.2g}: must be at most {WORST_MISFIT:g}"
-        raise Refused(said, "response", curves)
+        said = must_be(f"response: misfit of {listed} Hz", float(f"{best.misfit:.2g}"), f"at most {WORST_MISFIT:g}")
+        raise Refused(str(said), "response", curves)
     half = fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
     moved = np.abs(half.poles - best.poles) / math.sqrt(3)
     modes = _modes(best, found, hertz)
     wide = [k for k, mode in enumerate(modes) if _too_wide(mode)]
     if wide:
         bad = modes[wide[0]].frequency
-        raise Refused(f"response: mode = {bad}: must be known within itself", "response", curves)
+        raise Refused(str(must_be("response: mode", str(bad), "surely above 0")), "response", curves)
     chosen = chosen_of(modes, which, band_hz or (0.0, math.inf))
     drawn = tuple(zip(hertz.tolist(), np.abs(best.model).tolist(), strict=True))
     return Modes(
@@ -182,8 +180,7 @@ def _unseen(hertz: Array, seen: NDArray[np.complex128], weight: Array, poles: Ar
         known = weight.copy()
         known[out] = 0.0
         model = fitted(hertz, seen, known, poles, magnitude).model
-        away = np.abs(model) - np.abs(seen) if magnitude else model - seen
-        left += float(np.sum(np.abs(weight * away)[out] ** 2))
+        left += float(np.sum(np.abs(weight * _away(model, seen, magnitude))[out] ** 2))
     return math.sqrt(left)
 
 
@@ -199,14 +196,18 @@ def weighed(
     other = fitted(hertz, seen, shared, fit.poles, magnitude)
 
     def likelihood(each: ResponseFit, by: Array) -> float:
-        away = np.abs(each.model) - np.abs(seen) if magnitude else each.model - seen
-        return float(np.sum(np.log(by**2)) - by.size * np.log(np.sum((by * np.abs(away)) ** 2)))
+        away = np.abs(_away(each.model, seen, magnitude))
+        return float(np.sum(np.log(by**2)) - by.size * np.log(np.sum((by * away) ** 2)))
 
     if not likelihood(other, shared) > likelihood(fit, weight):
         return fit, weight
-    away = np.abs(other.model) - np.abs(seen) if magnitude else other.model - seen
-    misfit = float(np.linalg.norm(weight * away) / np.linalg.norm(weight * np.abs(seen)))
+    misfit = float(np.linalg.norm(weight * _away(other.model, seen, magnitude)) / np.linalg.norm(weight * np.abs(seen)))
     return other._replace(misfit=misfit), shared
+
+
+def _away(model: NDArray[np.complex128], seen: NDArray[np.complex128], magnitude: bool) -> Any:
+    """Return how far a model is from what was seen, its magnitude or all of it."""
+    return np.abs(model) - np.abs(seen) if magnitude else model - seen
 
 
 def _near(hertz: float, q: float, before: Array) -> bool:
@@ -259,10 +260,8 @@ def fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Arr
         return np.asarray(columns @ (share / size))
 
     def residuals(x: Array) -> Array:
-        if magnitude:
-            return np.asarray(weight * (np.abs(model(x)) - np.abs(seen)) / scale)
-        away = weight * (model(x) - seen) / scale
-        return np.concatenate([away.real, away.imag])
+        away = weight * _away(model(x), seen, magnitude) / scale
+        return away if magnitude else np.concatenate([away.real, away.imag])
 
     fit = least_squares(residuals, x0, x_scale=np.where(np.arange(x0.size) < start.size, 1e-2, 1.0), max_nfev=100)
     try:

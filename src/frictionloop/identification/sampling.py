@@ -58,7 +58,7 @@ def sampling_of(path: str, contents: Contents, rate_hz: float | None = None) -> 
 
 def _disagree(path: str, told: dict[str, float]) -> None:
     says = ", ".join(f"{hertz:.6g} Hz by {where}" for where, hertz in told.items())
-    raise must_be(f"{path}: rate_hz", says, "the right one, given in the map")
+    raise must_be(f"{path}: rate_hz", says, "given in the map")
 
 
 def _steps(

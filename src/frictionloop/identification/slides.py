@@ -5,31 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
+from scipy.optimize import minimize_scalar
+from scipy.signal import butter, savgol_filter, sosfiltfilt, welch
 from scipy.stats import linregress
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.identification.measured import Estimate
-from frictionloop.identification.part import not_told, off_line
-from frictionloop.identification.recording_columns import READING, channel, rate_of
-from frictionloop.identification.slide_rows import (
-    SHORTEST_S,
-    SLOWEST_M_S,
-    SMOOTH_S,
-    load_exponent,
-    refuse_electroadhesion,
-    slide_rows,
-    tremor,
-    welch_slope,
-    whittle_slope,
-    without_zero,
-)
+from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, off_line
+from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.project_file import Take
+from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of
 from frictionloop.quantities import must_be
+
+REFERENCE_LOAD_N = 0.5
+"""Load at which the preset's friction law has its f0 (``friction.reference_load_n``)."""
 
 Array = NDArray[np.float64]
 TOUCHING = 0.2
@@ -42,6 +36,18 @@ CHANGES = 0.1
 """Change of friction over load within a slide that is told (assumed)."""
 LIFTED = 0.4
 """A load that falls below this share of the usual one is that of a finger which has lifted (assumed)."""
+SMOOTH_S = 0.05
+"""Time over which a position is turned into a speed, and a load is judged (assumed)."""
+STEADY = 0.3
+"""A finger slides where its speed is within this share of the median of the slide (assumed)."""
+SLOWEST_M_S = 2e-3
+SHORTEST_S = 0.3
+LEAST_LOADS = 0.05
+"""Relative spread of the load below which its exponent cannot be told (assumed)."""
+BAND_HZ = (5.0, 100.0)
+"""Band of the spectrum's slope: above the stroke, below the sensor."""
+TREMOR_HZ = (6.0, 14.0)
+"""Smith and others: a hand trembles at 8 to 12 Hz."""
 
 
 class Slide(NamedTuple):
@@ -118,8 +124,7 @@ def friction(recording: xr.Dataset) -> Friction:
         force, load = (without_zero(each, ~touching, window) for each in (force, load))
     found = [_slide(force, load, speed, a, b, rate_hz) for a, b in slide_rows(touching, speed, rate_hz)]
     if not found:
-        accepted = f"1 or more of {SHORTEST_S:g} s, even, above {1e3 * SLOWEST_M_S:g} mm/s"
-        raise must_be("recording: slides", 0, accepted)
+        raise must_be("recording: slides", 0, f"1 of {SHORTEST_S:g} s, {1e3 * SLOWEST_M_S:g} mm/s")
     refuse_electroadhesion(recording, force)
     mus = np.array([slide.mu for slide in found])
     scatter = float(mus.std(ddof=1) / math.sqrt(mus.size)) if mus.size > 1 else abs(found[0].mu_change - 1) * mus[0] / 3
@@ -177,3 +182,126 @@ def _exponent(slides: Sequence[Slide]) -> Estimate:
         line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
         return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
     return min((slide.exponent for slide in slides), key=lambda each: each.standard_error)
+
+
+def without_zero(values: Array, free: NDArray[np.bool_], margin: int) -> Array:
+    """Return a channel less the line through the medians of the stretches without contact."""
+    inner = [(a + margin, b - margin) for a, b in runs_of(free) if b - a > 4 * margin]
+    if not inner:
+        return values
+    centres = [(a + b) / 2 for a, b in inner]
+    return np.asarray(values - np.interp(np.arange(values.size), centres, [np.median(values[a:b]) for a, b in inner]))
+
+
+def slide_rows(touching: NDArray[np.bool_], speed: Array, rate_hz: float) -> list[tuple[int, int]]:
+    """Return rows between which a finger touches and slides evenly."""
+    least = max(SLOWEST_M_S, 5 * quiet_noise(speed))
+    moving = touching & (np.abs(speed) > least)
+    signed = np.where(moving, np.sign(speed), 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0.0], signed, [0.0]])))
+    runs = []
+    for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        if signed[a] == 0 or (b - a) < SHORTEST_S * rate_hz:
+            continue
+        usual = float(np.median(np.abs(speed[a:b])))
+        even = np.flatnonzero(np.abs(np.abs(speed[a:b]) - usual) < STEADY * usual)
+        first, stop = a + int(even[0]), a + int(even[-1]) + 1
+        if stop - first >= SHORTEST_S * rate_hz:
+            runs.append((first, stop))
+    return runs
+
+
+def load_exponent(f: Array, n: Array, rate_hz: float) -> Estimate:
+    """Return n of log f = c + n log N over means of a tenth of a second."""
+    pieces = max(int(f.size / (0.1 * rate_hz)), 3)
+    pairs = [
+        (float(a.mean()), float(b.mean()))
+        for a, b in zip(np.array_split(f, pieces), np.array_split(n, pieces), strict=True)
+    ]
+    good = np.array([pair for pair in pairs if min(pair) > 0])
+    if len(good) < 3 or good[:, 1].std() < LEAST_LOADS * good[:, 1].mean():
+        return Estimate(math.nan, math.inf, "", 1.0)
+    line = linregress(np.log(good[:, 1]), np.log(good[:, 0]))
+    return Estimate(float(line.slope), float(line.stderr), "", len(good) - 2.0)
+
+
+def welch_slope(f: Array, rate_hz: float) -> float:
+    """Return the exponent of the power spectrum by a line through Welch's, on logarithmic axes."""
+    hertz, power = welch(f - f.mean(), rate_hz, nperseg=min(f.size, int(0.5 * rate_hz)), detrend="linear")
+    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
+    # Equal weight to each octave, as the eye gives a line on logarithmic axes.
+    return float(np.polyfit(np.log(hertz[inside]), np.log(power[inside]), 1, w=1 / np.sqrt(hertz[inside]))[0])
+
+
+def whittle_slope(f: Array, rate_hz: float) -> float:
+    """Return the exponent p of S = c f^p that is likeliest for a periodogram I: least sum of log S + I/S."""
+    size = f.size
+    # A Hann window: a boxcar's leakage would hide slopes steeper than -2.
+    window = np.hanning(size)
+    line = np.polyval(np.polyfit(np.arange(size), f, 1), np.arange(size))
+    power = np.abs(np.fft.rfft(window * (f - line))) ** 2
+    hertz = np.fft.rfftfreq(size, 1 / rate_hz)
+    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
+    x, seen = hertz[inside], power[inside]
+
+    def unlikely(p: float) -> float:
+        shape = x**p
+        return float(np.log(np.mean(seen / shape)) + np.mean(np.log(shape)))
+
+    return float(minimize_scalar(unlikely, bounds=(-5, 2), method="bounded").x)
+
+
+def tremor(f: Array, rate_hz: float) -> float:
+    """Return the rms in N from 6 to 14 Hz."""
+    sos = butter(2, TREMOR_HZ, "bandpass", fs=rate_hz, output="sos")
+    return float(np.std(sosfiltfilt(sos, f - f.mean(), padlen=min(f.size - 1, int(0.3 * rate_hz)))))
+
+
+def refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
+    """Refuse a recording whose friction rises with its ``amplitude``."""
+    if "amplitude" not in recording:
+        return
+    amplitude = np.abs(np.asarray(recording["amplitude"].values, dtype=float))
+    if np.ptp(amplitude) > 0 and float(np.corrcoef(amplitude, np.abs(force))[0, 1]) > 0.5:
+        raise must_be("recording: friction", "rising with 'amplitude'", "falling: electroadhesion raises it")
+
+
+def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+    """Return f0 at the load of the preset's law, from slides without vibration."""
+    scaled = [in_newtons(run, sensor) for run in runs]
+    found = [friction(run) for run, _ in scaled]
+    levels = []
+    for each in found:
+        level = each.level_n(REFERENCE_LOAD_N)
+        share = each.mu.standard_error / each.mu.value
+        levels.append(Estimate(level, share * level, "N", each.mu.freedom))
+    loads = [slide.load_n for each in found for slide in each.slides]
+    spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
+    off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
+    how = f"slides, {len(loads)}, at {REFERENCE_LOAD_N:g} N"
+    value = measured("friction.nominal_n", levels, off, how, take.files, date)
+    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
+    for s in (slide for each in found for slide in each.slides):
+        row = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
+        rows.append((*row, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
+    slides = found[0].slides
+    curves: dict[str, Any] = {
+        "slides": {
+            "start_s": [slide.start_s for slide in slides],
+            "load_n": [slide.load_n for slide in slides],
+            "friction_n": [slide.friction_n for slide in slides],
+            "ratio": [slide.mu for slide in slides],
+            "mu": found[0].mu.value,
+        }
+    }
+    if take.finger is not None:
+        entries = [{"friction.nominal_n": [float(np.log(e.value)), e.standard_error / e.value]} for e in levels]
+        curves["person"] = {"finger": take.finger, "found": entries}
+    every = [slide for each in found for slide in each.slides]
+    numbers: dict[str, Any] = {"mu": found[0].mu, "speeds_mm_s": [1e3 * s.speed_m_s for s in every]}
+    numbers |= {"slides": len(every), "seconds": sum(s.stop_s - s.start_s for s in every)}
+    numbers["mu_change_percent"] = [100 * (s.mu_change - 1) for s in every]
+    if len(every) == 1:
+        numbers |= {"tremor_n": every[0].tremor_n, "onset_over_mean": every[0].onset}
+    doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
+    return EntryResult([value], doubts, numbers, rows, curves)

@@ -14,12 +14,12 @@ from typing import Any
 from frictionloop.control.law import Law
 from frictionloop.control.laws import LAWS
 from frictionloop.loop.block_checks import check_law, check_metric, check_signal, check_vibration
-from frictionloop.loop.formulas import METRICS
 from frictionloop.loop.metric import RunMetric, StreamingMetric
+from frictionloop.loop.metrics import METRICS
 from frictionloop.parameters import Signal
+from frictionloop.parameters.block import kind_of
 from frictionloop.parameters.controller import CONTROLLERS
-from frictionloop.parameters.finger import FRICTIONS
-from frictionloop.parameters.kinds import kind_of
+from frictionloop.parameters.plant import FRICTIONS
 from frictionloop.parameters.sources import SOURCES
 from frictionloop.physics.vibration import VIBRATIONS, Vibration
 from frictionloop.quantities import FrictionloopError
@@ -27,6 +27,11 @@ from frictionloop.quantities.arithmetic import is_compiled
 from frictionloop.quantities.blame import place
 from frictionloop.quantities.digest import code_digest
 
+_LAWS: dict[bool, tuple[str, Any, dict[str, Any], Any]] = {
+    True: ("law", CONTROLLERS, LAWS, check_law),
+    False: ("friction", FRICTIONS, VIBRATIONS, check_vibration),
+}
+"""What is registered of a control law, and of a friction law."""
 _registered: dict[tuple[str, str], tuple[Any, ...]] = {}
 """Arguments of `register`, by what it is and its name."""
 
@@ -50,29 +55,22 @@ def register(block: Any, parameters: Any = None) -> None:
     """
     if isinstance(block, Law | Vibration | StreamingMetric | RunMetric):
         _check_hashable(block)
-    if isinstance(block, Law):
+    if isinstance(block, Law | Vibration):
+        what, kinds, known, check = _LAWS[isinstance(block, Law)]
+        name = block.kind
         _check_kind(block, parameters)
-        CONTROLLERS.check(parameters)
-        check_law(block, parameters)
-        CONTROLLERS.register(parameters)
-        LAWS[block.kind] = block
-        what, name = "law", block.kind
-    elif isinstance(block, Vibration):
-        _check_kind(block, parameters)
-        FRICTIONS.check(parameters)
-        check_vibration(block, parameters)
-        FRICTIONS.register(parameters)
-        VIBRATIONS[block.kind] = block
-        what, name = "friction", block.kind
+        kinds.check(parameters)
+        check(block, parameters)
+        kinds.register(parameters)
+        known[name] = block
     elif isinstance(block, type) and issubclass(block, Signal):
         SOURCES.check(block)
         check_signal(block)
         SOURCES.register(block)
         what, name = "signal", kind_of(block)
     elif isinstance(block, StreamingMetric | RunMetric):
-        known = METRICS.get(block.name)
-        if known is not None and not isinstance(known, StreamingMetric | RunMetric):
-            raise FrictionloopError(f"metric {block.name!r} is one of frictionloop; choose another name")
+        if not isinstance(METRICS.get(block.name, block), StreamingMetric | RunMetric):
+            raise FrictionloopError(f"metric {block.name!r}: taken; choose another name")
         check_metric(block)
         METRICS[block.name] = block
         what, name = "metric", block.name
@@ -142,6 +140,6 @@ def _warn_of_python(block: Any) -> None:
     step = getattr(block, "step", None)
     if isinstance(block, Law) and step is not None and not is_compiled(step):
         warnings.warn(
-            f'law "{block.kind}": {place(step)}: plain Python, hundred times slower than @fl.step',
+            f'law "{block.kind}": {place(step)}: plain Python: slow; @fl.step',
             stacklevel=3,
         )

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from frictionloop.quantities.compiling import COMPILING, on_compiling
 
@@ -53,6 +54,16 @@ class Bar:
         self._name(self._what + COMPILING * begins)
 
 
+@contextmanager
+def _among(some: list[Any], one: Any) -> Iterator[None]:
+    """Have one more who is told, or asked, of what is under way."""
+    some.append(one)
+    try:
+        yield
+    finally:
+        some.remove(one)
+
+
 def silent() -> Bar:
     """Return a bar that shows nothing."""
     return Bar("", lambda: None, lambda _: None)
@@ -89,11 +100,8 @@ def progress_bar(title: str, total: int, show: bool | None = None) -> Iterator[B
     with Progress(*columns, console=Console(stderr=True)) as bars:
         task = bars.add_task(title, total=total)
         bar = Bar(title, lambda: bars.advance(task), lambda text: bars.update(task, description=text))
-        on_compiling.append(bar.compiling)
-        try:
+        with _among(on_compiling, bar.compiling):
             yield bar
-        finally:
-            on_compiling.remove(bar.compiling)
 
 
 @contextmanager
@@ -134,7 +142,7 @@ def waiting(text: str) -> Iterator[None]:
     def now() -> str:
         return "" if _so_far_s[0] - begun_s < QUIET_S else text + last[-1]
 
-    with doing(now), _steps(lambda said: last.__setitem__(-1, said)):
+    with _among(under_way, now), _steps(lambda said: last.__setitem__(-1, said)):
         yield
 
 
@@ -151,23 +159,8 @@ def _steps(tell: Callable[[str], None]) -> Iterator[None]:
     def compiling(begins: bool) -> None:
         tell(now + COMPILING * begins)
 
-    on_step.append(told)
-    on_compiling.append(compiling)
-    try:
+    with _among(on_step, told), _among(on_compiling, compiling):
         yield
-    finally:
-        on_step.remove(told)
-        on_compiling.remove(compiling)
-
-
-@contextmanager
-def doing(now: Callable[[], str]) -> Iterator[None]:
-    """Have it under way."""
-    under_way.append(now)
-    try:
-        yield
-    finally:
-        under_way.remove(now)
 
 
 @contextmanager
@@ -188,9 +181,5 @@ def _plain_bar(title: str, total: int) -> Iterator[Bar]:
         return f"{text}: {done} of {total} done" + f", about {left_s:.0f} s left" * bool(left_s)
 
     bar = Bar(title, advance, name)
-    on_compiling.append(bar.compiling)
-    try:
-        with doing(now):
-            yield bar
-    finally:
-        on_compiling.remove(bar.compiling)
+    with _among(on_compiling, bar.compiling), _among(under_way, now):
+        yield bar

@@ -31,14 +31,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "a": ("um", "vibration amplitude, zero-to-peak"),
     "d": ("N", "disturbance"),
     "saturated": ("1", "command was clamped"),
-    "position": ("m", "position of the finger along the stroke"),
+    "position": ("m", "position along the stroke"),
     "speed": ("m/s", "speed of the finger"),
     "load": ("N", "normal force"),
     "limit": ("N", "friction limit without vibration"),
-    "floor": ("N", "friction limit at the largest amplitude"),
-    "sliding": ("1", "feedback: the sensors see a finger that slides on a stretched skin"),
+    "floor": ("N", "friction at the largest amplitude"),
+    "sliding": ("1", "sensors see a sliding finger"),
     "scored": ("1", "metrics count this period"),
-    "f_r_intended": ("N", "what the effect asks for at the true place"),
+    "f_r_intended": ("N", "effect at the true place"),
 }
 AT_ONCE_BYTES = 10**8
 """A run of more is read piece by piece, so that memory does not grow with it (assumed: four minutes of a bench)."""
@@ -58,9 +58,10 @@ def provenance(system: System, **more: Any) -> dict[str, Any]:
 
 def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
     """Return the Dataset of one run from its traces, shape (variables, periods), row k holding the values at t_k."""
+    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr  # only here and below: a live page, which runs the loop too, is open half a second sooner
 
-    # By the fast path: by the other xarray loads dask, where that is installed.
+    # An index, and the fast path: by the other ones xarray loads dask, where that is installed.
     time = np.arange(traces.shape[1]) / system.controller.rate_hz
     if system.motion.kind == "sliding":  # without place, speed and load, whichever loop ran it
         traces = traces[: list(VARIABLES).index("position")]
@@ -68,7 +69,7 @@ def to_dataset(traces: np.ndarray, system: System, seed: int) -> xr.Dataset:
         name: xr.Variable("time", row != 0 if name in _FLAGS else row, described(name), fastpath=True)
         for row, name in zip(traces, VARIABLES, strict=False)
     }
-    coordinate = {"time": xr.Variable("time", time, {"units": "s", "long_name": "time"}, fastpath=True)}
+    coordinate = {"time": xr.Variable("time", pd.Index(time), {"units": "s", "long_name": "time"})}
     return xr.Dataset(data, coordinate, provenance(system, seed=seed))
 
 
@@ -164,13 +165,13 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     """
     import xarray as xr
 
-    from frictionloop.loop.unfinished import unfinished
+    from frictionloop.loop.growing_file import unfinished
     from frictionloop.recordings.hdf5 import check_hdf5
 
     try:
         check_hdf5(path)
         if (run := unfinished(path)) is not None:
-            warnings.warn(f"{path}: the recording was not finished; it has {run.sizes['time']} samples", stacklevel=2)
+            warnings.warn(f"{path}: unfinished, {run.sizes['time']} samples", stacklevel=2)
             run = run.assign_attrs(unfinished=1)
         else:
             run = xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False)
@@ -210,4 +211,4 @@ def _part(run: xr.Dataset, from_s: float | None, until_s: float | None) -> xr.Da
 def _partial(path: Path) -> str:
     """Return a hint at what an unfinished recording for this path left."""
     found = sorted(path.parent.glob(f"{path.stem}.partial-*.h5"))
-    return f"; an unfinished recording is in {found[-1]}" if found else ""
+    return f"; unfinished: {found[-1]}" if found else ""

@@ -11,7 +11,8 @@ import numpy as np
 
 from frictionloop.analysis.levels import OFTEN_N, RECORDED, left_in, too_wide
 from frictionloop.findings import Condition, Finding
-from frictionloop.loop.metrics import out_of_reach, reach_of
+from frictionloop.findings.result import frame
+from frictionloop.loop.metrics import run_reach
 from frictionloop.loop.record import system_of
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.parameters.motion import one_stroke_a_contact
@@ -19,14 +20,13 @@ from frictionloop.physics.motion import scored_edge_m, stroke_plan
 from frictionloop.recordings.clean import SHOWN, stretches
 
 if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr
 
 CLAMPED = 0.05
 """Share of the commands that are clamped, and of the time out of reach, from which on that is told (chosen)."""
 UNREACHED = 0.9
 """Share of the time out of reach that is a warning (chosen); less where a recording brings its own mean."""
-AT_CEILING, FAR_N = 0.2, 0.02
-"""Share of the time at the ceiling, and the mean error there, from which the ceiling is named (chosen)."""
 SEVERAL = 2.0
 """Strokes of a contact from which on it is meant to be back and forth (chosen)."""
 STEP_MM = 10.0
@@ -45,16 +45,31 @@ class ReachSplit:
     rms_error_beyond_n: float
     rms_error_within_n: float
 
+    def parts(self, scored: float = 1.0) -> dict[str, tuple[float, float]]:
+        """Return share of the time and error, N, of both parts; none where all is on one side."""
+        if not 0.0 < self.beyond < 1.0:
+            return {}
+        return {
+            "  out of reach": (scored * self.beyond, self.rms_error_beyond_n),
+            "  in reach": (scored * (1.0 - self.beyond), self.rms_error_within_n),
+        }
+
+
+def error_table(parts: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
+    """Return parts of a run, each a share of the time and an error in N, in per cent and mN."""
+    rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in parts.items()}
+    return frame(rows, "error", ["time, %", "rms, mN"])
+
 
 def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:
     """Return the error of a run by reach: rms^2 = beyond^2 + within^2, each over all that is scored."""
-    (floor, top), d, missed = reach_of(run, mask), run["d"].values[mask], out_of_reach(run, mask)
-    square = (run["f_a"].values - run["f_r"].values)[mask] ** 2
-    beyond, within = (float(np.sqrt(np.mean(square * there))) for there in (missed, ~missed))
+    there, force = run_reach(run, mask), run["f_r"].values[mask]
+    square, missed = (run["f_a"].values[mask] - force) ** 2, there.beyond(force)
+    beyond, within = (float(np.sqrt(np.mean(square * where))) for where in (missed, ~missed))
     return ReachSplit(
         beyond=float(missed.mean()),
-        low_n=float(np.median(floor + d)),
-        high_n=float(np.median(top + d)),
+        low_n=float(np.median(there.low_n)),
+        high_n=float(np.median(there.high_n)),
         rms_error_beyond_n=beyond,
         rms_error_within_n=within,
     )
@@ -62,16 +77,16 @@ def reach_split(run: xr.Dataset, mask: np.ndarray) -> ReachSplit:
 
 def of_reach(run: xr.Dataset, mask: np.ndarray, split: ReachSplit) -> Iterator[Finding]:
     """Yield that a set-point is out of reach, and what may be the cause."""
-    system, (floor, top) = system_of(run), reach_of(run, mask)
-    r, d = run["f_r"].values[mask], run["d"].values[mask]
-    level, span_n = float(d.mean()), float(np.median(top - floor))
+    system, r, d = system_of(run), run["f_r"].values[mask], run["d"].values[mask]
+    level = float(d.mean())
+    centred = run_reach(run, mask, d - level)
+    span_n = float(np.median(centred.high_n - centred.low_n))
     if split.beyond <= CLAMPED:
         return
     wide = too_wide(float(np.std(d)), span_n)
     if wide:
         yield Finding("DISTURBANCE-WIDE", value=float(np.std(d)), unit="N", limit=span_n)
-    around_0 = d - level
-    without = float(np.mean((r < floor + around_0) | (r > top + around_0)))
+    without = float(np.mean(centred.beyond(r)))
     remedy: Mapping[str, Any] | str = {}
     often = split.beyond >= (CLAMPED if left_in(system, abs(level)) else UNREACHED)
     if often and abs(level) > OFTEN_N and without < UNREACHED and not wide:
@@ -99,21 +114,6 @@ def of_sensor(run: xr.Dataset, mask: np.ndarray) -> Iterator[Finding]:
     if share:
         more = {"share": 100.0 * share}
         yield Finding("RANGE-EXCEEDED", value=float(f_a.max()), unit="N", limit=sensor.range_n, more=more)
-
-
-def of_ceiling(run: xr.Dataset, mask: np.ndarray) -> Iterator[Finding]:
-    """Yield that a force stays high as the amplitude may not get larger."""
-    system = system_of(run)
-    largest_um = system.plate.max_amplitude_um
-    ceiling_um = system.board.ceiling_um if run.attrs.get("source") != "simulated" else None
-    most_um = largest_um if ceiling_um is None else ceiling_um
-    force = run["f_a" if "f_a" in run else "f_m"].values
-    there = mask & (run["a"].values >= 0.99 * most_um)
-    above_n = float(np.nanmean((force - run["f_r"].values)[there])) if there.any() else 0.0
-    share = float(there.sum() / max(mask.sum(), 1))
-    if share >= AT_CEILING and above_n >= FAR_N:
-        more = {"share": 100.0 * share, "above": 1e3 * above_n}
-        yield Finding("AT-CEILING", value=most_um, unit="um", limit=largest_um, more=more)
 
 
 def of_unscored(run: xr.Dataset) -> Iterator[Finding]:

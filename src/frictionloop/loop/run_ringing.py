@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.occlusions import moistest
+from frictionloop.analysis.operating import moistest
 from frictionloop.analysis.stability import NEAR, OPEN, Ringing, rings
 from frictionloop.findings import Condition, Finding
 from frictionloop.findings.catalogue import Severity
 from frictionloop.loop.metrics import out_of_reach, saturation_index
-from frictionloop.loop.open_loop import steady_of
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import steady_of
 from frictionloop.loop.run_findings import CLAMPED
 from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.physics.occlusion import occlusion_at

@@ -1,10 +1,11 @@
-"""One run of the loop, with traces."""
+"""One run of the loop, with traces: whether it can be run, how many control periods it has, and what it leaves."""
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,16 +14,63 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
-from frictionloop.loop.signal_warnings import warn_of_signals
-from frictionloop.loop.timing import check_memory, check_seed, periods_in
-from frictionloop.parameters import System
+from frictionloop.loop.signal_findings import warn_of_signals
+from frictionloop.parameters import System, check_system
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.blame import place
+from frictionloop.quantities.checks import whole
 from frictionloop.quantities.normals import BLOCK
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def is_finite(value: Any) -> bool:
+    """Return whether a value is one finite number (a bool is none)."""
+    try:
+        return not isinstance(value, (bool, np.bool_)) and math.isfinite(value)
+    except (TypeError, OverflowError):
+        return False
+
+
+def periods_in(system: System, duration_s: float) -> int:
+    """Return the number of control periods in ``duration_s``, a whole number of them.
+
+    Raises ``FrictionloopError`` when the duration is not positive, not whole, or longer than a swept signal.
+    """
+    check_system(system)
+    rate = system.controller.rate_hz
+    if not (is_finite(duration_s) and duration_s > 0):
+        raise must_be("duration_s", duration_s, "a positive number", "s")
+    if duration_s * rate > 2**53:
+        raise must_be("duration_s", duration_s, f"at most {2**53 / rate:g}", "s")
+    periods = round(duration_s * rate)
+    if periods < 1 or abs(periods - duration_s * rate) > 1e-6 * max(periods, 1):
+        near = max(periods, 1) / rate
+        raise must_be("duration_s", duration_s, f"whole periods of controller.rate_hz = {rate:g} Hz, as {near}", "s")
+    for name in ("setpoint", "disturbance"):
+        source = getattr(system, name)
+        longest, field = source.longest_s, "sweep_s" if source.kind == "log_sweep" else "longest_s"
+        if duration_s > longest * (1 + 1e-12):
+            raise must_be("duration_s", duration_s, f"at most {name}.{field} = {longest:g}", "s")
+    return periods
+
+
+def check_seed(seed: Any) -> int:
+    """Return a seed of the noise, refusing what is not a whole number of 64 bits."""
+    return whole("seed", seed, 0, 2**64 - 1)
+
+
+def check_memory(needed_bytes: int, what: str) -> None:
+    """Refuse work that would not fit into this machine's free memory, saying how much it needs."""
+    try:
+        free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (ValueError, OSError, AttributeError):  # not every system tells
+        return
+    if needed_bytes > free:
+        raise FrictionloopError(f"{what}: {needed_bytes / 1e9:.1f} GB needed, {free / 1e9:.1f} free")
+
 
 CHUNK = 2048 * BLOCK
 """Control periods per call of the kernel: Ctrl-C is answered between chunks."""

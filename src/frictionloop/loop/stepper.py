@@ -10,8 +10,7 @@ import numpy as np
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import ROW
 from frictionloop.loop.kernel.structure import moves
-from frictionloop.loop.simulate import no_number
-from frictionloop.loop.timing import check_seed, is_finite
+from frictionloop.loop.simulate import check_seed, is_finite, no_number
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion, heading_step
 from frictionloop.quantities import FrictionloopError, must_be
@@ -74,7 +73,7 @@ class Stepper(metaclass=Brief):
         force = probe.slab.view("friction" if self.tells_sampled else "nominal")[0, 0]
         self.force_n = float(force + probe.slab.view("disturbance")[0, 0])
         """Friction force on the finger, which no sensor shows (`tells_sampled`)."""
-        self.measured = self._told() if self.tells_sampled else Measurement(self.force_n)
+        self.measured = self._measurement() if self.tells_sampled else Measurement(self.force_n)
         """The last measurement."""
 
     @property
@@ -113,7 +112,7 @@ class Stepper(metaclass=Brief):
         if self._disturbance.size <= BLOCK:
             self._disturbance = self._tile.disturbance(chunk, k + 1)
 
-    def _told(self) -> Measurement:
+    def _measurement(self) -> Measurement:
         return Measurement(*(float(value) for value in self._tile.slab.view("measurement")[:, 0]))
 
     def tick(self, amplitude_command: float, motion: Movement | None = None) -> Measurement:
@@ -151,7 +150,9 @@ class Stepper(metaclass=Brief):
         tile.advance(k, k + 1, _UNUSED, self._disturbance, chunk)
         g = self._view[ROW["friction"]] if self.tells_sampled else g
         self.force_n = float(g + self._view[ROW["disturbance"]])
-        self.measured = self._told() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"].force]))
+        self.measured = (
+            self._measurement() if self.tells_sampled else Measurement(float(self._view[ROW["measurement"].force]))
+        )
         if math.isnan(self.measured.force):
             raise no_number(self.system, f"at {self.time_s:g} s")
         return self.measured
@@ -160,7 +161,7 @@ class Stepper(metaclass=Brief):
         if not moves(self.system):
             raise FrictionloopError('motion: needs motion.kind "strokes"')
         if not all(is_finite(value) for value in motion) or motion[2] < 0:
-            raise must_be("motion", motion, "finite, with load_n at least 0")
+            raise must_be("motion", motion, "finite, load_n from 0")
         fastest = 1e-3 * self.system.touch.position.fastest_mm_s
         if abs(motion[1]) > fastest:
             raise FrictionloopError(

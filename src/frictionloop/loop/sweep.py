@@ -11,19 +11,18 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.loop.blocks import outside_digest, register_all, registered
-from frictionloop.loop.formulas import DEFAULT_METRICS, METRICS
-from frictionloop.loop.kept import CLOCK, Result, Timely, check_not_unfinished, computing, resumed
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.placing import placed, tiles_of
 from frictionloop.loop.metric import AgainMetric, Metric, RunMetric, StreamingMetric
-from frictionloop.loop.points import fingerprint, points_of, structures_of
+from frictionloop.loop.metrics import DEFAULT_METRICS, METRICS
+from frictionloop.loop.parallel_runs import shared_out, worker_count
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
-from frictionloop.loop.signal_warnings import warn_of_signals
-from frictionloop.loop.simulate import lanes_without_number, no_number, run_tile, traced
-from frictionloop.loop.timing import periods_in
-from frictionloop.loop.workers import shared_out, worker_count
+from frictionloop.loop.signal_findings import warn_of_signals
+from frictionloop.loop.simulate import lanes_without_number, no_number, periods_in, run_tile, traced
+from frictionloop.loop.sweep_checkpoint import CLOCK, Result, Timely, check_not_unfinished, computing, resumed
+from frictionloop.loop.sweep_points import fingerprint, points_of, structures_of
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.blame import place, theirs
@@ -138,7 +137,7 @@ def sweep(
 
 def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:
     if isinstance(metrics, str) or not isinstance(metrics, Iterable | None):
-        raise must_be("metrics", metrics, "a list of names, e.g. ['r2_identity']")
+        raise must_be("metrics", metrics, "names, e.g. ['r2_identity']")
     names = tuple(DEFAULT_METRICS if metrics is None else metrics)
     if not names or any(name not in list(METRICS) for name in names):
         raise FrictionloopError(f"metrics = {list(names)!r}: accepted are {', '.join(METRICS)}")

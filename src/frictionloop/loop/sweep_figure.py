@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.figures.style import BLUE, GREY, VERMILLION, new_figure, styled
-from frictionloop.loop.open_loop import OPEN_ERROR
+from frictionloop.loop.reference_runs import OPEN_ERROR
 from frictionloop.quantities import FrictionloopError, unit_of
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def figure_of(result: xr.Dataset) -> Figure:
     if len(axes) == 1:
         return _panels(names, [None], lambda panel, name, _: _curve(panel, result[name], axes[0]))
     if set(words) & set(axes[:2]):
-        raise FrictionloopError(f"{words[0]} holds words: give it as third parameter")
+        raise FrictionloopError(f"{words[0]}: words go third")
     third = result[axes[2]].values.tolist() if len(axes) == 3 else [None]
     if len(third) * len(names) > MOST_PANELS:
         raise FrictionloopError(
@@ -128,12 +128,12 @@ def _of_fingers(result: xr.Dataset, names: list[str], without: list[str]) -> Fig
 
     figure = _panels([name for name in names if name != OPEN_ERROR or "rms_error" not in names], [None], drawn)
     said = "Each point is one finger"
-    said += "; the bar is its range over seeds." if result.sizes["seed"] > 1 else "."
+    said += "; bar: range over seeds." if result.sizes["seed"] > 1 else "."
     if able is not None and of is not None:
         hollow = f"Hollow: {int(np.sum(~able))} of {able.size} fingers, which"
         said = f"{said}\n{hollow} cannot be given the set-point{ABLE[of]}."
     if without:
-        said = f"{said}\nNo run has a value of {', '.join(without)}."
+        said = f"{said}\nNo value: {', '.join(without)}."
     figure.supxlabel(said, fontsize=8.0)
     return figure
 
@@ -155,7 +155,7 @@ def _sorted(panel: Axes, metric: xr.DataArray, able: np.ndarray | None) -> None:
     low = int(np.sum(mean < LOWEST_R2))
     if str(metric.name).startswith("r2_") and 0 < low < mean.size / 2:  # what few have hides the rest
         panel.set_ylim(LOWEST_R2, 1.05)
-        panel.set_xlabel(f"fingers, sorted by this value; {low} below {LOWEST_R2:g} not shown")
+        panel.set_xlabel(f"fingers, sorted; {low} below {LOWEST_R2:g}")
 
 
 def _scaled(metric: xr.DataArray) -> tuple[np.ndarray, str]:

@@ -1,23 +1,27 @@
 """The System and its blocks: frozen, validated, TOML in and out."""
 
-from frictionloop.parameters.board import Board
 from frictionloop.parameters.controller import (
     Controller,
+    FilteredPiController,
     LookupController,
+    Model,
+    NotchPiController,
     PiController,
+    Timing,
 )
 from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml
-from frictionloop.parameters.filtered import FilteredPiController, NotchPiController
-from frictionloop.parameters.finger import FingerFriction, RigidFinger, Skin
 from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
 from frictionloop.parameters.plant import (
+    FingerFriction,
     Friction,
     FrictionLaw,
     FrictionLimit,
     LowpassPlate,
     LowpassSensor,
     ResonantPlate,
+    RigidFinger,
     Sensor,
+    Skin,
     SuspendedSensor,
 )
 from frictionloop.parameters.presets import READINGS, RETUNED, bench, feasible, paper
@@ -32,6 +36,5 @@ from frictionloop.parameters.sources import (
     Source,
     Steps,
 )
-from frictionloop.parameters.system import System, check_system
-from frictionloop.parameters.timing import Model, Timing
+from frictionloop.parameters.system import Board, System, check_system
 from frictionloop.parameters.written import write_toml

@@ -1,21 +1,29 @@
-"""The frozen, validated parameter block that every part of a System is made of."""
+"""The frozen, validated parameter block that a System is made of, and the kinds that one may be, from outside too."""
 
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
+from importlib import import_module
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from frictionloop.parameters import wording
-from frictionloop.quantities import FrictionloopError, unit_of
+from frictionloop.parameters.refusals import explain
+from frictionloop.quantities import FrictionloopError, must_be, unit_of
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)  # its name is not public
 
 
 def _no_bool(value: Any) -> Any:
     if isinstance(value, bool):
-        raise ValueError("must be a number, no boolean")
+        raise ValueError("must be a number")
     return value
 
 
@@ -23,12 +31,6 @@ Number = Annotated[float, BeforeValidator(_no_bool)]
 Whole = Annotated[int, BeforeValidator(_no_bool)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
-
-
-if TYPE_CHECKING:
-    from pydantic._internal._model_construction import ModelMetaclass
-else:
-    ModelMetaclass = type(BaseModel)  # its name is not public
 
 
 class BlockType(ModelMetaclass):
@@ -42,7 +44,7 @@ class BlockType(ModelMetaclass):
             return super().__call__(**values)
         except ValidationError as error:
             model: Any = cls
-            raise FrictionloopError(f"{cls.__name__}: {wording.explain(model, error, values)}") from None
+            raise FrictionloopError(f"{cls.__name__}: {explain(model, error, values)}") from None
 
     def __dir__(cls) -> list[str]:
         """Return the fields, and the functions of this package: pydantic's own would fill sixteen screens of help."""
@@ -100,3 +102,133 @@ def _signature(cls: type[BaseModel]) -> Signature:
         for name, field in cls.model_fields.items()
     }
     return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=each) for name, each in defaults.items()])
+
+
+OWN = ", or a kind of your own (fl.register, --use FILE)"
+"""What else a block may be."""
+
+
+class Kinded(Block):
+    """A block that is of one of several kinds."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def kind(self) -> str:
+            """Name of the kind."""
+
+
+class Kinds:
+    """The parameter classes of one block, by the value of their ``kind``; an annotation that pydantic reads."""
+
+    def __init__(
+        self,
+        base: type[Block],
+        *models: type[Block],
+        default: str | None = None,
+        tuned: bool = False,
+        beside: Mapping[str, str] | None = None,
+        gone: Mapping[str, str] | None = None,
+    ) -> None:
+        self.base, self.default, self.tuned = base, default, tuned
+        self.beside = dict(beside or {})
+        """Where a class stands in the file of its step, "module:Class" by its kind: imported when the kind is used."""
+        self.gone = dict(gone or {})
+        """Why a kind that files may still name is no more, and what to take in its place."""
+        self.outside: set[str] = set()
+        self._models = {kind_of(model): model for model in models}
+
+    @property
+    def names(self) -> list[str]:
+        """Return every kind."""
+        return list(dict.fromkeys([*self._models, *self.beside]))
+
+    def __getitem__(self, kind: str) -> type[Block]:
+        """Return the class of a kind."""
+        if kind in self.beside and kind not in self._models:
+            module, _, name = self.beside[kind].partition(":")
+            self._models[kind] = getattr(import_module(module), name)
+        return self._models[kind]
+
+    def register(self, model: type[Block]) -> None:
+        """Add a class from outside; one of the same kind that came from outside before is replaced."""
+        self.check(model)
+        self._models[kind_of(model)] = model
+        self.outside.add(kind_of(model))
+
+    def forget(self) -> None:
+        """Leave out the classes from outside."""
+        for kind in self.outside:
+            del self._models[kind]
+        self.outside.clear()
+
+    def check(self, model: type[Block]) -> None:
+        """Refuse a class that cannot be added.
+
+        Raises
+        ------
+        FrictionloopError
+            For a class that is not of this block, without a kind, or with the kind of a class of this package.
+        """
+        if not (isinstance(model, type) and issubclass(model, self.base)):
+            raise must_be("class", model, f"a subclass of fl.{self.base.__name__}")
+        kind = kind_of(model)
+        if kind in self.names and kind not in self.outside:
+            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": taken; choose another name')
+        if not kind.isidentifier():
+            raise FrictionloopError(f'{model.__name__}.kind = "{kind}": accepted letters, digits, _')
+
+    def carried(self, values: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+        """Return what a block of another kind takes over from the values of the old one.
+
+        That is what describes the bench. Where a kind is ``tuned`` (signals, control laws) the fields of its base do;
+        a gain or an offset was chosen for the old kind and means something else in the new one. Elsewhere it is what
+        both kinds have, unless their defaults say that it was chosen for one of them.
+        """
+        if self.tuned:
+            return {name: values[name] for name in self.base.model_fields if name in values}
+        old, new = self[values["kind"]].model_fields, model.model_fields
+        return {name: values[name] for name in new if name in old and old[name].default == new[name].default}
+
+    def read(self, value: Any) -> Block:
+        """Return the block that a mapping describes, or the block given, if it is of one of the kinds."""
+        if isinstance(value, BaseModel):
+            kind = getattr(value, "kind", "")
+            if kind not in self.names or type(value) is not self[kind]:
+                raise PydanticCustomError("kind", "{text}", {"text": f"{type(value).__name__}: {self.accepted()}"})
+            return value
+        if not isinstance(value, Mapping):
+            value = self.sampled(value)
+        kind = value.get("kind", self.default)
+        if not (isinstance(kind, str) and kind in self.names):
+            text = f"kind is missing; {self.accepted()}" if kind is None else f"kind = {kind!r} {self.refusal(kind)}"
+            raise PydanticCustomError("kind", "{text}", {"text": text})
+        return self[kind].model_validate({"kind": kind, **value})
+
+    def sampled(self, value: Any) -> Mapping[str, Any]:
+        """Return the values of a block that an array stands for; only signals have any."""
+        raise PydanticCustomError("dict_type", "must be a table of values")
+
+    def accepted(self) -> str:
+        """Return the kinds there are, in words."""
+        accepted = ", ".join(map(repr, self.names))
+        return f"accepted: {accepted}{OWN if self.base is not Block else ''}"
+
+    def refusal(self, kind: Any) -> str:
+        """Return why there is no such kind, and what to take in its place."""
+        gone = self.gone.get(kind) if isinstance(kind, str) else None
+        return gone or f"is unknown; {self.accepted()}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Let pydantic read the block by `read`, and write it as what it is."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
+def kind_of(model: type[Block]) -> str:
+    """Return the kind of a parameter class."""
+    if not (isinstance(model, type) and issubclass(model, Block)):
+        raise FrictionloopError(f"{model!r:.60}: must be a parameter class")
+    field = model.model_fields.get("kind")
+    if field is None or not isinstance(field.default, str):
+        raise FrictionloopError(f"{model.__name__}: needs a kind")
+    return field.default

@@ -7,8 +7,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ValidationError
 
-from frictionloop.parameters import unknown, wording
 from frictionloop.parameters.block import Block
+from frictionloop.parameters.refusals import explain, known_names, refusal, registry_of
 from frictionloop.quantities import FrictionloopError
 
 
@@ -44,7 +44,7 @@ class Description(Block):
         for path, value in sorted(overrides.items(), key=_turn):
             _place(type(self), tree, path, value, strangers)
         if strangers:
-            raise FrictionloopError(unknown.refusal(strangers, type(self), tree))
+            raise FrictionloopError(refusal(strangers, type(self), tree))
         return self.from_tree(tree)
 
     @classmethod
@@ -53,7 +53,7 @@ class Description(Block):
         try:
             return cls.model_validate(tree)
         except ValidationError as error:
-            raise FrictionloopError(where + wording.explain(cls, error, tree)) from None
+            raise FrictionloopError(where + explain(cls, error, tree)) from None
 
 
 def _values(block: BaseModel) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
             node[name] = _values(node[name])
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
-    if not isinstance(node, dict) or (leaf not in node and path not in wording.known_names(whole, tree)):
+    if not isinstance(node, dict) or (leaf not in node and path not in known_names(whole, tree)):
         strangers[path] = value
     elif leaf == "kind" and len(parents) > 1:
         if value != node["kind"]:
@@ -101,7 +101,7 @@ def _change_inner(whole: type[Description], tree: dict[str, Any], parents: list[
     model: Any = whole
     node: Any = tree
     for name in parents:
-        kinds, node = wording.registry_of(model, name), node[name]
+        kinds, node = registry_of(model, name), node[name]
         model = kinds[node["kind"]] if kinds else model.model_fields[name].annotation
     if kinds is None or not (isinstance(kind, str) and kind in kinds.names):
         raise FrictionloopError(f"{'.'.join(parents)}.kind = {kind!r} {_refusal(kinds, kind)}")
@@ -111,7 +111,7 @@ def _change_inner(whole: type[Description], tree: dict[str, Any], parents: list[
 
 def _change_kind(whole: type[Description], tree: dict[str, Any], block: str, kind: Any) -> None:
     """Swap a block for one of another kind, keeping what describes the bench."""
-    kinds = wording.registry_of(whole, block)
+    kinds = registry_of(whole, block)
     model = kinds[kind] if kinds and isinstance(kind, str) and kind in kinds.names else None
     if kinds is None or model is None:
         raise FrictionloopError(f"{block}.kind = {kind!r} {_refusal(kinds, kind)}")

@@ -1,4 +1,4 @@
-"""A System from a TOML file, with every complaint in one line."""
+"""A System from a TOML file, with every complaint in one line that names the line of the file."""
 
 from __future__ import annotations
 
@@ -11,12 +11,53 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from frictionloop.parameters import presets
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.file_lines import with_line
 from frictionloop.parameters.system import System
 from frictionloop.quantities import FrictionloopError, must_be
 
 if TYPE_CHECKING:
     pass
+
+
+SHOWN = 80
+"""Characters of a line that are shown."""
+_PLACE = re.compile(r"\(at line (\d+), column \d+\)")
+_NAMED = re.compile(r"(?:unknown parameter ')?(?: +')?([A-Za-z_]\w*(?:\.\w+)*)\b")
+_TABLE = re.compile(r"\s*\[\s*([\w.]+)\s*\]")
+_KEY = re.compile(r"\s*([\w.]+)\s*=")
+
+
+def with_line(path: str | os.PathLike[str], complaint: str) -> str:
+    """Return a complaint with the line of the file that it is about behind it, where one is.
+
+    It names the line by its number, as the parser does, or begins with the dotted name of a value; of several lines
+    each does.
+    """
+    if "\n" in complaint:
+        return "\n".join(with_line(path, each) for each in complaint.split("\n"))
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return complaint
+    if parsed := _PLACE.search(complaint):
+        number = int(parsed[1])
+        return complaint + (f": {lines[number - 1].strip()[:SHOWN]!r}" if 0 < number <= len(lines) else "")
+    named = _NAMED.match(complaint)
+    number = 0 if named is None else _line_of(lines, named[1])
+    return f"{complaint} (line {number}: {lines[number - 1].strip()[:SHOWN]!r})" if number else complaint
+
+
+def _line_of(lines: list[str], name: str) -> int:
+    """Return the number of the line, from 1, at which a dotted name is given a value or its table begins; 0 if none."""
+    table = ""
+    for number, line in enumerate(lines, 1):
+        if begun := _TABLE.match(line):
+            table = f"{begun[1]}."
+            if begun[1] == name:
+                return number
+        elif (key := _KEY.match(line)) and table + key[1] == name:
+            return number
+    return 0
+
 
 Design = TypeVar("Design", bound=Description)
 SCHEMA = 1
@@ -99,13 +140,13 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
     tree = read_tree(path)
     if bench := next((each for each in ("preset", *System.model_fields) if each in tree), None):
         part = "sensor" if hasattr(default, "electrodes") else "plate"
-        raise FrictionloopError(f"{path}: has {bench}, so it describes a bench; accepted: a design of a {part}")
+        raise FrictionloopError(f"{path}: describes a bench (has {bench}); must be a design of a {part}")
     return _evolved(path, lambda: default, tree)
 
 
 def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:
     if not tree:
-        raise FrictionloopError(f'{path}: is empty; accepted: preset = "paper" and what differs, or all blocks')
+        raise FrictionloopError(f'{path}: is empty; accepted: preset = "paper"')
     try:
         return System.from_tree(tree)
     except FrictionloopError as error:
@@ -124,10 +165,10 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
     where = f"{path}: "
     try:
         if Path(path).stat().st_size > LARGEST_BYTES:
-            raise FrictionloopError(f"{where}has more than {LARGEST_BYTES:,} bytes; accepted: a file of parameters")
+            raise FrictionloopError(f"{where}has more than {LARGEST_BYTES:,} bytes")
         text = Path(path).read_text(encoding="utf-8-sig")
         if _DEEP.search(text):
-            raise FrictionloopError(f"{where}has a key of more than {DEEPEST} parts; accepted: block.key")
+            raise FrictionloopError(f"{where}has a key of over {DEEPEST} parts")
         tree = tomllib.loads(text)
     except OSError as error:
         raise FrictionloopError(f"{where}cannot be read ({error.strerror or error})") from None
@@ -135,10 +176,10 @@ def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
         said = f"is no UTF-8 (byte {error.start})"
         raise FrictionloopError(f"{where}{said}") from None
     except tomllib.TOMLDecodeError as error:
-        twice = "; each [block] stands once: put its lines there" * ("twice" in str(error))
+        twice = "; each [block] stands once" * ("twice" in str(error))
         raise FrictionloopError(f"{where}is not TOML: {with_line(path, str(error))}{twice}") from None
     except RecursionError:
-        raise FrictionloopError(f"{where}is nested too deeply; accepted: blocks with keys") from None
+        raise FrictionloopError(f"{where}is nested too deeply") from None
     check_schema(tree.pop("schema", SCHEMA), where)
     return tree
 
@@ -148,7 +189,7 @@ def check_schema(schema: Any, where: str) -> None:
     if not isinstance(schema, int):
         raise must_be(f"{where}schema", schema, f"a whole number, at most {SCHEMA}")
     if schema > SCHEMA:
-        raise FrictionloopError(f"{where}schema = {schema}: this version reads up to {SCHEMA}")
+        raise must_be(f"{where}schema", schema, f"at most {SCHEMA} for this version")
 
 
 def _from_here(tree: dict[str, Any], folder: Path) -> dict[str, Any]:

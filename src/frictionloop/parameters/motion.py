@@ -6,8 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 
 TURN_SHARE = 0.625
 """Distance covered in a reversal over that at full speed for as long, 5/8 (physics/motion)."""
@@ -75,7 +75,7 @@ class Strokes(Block):
     @model_validator(mode="after")
     def _time_to_land(self) -> Self:
         if 0 < self.contact_s < 2 * self.landing_s:
-            raise ValueError(f"contact_s = {self.contact_s:g} s: must be 0 or at least {2 * self.landing_s:g}")
+            raise must_be("contact_s", self.contact_s, f"0 or at least {2 * self.landing_s:g}", "s")
         return self
 
     def in_contacts(self) -> dict[str, float]:

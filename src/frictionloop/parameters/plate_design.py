@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
+from frictionloop.quantities import must_be
 
 Side = Literal["length", "width"]
 """The side along which the standing wave runs; its nodal lines are parallel to the other side."""
@@ -100,7 +101,7 @@ class Carrier(Block):
     @model_validator(mode="after")
     def _band_is_not_empty(self) -> Self:
         if not self.band_low_hz < self.band_high_hz:
-            raise ValueError(f"band_low_hz = {self.band_low_hz:g}: must be below band_high_hz = {self.band_high_hz:g}")
+            raise must_be("band_low_hz", self.band_low_hz, f"below band_high_hz = {self.band_high_hz:g}")
         return self
 
 

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.files import read_tree
+from frictionloop.quantities import must_be
 
 
 class Spread(Block):
@@ -43,10 +44,10 @@ class Population(Description):
         if self.correlation:
             matrix = self.matrix()
             if matrix.shape != (len(names), len(names)):
-                raise ValueError(f"correlation must have {len(names)} rows and columns")
+                raise must_be("correlation: shape", matrix.shape, f"{(len(names),) * 2}")
             even = np.allclose(matrix, matrix.T) and np.allclose(np.diag(matrix), 1.0)
             if not even or float(np.linalg.eigvalsh(matrix).min()) < -1e-6:
-                raise ValueError("correlation: symmetric, 1 on its diagonal, not negative")
+                raise ValueError("correlation: must be symmetric, 1 on its diagonal, positive semidefinite")
         return self
 
     def matrix(self) -> np.ndarray:
@@ -64,13 +65,7 @@ class Population(Description):
 
 
 def read_population(source: Population | Mapping[str, Any] | str | os.PathLike[str]) -> Population:
-    """Return a population from itself, from a mapping, or from a TOML file.
-
-    Raises
-    ------
-    FrictionloopError
-        For a file that cannot be read, or a field that is unknown or out of range.
-    """
+    """Return a population from itself, from a mapping, or from a TOML file."""
     if isinstance(source, Population):
         return source
     if isinstance(source, Mapping):

@@ -1,14 +1,22 @@
-"""Ready-made systems: the paper's simulation, a feasible version of it, and the readings of its text."""
+"""Ready-made systems: the paper's simulation, a feasible version, the readings of its text; and a still finger."""
 
 from __future__ import annotations
 
-from frictionloop.parameters.controller import PiController
-from frictionloop.parameters.finger import FingerFriction, Skin
+from operator import attrgetter
+
+from frictionloop.parameters.controller import Model, PiController
 from frictionloop.parameters.motion import Strokes
-from frictionloop.parameters.plant import Friction, LowpassPlate, LowpassSensor, ResonantPlate, SuspendedSensor
+from frictionloop.parameters.plant import (
+    FingerFriction,
+    Friction,
+    LowpassPlate,
+    LowpassSensor,
+    ResonantPlate,
+    Skin,
+    SuspendedSensor,
+)
 from frictionloop.parameters.sources import Constant, LogSweep, Sine
 from frictionloop.parameters.system import System
-from frictionloop.parameters.timing import Model
 
 
 def paper() -> System:
@@ -39,7 +47,7 @@ def feasible() -> System:
 
 
 def bench() -> System:
-    """Return the device of Sections 3 and 4 under one finger, with the printed gains, which ring on it (docs/bench).
+    """Return the device of Sections 3 and 4 under one finger, with the printed gains, which ring on it (docs/model).
 
     The set-point is the middle one of Section 4.2; ``RETUNED`` are gains that hold.
     """
@@ -63,7 +71,7 @@ PAPER_SLIP_LENGTH_UM = 30.0
 RETUNED: dict[str, float] = {"controller.kp": 0.0, "controller.ki": 111.0}
 """Gains that are stable on ``bench()``: integral action alone, which crosses below the resonance of the sensor.
 
-Chosen on the linear loop for Ms = 1.5 at 0.5 N, a finger just landed, 20 mm/s (docs/bench-gains).
+Chosen on the linear loop for Ms = 1.5 at 0.5 N, a finger just landed, 20 mm/s (docs/will-it-ring).
 """
 READINGS: dict[str, dict[str, float]] = {
     "peak-to-peak": {},
@@ -72,3 +80,21 @@ READINGS: dict[str, dict[str, float]] = {
     "small disturbance": {"disturbance.amplitude_n": 0.2, "disturbance.offset_n": 0.2},
 }
 """Other readings of the printed amplitudes, as overrides of ``paper()`` (docs/paper-notes)."""
+
+
+STILL = {
+    "motion.tremor_um": 0.0,
+    "motion.tremor_n": 0.0,
+    "motion.load_drift": 0.0,
+    "friction.roughness_rms": 0.0,
+    "friction.occlusion_ratio": 1.0,
+    "friction.moist_loss": 0.0,
+}
+"""Values with which a finger has no variation of its own: no tremor, drift of load, roughness, moisture."""
+
+
+def stirring(system: System) -> dict[str, float]:
+    """Return what would still a finger that varies by itself, by its dotted name; nothing for any other."""
+    if not (isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)):
+        return {}
+    return {path: value for path, value in STILL.items() if attrgetter(path)(system) != value}

@@ -1,30 +1,103 @@
-"""Signals over time: a set-point f_r or a disturbance d is any one of these kinds."""
+"""Signals over time: a set-point f_r or a disturbance d is any one of these kinds, or an array of xarray."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from numbers import Real
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from frictionloop.parameters.arrays import in_newtons, with_rate
-from frictionloop.parameters.block import Block, NotNegative, Number, Positive
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Kinded, Kinds, NotNegative, Number, Positive
+from frictionloop.quantities import must_be
+from frictionloop.quantities.steps import uneven_in
 from frictionloop.quantities.units import UNITS, known_unit
 
+SLOWEST_S = 0.5
+"""Steps of times without a unit from which on they may count, or be in ms (assumed: no force is recorded so slowly)."""
+EVEN = 1e-3
+"""Deviation of a step of time from the usual one that counts as none, and of two rates that are one, as a share."""
 
-class Signal(Block):
+
+def in_newtons(values: Any) -> Any:
+    """Return an array as a list, in N if it says that it is in a unit of force; other things as they are."""
+    array = getattr(values, "values", values)
+    if not isinstance(array, np.ndarray):
+        return values
+    unit = getattr(values, "attrs", {}).get("units", "N")
+    of, factor = UNITS.get(known_unit(str(unit)) or "", ("", 1.0))
+    if of != "N":
+        raise must_be("unit", unit, "one of " + ", ".join(name for name, (kind, _) in UNITS.items() if kind == "N"))
+    if array.ndim != 1 or array.dtype.kind not in "iuf":
+        over = f" over {', '.join(map(repr, values.dims))}" if hasattr(values, "dims") else ""
+        raise ValueError(f"{array.dtype} of shape {array.shape}{over}: needs numbers, one dimension")
+    return (factor * array).tolist()
+
+
+def with_rate(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the values of ``Samples`` with the rate that the times of a variable tell; others as they are.
+
+    Raises
+    ------
+    ValueError
+        Times that are missing, uneven, of an unknown unit, or contradict a rate that is given.
+    """
+    array: Any = values.get("values_n")
+    given_hz: Any = values.get("rate_hz")
+    known = isinstance(given_hz, Real) and float(given_hz) > 0
+    if not hasattr(array, "coords") or len(array.dims) != 1:  # of more dimensions `in_newtons` tells
+        return values
+    if given_hz is not None and (not known or array.dims[0] not in array.coords):
+        return values
+    rate_hz = _rate_of(array, given_hz)
+    if known and abs(given_hz - rate_hz) > EVEN * rate_hz:
+        raise must_be("rate_hz", given_hz, f"the array's own, {rate_hz:g}")
+    return {**values, "rate_hz": rate_hz}
+
+
+def _rate_of(array: Any, given_hz: Any) -> float:
+    """Return the rate in Hz of the times of a variable over one dimension."""
+    (dimension,) = array.dims
+    if dimension != "time":
+        raise must_be("array: dimension", dimension, "'time'")
+    if "time" not in array.coords:
+        raise ValueError("an array over 'time' without times: array.assign_coords(time=times_s)")
+    time_s = _seconds(array.coords["time"], given_hz)
+    if time_s.size < 2:
+        raise must_be("array", time_s.size, "at least 2", "samples")
+    usual_s = float(np.median(np.diff(time_s)))
+    uneven = uneven_in(time_s, abs(usual_s) or 1.0, EVEN)
+    if uneven is not None:
+        said = uneven.said(lambda row: f"index {row}: {time_s[row]:g} s")
+        raise ValueError(f"{said}; accepted: even steps (most are {usual_s:.4g} s)")
+    return float(f"{(time_s.size - 1) / (time_s[-1] - time_s[0]):.9g}")
+
+
+def _seconds(time: Any, given_hz: Any) -> np.ndarray:
+    """Return times of any kind that xarray has in s; a rate that is given settles what they count."""
+    times = np.asarray(time)
+    if times.dtype.kind in "mM":
+        return np.asarray((times - times[:1]) / np.timedelta64(1, "s"), dtype=float)
+    if times.dtype.kind not in "iuf":
+        raise must_be("times: dtype", str(times.dtype), "numbers, datetime64 or timedelta64")
+    said = time.attrs.get("units")
+    of, factor = UNITS.get(known_unit(str(said or "s")) or "", ("", 1.0))
+    if of != "s":
+        raise must_be("times: units", said, "s, ms, us, ns or min")
+    step = float(np.median(np.diff(times))) if times.size > 1 else 0.0
+    if said is None and step >= SLOWEST_S:
+        if given_hz is not None:
+            return np.asarray(times / step / given_hz, dtype=float)
+        raise ValueError(f'times rise by {step:.6g} without a unit: array.time.attrs["units"]')
+    return factor * np.asarray(times, dtype=float)
+
+
+class Signal(Kinded):
     """A force over time. One from outside is a subclass with a ``kind`` and a function ``force_n(time_s)``."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the signal."""
 
     @property
     def longest_s(self) -> float:
@@ -99,7 +172,7 @@ class Steps(Signal):
                 f"times_s ({len(self.times_s)}) and levels_n ({len(self.levels_n)}) need one level per time"
             )
         if self.times_s[0] != 0 or any(b <= a for a, b in zip(self.times_s, self.times_s[1:], strict=False)):
-            raise ValueError("times_s must start at 0 and rise")
+            raise must_be("times_s", self.times_s, "rising from 0")
         return self
 
 

@@ -1,4 +1,4 @@
-"""A System in short: of each block its kind, what differs from the defaults, and what follows from its numbers."""
+"""A System in short: of each block its kind, what differs, what follows; gains for a person; parameters by a word."""
 
 from __future__ import annotations
 
@@ -6,12 +6,64 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
-from frictionloop.parameters.board import Board
-from frictionloop.parameters.finger import Skin
+from frictionloop.findings.shown import shown
+from frictionloop.parameters.aliases import meant
+from frictionloop.parameters.controller import Timing
 from frictionloop.parameters.motion import Strokes
-from frictionloop.parameters.plant import ResonantPlate, SuspendedSensor
-from frictionloop.parameters.system import System
-from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.plant import ResonantPlate, Skin, SuspendedSensor
+from frictionloop.parameters.refusals import known_names
+from frictionloop.parameters.system import Board, System
+from frictionloop.quantities import must_be, unit_of
+
+
+def own_values(system: System) -> dict[str, Any]:
+    """Return the values of a law beside those that every controller has."""
+    return {name: value for name, value in system.controller if name not in {*Timing.model_fields, "kind"}}
+
+
+def gains_said(system: System) -> str:
+    """Return the values of a law for a person: kp 7.26   ki 64.7 1/s   notch 132 Hz."""
+    told = []
+    for name, value in own_values(system).items():
+        if isinstance(value, (list, tuple)):
+            told.append(f"{len(value)} {name}")
+        elif value is not False:
+            said, unit = "" if value is True else shown(value, 4), unit_of(name).replace("N/N", "")
+            told.append(" ".join(filter(None, (name.removesuffix("_hz").replace("_", " "), said, unit))))
+    return "   ".join(told)
+
+
+PROPOSED = 3
+"""Names that are proposed."""
+
+
+def parameters_named(word: str) -> list[str]:
+    """Return the dotted names that a word is the last part, the begin of it, or another name of.
+
+    >>> parameters_named("kp")
+    ['controller.kp']
+
+    Parameters
+    ----------
+    word
+        Name, with or without dashes.
+
+    Raises
+    ------
+    FrictionloopError
+        For no name.
+    """
+    if not word:
+        raise must_be("word", word, "a name")
+    asked = word.replace("-", "_")
+    names = {name: name.rsplit(".", 1)[-1] for name in known_names(System, {}) if not name.endswith(".kind")}
+    same = [name for name, leaf in names.items() if leaf == asked]
+    blocks = [f"{asked}.kind"] if asked in System.model_fields else []
+    tried = [meant(f"{block}.{asked}", None, list(names), {}) for block in System.model_fields if asked]
+    guessed = [f"{each.name} ({each.how})" if each.how else each.name for each in tried if each]
+    begun = [name for name, leaf in names.items() if asked and leaf.startswith(f"{asked}_")]
+    return list(dict.fromkeys(same or blocks or guessed or begun))[:PROPOSED]
+
 
 WHOLE = ("setpoint", "disturbance", "controller")
 """Blocks of which every value is named; of a controller those of its law."""

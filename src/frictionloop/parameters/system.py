@@ -1,21 +1,70 @@
-"""System: the whole loop as one frozen value."""
+"""System: the whole loop as one frozen value, with the wiring of a builder's board."""
 
 from __future__ import annotations
 
 import os
 import reprlib
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-from pydantic import model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from frictionloop.parameters.board import Board
+from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.controller import Controller
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.finger import AnyFriction, Finger, RigidFinger
 from frictionloop.parameters.motion import Motion, Sliding, Touch
-from frictionloop.parameters.plant import FrictionLaw, Plate, Sensor, SuspendedSensor
+from frictionloop.parameters.plant import AnyFriction, Finger, FrictionLaw, Plate, RigidFinger, Sensor, SuspendedSensor
 from frictionloop.parameters.sources import Source, largest_n
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
+
+
+def _is_there(value: float) -> float:
+    if value == 0:
+        raise ValueError("must not be 0")
+    return value
+
+
+Counts = Annotated[Whole, Field(ge=-(2**15), le=2**15 - 1)]
+"""Reading of a converter, 16 bit."""
+
+
+class Board(Block):
+    """The wiring of the microcontroller's board, which only a device has: a simulation does not depend on it.
+
+    The force along the motion is ``force_n_per_count * (counts - force_zero_counts[0])``, load and position likewise; a
+    scale may be negative, which turns the sign. A channel with scale 0 is one that the bench has not got.
+    """
+
+    force_axes: Annotated[Whole, Field(ge=1, le=2)] = 1
+    """1: the first channel is the force, positive when it opposes the motion; 2: the magnitude of both channels is.
+
+    A sensor that is fixed to the bench reads the other sign on the way back, and needs 2 (docs/firmware-states).
+    """
+    force_zero_counts: tuple[Counts, Counts] = (0, 0)
+    """What the two force channels read at no force."""
+    force_n_per_count: Annotated[Number, AfterValidator(_is_there)] | None = None
+    """Force of a count of the first channel; left out: 16 bit over the sensor's range both ways (2.5 N if it has none).
+    """
+    across_n_per_count: Number = 0.0
+    """Force of a count of the second channel; 0: there is none."""
+    load_zero_counts: Counts = 0
+    """What the load channel reads at no load."""
+    load_n_per_count: Number = 10.0 / 2**16
+    """Load of a count (assumed: 16 bit over 5 N both ways, ten times the usual load); 0: no load cells."""
+    position_m_per_count: Number = 1e-6
+    """Way of a count (assumed: a tenth of the sensor's noise); 0: no position sensor."""
+    ceiling_um: Positive | None = None
+    """Largest amplitude ever commanded; left out: the plate's largest."""
+    ramp_s: Annotated[Positive, Field(le=0.1)] = 0.01
+    """Time to ramp down the largest amplitude (assumed: six time constants of the plate in bench()), at most 0.1 s."""
+    force_limit_n: Positive | None = None
+    """Largest plausible force, below what the converter reads; left out: 0.96 of its range (assumed: short of it)."""
+    hum_share: Annotated[Positive, Field(le=1.0)] = 0.12
+    """Mains pick-up that is tolerated, peak to peak over the sensor's range (assumed: 0.3 N of 2.5 N); more is a fault.
+
+    The loop takes what is tolerated for force, and errs by half of it. A set-point that moves by an eighth of it within
+    26 ms hides the mains, so a smaller one is watched for less of the time.
+    """
+
 
 _STEEPEST = 700.0
 """Largest tau a_max^2: g(a_max) = f0 e^-700 is still a normal number."""
@@ -58,9 +107,7 @@ class System(Description):
             return self
         fall = self.friction.susceptibility_per_um2 * (self.plate.max_amplitude_um * self.plate.max_amplitude_um)
         if not fall <= _STEEPEST:
-            raise ValueError(
-                f"friction.susceptibility_per_um2 * plate.max_amplitude_um^2 = {fall:g}: must be at most {_STEEPEST:g}"
-            )
+            raise must_be("friction.susceptibility_per_um2 * plate.max_amplitude_um^2", fall, f"at most {_STEEPEST:g}")
         return self
 
     @model_validator(mode="after")
@@ -73,9 +120,9 @@ class System(Description):
     @model_validator(mode="after")
     def _has_a_place(self) -> Self:
         if self.disturbance.kind == "effect":
-            raise ValueError('disturbance.kind = "effect": is a set-point')
+            raise must_be("disturbance.kind", "effect", "another; an effect is a set-point")
         if self.setpoint.kind == "effect" and self.motion.kind == "sliding":
-            raise ValueError('setpoint.kind = "effect": needs motion.kind = "strokes"')
+            raise must_be("motion.kind", "sliding", "strokes, for an effect")
         return self
 
     @model_validator(mode="after")
@@ -94,4 +141,4 @@ def check_system(system: Any) -> None:
     """Refuse what is not a System where one is needed."""
     if not isinstance(system, System):
         given = " ".join(reprlib.repr(system).split())
-        raise FrictionloopError(f"system = {given}: must be a System, e.g. fl.paper()")
+        raise must_be("system", given, "a System, e.g. fl.paper()")

@@ -10,8 +10,8 @@ from pydantic import BaseModel
 
 from frictionloop.findings import Finding
 from frictionloop.parameters.presets import bench
+from frictionloop.parameters.refusals import USUAL, USUAL_OF, likely
 from frictionloop.parameters.system import System
-from frictionloop.parameters.usual import USUAL, USUAL_OF, likely
 from frictionloop.quantities import unit_of
 
 BELIEVED = {

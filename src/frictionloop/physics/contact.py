@@ -3,7 +3,7 @@
 The skin is a lateral spring, damper and mass between bone and contact, m x'' + c x' + k x = F. The bone moves over the
 glass with speed w, the tip lags behind it by x, and so slides with v = w - x'. A step takes the friction limit and the
 bone's speed in the middle of the step (or their means over it) and returns the mean force over the step.
-docs/contact.md derives it.
+docs/model.md has the equations.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class ContactCoefficients(NamedTuple):
 
 
 def contact_coefficients(skin: Skin, dt: float) -> ContactCoefficients:
-    """Return the constants of `bristle_step` for steps of ``dt`` s; any is stable (docs/contact.md: how accurate).
+    """Return the constants of `bristle_step` for steps of ``dt`` s; any is stable (docs/model.md: how accurate).
 
     The mean speed of the lag is x' + u dx', u = 1/2: the midpoint rule. It would let a tip that sticks ring for ever on
     a bristle that is stiffer than a step resolves, dt^2 F/(4 m z) > 1 with F = `STRONG_N`; there u rises to 1 at z = 0.
@@ -115,7 +115,7 @@ def linearise_slip(skin: Skin, force_n: float, speed_m_s: float) -> Lti:
     """Return friction limit to force F for small signals at steady sliding with speed v: 1/(1 + s z/|v|), N/N.
 
     There v Fc = |v| F, so the force does not feel small changes of speed: the skin drops out, and holds again only
-    where the force would have to rise faster than the skin allows (docs/contact.md).
+    where the force would have to rise faster than the skin allows (docs/model.md).
     """
     if skin.slip_length_um == 0.0:
         return Lti((1.0,), (1.0,))

@@ -1,4 +1,4 @@
-"""The friction law under ultrasonic vibration, equation (1), its inverse and what it can reach."""
+"""The friction law under ultrasonic vibration, equation (1), and its inverse."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from frictionloop.parameters import FrictionLaw, FrictionLimit, System, check_system
+from frictionloop.parameters import FrictionLaw, FrictionLimit
 from frictionloop.physics.vibration import GAUSSIAN, Vibration, inverse_of, vibration_of
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import exp2, step
 from frictionloop.quantities.checks import as_numbers, numbers
 
@@ -109,36 +108,3 @@ def amplitude_for(force_n: np.ndarray | float, friction: Law) -> np.ndarray:
         return np.where(inside & (found < 0.999 * LARGEST_UM), found, np.nan)
     exponent = np.log(friction.nominal_n / np.where(inside, force, 1.0))
     return np.where(inside, np.sqrt(np.abs(exponent) / friction.susceptibility_per_um2), np.nan)
-
-
-class Band(NamedTuple):
-    """Lowest and highest force that can be reached, in N."""
-
-    low_n: float
-    high_n: float
-
-
-def reachable(system: System, disturbance_n: np.ndarray | float = 0.0) -> Band:
-    """Return the band of forces reachable at every value of the disturbance: [g(a_max) + max d, f0 + min d].
-
-    The band is empty (low above high) when the disturbance swings wider than f0 - g(a_max), as with the paper's
-    printed numbers.
-
-    Parameters
-    ----------
-    system : System
-        Its friction law and the plate's a_max.
-    disturbance_n : array or float
-        Values of the disturbance d in N, at least one, of any shape.
-
-    Raises
-    ------
-    FrictionloopError
-        For what is not a System, or a disturbance that is empty or not finite.
-    """
-    check_system(system)
-    disturbance = numbers("disturbance_n", disturbance_n, "N")
-    if disturbance.size == 0:
-        raise FrictionloopError("disturbance_n: needs one force at least")
-    floor = float(friction_force(system.plate.max_amplitude_um, system.friction))
-    return Band(floor + float(disturbance.max()), system.friction.nominal_n + float(disturbance.min()))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from frictionloop.parameters.finger import FingerFriction
+from frictionloop.parameters.plant import FingerFriction
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
 from frictionloop.quantities.compiled import keep_compiled
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from scipy.special import ndtr
 
-from frictionloop.parameters.finger import RigidFinger, Skin
 from frictionloop.parameters.motion import TURN_SHARE, Strokes
+from frictionloop.parameters.plant import RigidFinger, Skin
 from frictionloop.quantities.arithmetic import ROUND, fma, sin_turns, step
 from frictionloop.quantities.normals import normals
 

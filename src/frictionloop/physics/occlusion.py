@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictionloop.parameters.finger import FingerFriction
+from frictionloop.parameters.plant import FingerFriction
 
 
 def occlusion_after(friction: FingerFriction, contact_s: float, lifted_s: float, contacts: float = 1.0) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from frictionloop.parameters.finger import FingerFriction
+from frictionloop.parameters.plant import FingerFriction
 from frictionloop.physics.vibration import LEAST_N, Vibration
 from frictionloop.quantities.arithmetic import exp2, log2, step
 

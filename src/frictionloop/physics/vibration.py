@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from frictionloop.parameters.finger import FingerFriction
+from frictionloop.parameters.plant import FingerFriction
 from frictionloop.quantities.arithmetic import exp2, fma, log2, step
 from frictionloop.quantities.brief import brief
 from frictionloop.quantities.compiled import keep_compiled

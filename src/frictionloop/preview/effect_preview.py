@@ -13,11 +13,11 @@ import numpy as np
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Strokes, System
-from frictionloop.parameters.timing import Model
+from frictionloop.parameters.controller import Model
+from frictionloop.physics.reach import Reach
+from frictionloop.preview.arrivals import People, people
 from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
-from frictionloop.preview.people import People, people
-from frictionloop.preview.prepared_stroke import both, duration_s, prepared, skin_n_mm
-from frictionloop.preview.stroke_forces import StrokeForces, playable_forces
+from frictionloop.preview.prepared_stroke import StrokeForces, both, duration_s, playable_forces, prepared, skin_n_mm
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
@@ -220,7 +220,7 @@ def preview(
     wanted, top, floor, d, way = (closed[name].values[keep] for name in names)
     low, high = (np.fmin(*(over_place(closed, name, way) for way in (1.0, -1.0))) for name in ("floor", "limit"))
     position_n, um = _position(closed, asked.place_mm, asked.forth_n)
-    reached = float(np.average((wanted >= floor + d) & (wanted <= top + d), weights=np.abs(way)))
+    reached = float(np.average(~Reach(floor, top).plus(d).beyond(wanted), weights=np.abs(way)))
     crowd = people(effect, system, fingers, stroke, seed, table=table) if fingers else None
     return Preview(
         title=effect if isinstance(effect, str) else getattr(effect, "kind", "effect"),

@@ -14,11 +14,10 @@ from frictionloop.findings.shown import between
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Strokes, System
 from frictionloop.preview.effect_preview import findings_of
-from frictionloop.preview.prepared_stroke import prepared, skin_n_mm
-from frictionloop.preview.stroke_forces import playable_forces
-from frictionloop.rendering.compiling import program_of
+from frictionloop.preview.prepared_stroke import playable_forces, prepared, skin_n_mm
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_summary import summary
+from frictionloop.rendering.library import summary
+from frictionloop.rendering.player import program_of
 from frictionloop.rendering.source import EffectSource
 
 

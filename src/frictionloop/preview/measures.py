@@ -10,8 +10,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from frictionloop.loop.felt import felt_trace
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import felt_trace
 from frictionloop.parameters import Strokes
 from frictionloop.quantities.checks import Array
 

@@ -56,7 +56,7 @@ class DigestCache(FunctionCache):
         self._cache_file = SealedFiles(self._cache_path, named, ())
         files = (Path(self._cache_path) / f"{named}{ending}" for ending in (".nbi", ".1.nbc"))
         if why := next(filter(None, map(why_untrusted, files)), ""):
-            warnings.warn(f"{why}, and what lies there would be run: not used; chmod go-w it", stacklevel=2)
+            warnings.warn(f"{why}: not used; chmod go-w it", stacklevel=2)
             self.disable()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -84,11 +84,11 @@ class DigestCache(FunctionCache):
 @cache
 def _warn_of_another_place(asked: str, place: str) -> None:
     """Say once of each folder that Numba went on to another one than it was told."""
-    warnings.warn(f"NUMBA_CACHE_DIR = {asked}: cannot be written; what is compiled is kept in {place}", stacklevel=2)
+    warnings.warn(f"NUMBA_CACHE_DIR = {asked}: cannot be written; compiled code is kept in {place}", stacklevel=2)
 
 
 def _warn_of_no_cache(why: str) -> None:
-    warnings.warn(f"{why}; what is compiled is lost at the end: set NUMBA_CACHE_DIR to a folder", stacklevel=2)
+    warnings.warn(f"{why}; compiled code is lost: set NUMBA_CACHE_DIR", stacklevel=2)
 
 
 def keep_compiled(function: Any, name: str) -> None:

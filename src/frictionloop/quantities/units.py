@@ -28,11 +28,15 @@ class FrictionloopError(ValueError, metaclass=Brief):
 
 
 def must_be(name: str, value: object, accepted: str, unit: str = "", code: str = "BAD-VALUE") -> FrictionloopError:
-    """Return the error of a value that is not accepted: ``name = value unit: must be accepted``.
+    """Return the error of a value that is not accepted: ``name = value unit: must be accepted``, or that is missing.
 
     >>> str(must_be("speeds_mm_s", 0.0, "above 0, e.g. 20", "mm/s"))
     'speeds_mm_s = 0 mm/s: must be above 0, e.g. 20'
+    >>> str(must_be("scale", None, "a number", "N"))
+    'scale is missing: a number, in N'
     """
+    if value is None:
+        return FrictionloopError(f"{name} is missing: {accepted}{f', in {unit}' if unit else ''}", code)
     said = f"{value:g}" if isinstance(value, float) else f"{value!r:.80}"
     return FrictionloopError(f"{name} = {' '.join(filter(None, (said, unit)))}: must be {accepted}", code)
 

@@ -64,7 +64,7 @@ def uff_contents(path: Path) -> Contents:
     sets: Any = needed("pyuff", "pyuff", EXTRA).UFF(str(path)).read_sets()
     sets = [each for each in (sets if isinstance(sets, list) else [sets]) if each.get("type") == 58]
     if not sets:
-        raise FrictionloopError(f"{path}: has no dataset 58; accepted: functions at nodal degrees of freedom")
+        raise FrictionloopError(f"{path}: has no dataset 58")
     channels, rates, taken = [], {}, set()
     for k, each in enumerate(sets):
         name = str(each.get("id1", "")).strip()

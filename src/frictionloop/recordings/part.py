@@ -89,7 +89,7 @@ def _brought_to(recording: Recording, times: Column | None, resample_hz: float) 
     """Return the rows whose times lie between both, and the even times they are brought to."""
     path = recording.path
     if times is None or times.samples.size < 2:
-        raise must_be(f"{path}: column of times", None, "there for resample_hz")
+        raise must_be(f"{path}: column of times", None, "resample_hz needs it")
     in_s = in_seconds(times)
     usual_s = _usual(in_s)
     clock = clock_of(times, 1 / usual_s if usual_s > 0 and tells_seconds(in_s, resample_hz) else None)

@@ -30,7 +30,7 @@ def read_recorder(recording: Recording) -> Column:
     clock = contents.clock()
     signals = [each for each in contents.channels if each is not clock and _in_time(each)]
     if not signals:
-        raise FrictionloopError(f"{path}: holds no record in time; accepted: channels of real numbers over time")
+        raise FrictionloopError(f"{path}: accepted: channels of real numbers over time")
     channel = _picked(recording, signals)
     others = [repr(each.name) for each in signals if each is not channel]
     times = None

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-ACCEPTED = "a number, or a time as 2024-03-05T10:11:12.345 (T or a space; Z, +01:00 or nothing behind)"
+ACCEPTED = "a number, or a time as 2024-03-05T10:11:12.345"
 """Forms of a cell of times."""
 _STAMP = re.compile(r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:[.,]\d{1,9})?)?)\s*(?:Z|([+-]\d\d):?(\d\d)?)?")
 _NOT = np.datetime64("NaT", "ns")

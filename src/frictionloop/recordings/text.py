@@ -29,7 +29,7 @@ from frictionloop.recordings.text_rows import (
 )
 
 _COMMA = "; a decimal comma? --disturbance.decimal ,"
-_COMMAS = "; decimal commas? then columns need semicolons, tabs or spaces"
+_COMMAS = "; decimal commas? separate columns by semicolons"
 _POINT = "; a decimal point? --disturbance.decimal ."
 
 

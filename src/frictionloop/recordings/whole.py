@@ -57,6 +57,6 @@ def read_contents(path: str | os.PathLike[str]) -> Contents:
         raise FrictionloopError(f"{file}: damaged or encrypted ({reason:.120})") from None
     if not found.channels:
         told = "".join(f" ({each})" for each in found.findings)
-        raise FrictionloopError(f"{file}: holds no arrays of numbers{told}; accepted: two samples or more")
+        raise FrictionloopError(f"{file}: holds no numbers{told}; accepted: two samples or more")
     saved = datetime.fromtimestamp(file.stat().st_mtime, UTC).date().isoformat()
     return replace(found, date=found.date or f"not told, the file is of {saved}")

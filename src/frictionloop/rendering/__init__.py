@@ -16,46 +16,27 @@ Run them                EffectSource  Player  effects  check  preview  play  peo
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+from frictionloop.quantities.lazily import lazily
 
-_HOME = {
-    "preview": "Check Played Preview arrivals check people play preview",
-    "rendering.compiling": "program_of",
-    "rendering.conditions": "Directed Relief Trigger",
-    "rendering.effect": "EFFECTS Effect Touch",
-    "rendering.effect_summary": "Effects effects",
-    "rendering.envelopes": "read_envelope",
-    "rendering.export": "write",
-    "rendering.files": "find read_effect to_toml write_effect",
-    "rendering.foreign_files": "ImportedEffect import_effect",
-    "rendering.hjif": "read_hjif",
-    "rendering.hjif_out": "write_hjif",
-    "rendering.images": "Picture rasterise read_image text_map write_image",
-    "rendering.library": "LIBRARY",
-    "rendering.mixing": "Largest Mask Product Sum",
-    "rendering.placing": "At Repeat Rotate Scale",
-    "rendering.track": "Track",
-    "rendering.player": "Player",
-    "rendering.program": "Program",
-    "rendering.resynthesis": "Resynthesis fit_texture",
-    "rendering.shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
-    "rendering.sounds": "read_texture read_wave write_wave",
-    "rendering.source": "EffectSource",
-    "rendering.tables": "Map Sampled Wave sampled",
+HOMES = {
+    ".preview": "Check Played Preview arrivals check people play preview",
+    "composing": "At Directed Largest Mask Product Relief Repeat Rotate Scale Sum Trigger",
+    "effect": "EFFECTS Effect Touch Track",
+    "effect_toml": "find read_effect to_toml write_effect",
+    "foreign_files": "ImportedEffect import_effect write",
+    "hjif": "read_hjif write_hjif",
+    "images": "Picture rasterise read_image text_map write_image",
+    "library": "Effects LIBRARY effects",
+    "player": "Player program_of",
+    "program": "Program",
+    "recorded": "Resynthesis fit_texture read_envelope read_texture read_wave write_wave",
+    "shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
+    "source": "EffectSource",
+    "tables": "Map Sampled Wave sampled",
 }
-_ROOM_OF = {name: f"frictionloop.{room}" for room, names in _HOME.items() for name in names.split()}
-
-
-def __getattr__(name: str) -> Any:
-    """Import a name when it is first used; those that need the loop live above it."""
-    if name not in _ROOM_OF:
-        raise AttributeError(f"module 'frictionloop.rendering' has no attribute {name!r}")
-    value = getattr(importlib.import_module(_ROOM_OF[name]), name)
-    globals()[name] = value
-    return value
+__getattr__ = lazily(__name__, HOMES)
+__all__ = [name for names in HOMES.values() for name in names.split()]
 
 
 def __dir__() -> list[str]:
-    """Return the public names."""
-    return sorted(_ROOM_OF)
+    return sorted(__all__)

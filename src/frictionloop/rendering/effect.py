@@ -11,14 +11,14 @@ Friction exists only under sliding, so what an effect asks for is a level of fri
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.parameters.block import Block
-from frictionloop.parameters.kinds import Kinds
+from frictionloop.parameters.block import Block, Kinded, Kinds, Number
 
 TURNS_MM_S = 2.0
 """Speed above which the direction of an effect is that of the motion (assumed: as ``touch.load.least_speed_mm_s``)."""
@@ -48,17 +48,11 @@ class Touch(NamedTuple):
         return np.where(np.asarray(self.speed_mm_s) < 0.0, -1.0, 1.0)
 
 
-class Effect(Block):
+class Effect(Kinded):
     """A friction force over place, time and touch.
 
     ``a + b``, ``a * b`` and ``a.max(b)`` mix two; ``mask``, ``at``, ``rotate``, ``scale`` and ``repeat`` place one.
     """
-
-    if TYPE_CHECKING:
-
-        @property
-        def kind(self) -> str:
-            """Name of the effect."""
 
     def asked(self, touch: Touch) -> Any:
         """Return the force in N, of the shape of the touch."""
@@ -135,7 +129,7 @@ class EffectKinds(Kinds):
     def sampled(self, value: Any) -> Mapping[str, Any]:
         """Return the tree of a named effect."""
         if isinstance(value, (str, os.PathLike)):
-            from frictionloop.rendering.files import find
+            from frictionloop.rendering.effect_toml import find
 
             return find(value).model_dump()
         return super().sampled(value)
@@ -146,10 +140,9 @@ class EffectKinds(Kinds):
 
 
 _HOME = {
-    "mixing": "sum:Sum product:Product max:Largest mask:Mask",
-    "conditions": "directed:Directed trigger:Trigger relief:Relief",
-    "placing": "at:At rotate:Rotate scale:Scale repeat:Repeat",
-    "resynthesis": "resynthesis:Resynthesis",
+    "composing": "sum:Sum product:Product max:Largest mask:Mask directed:Directed trigger:Trigger relief:Relief "
+    "at:At rotate:Rotate scale:Scale repeat:Repeat",
+    "recorded": "resynthesis:Resynthesis",
     "tables": "map:Map wave:Wave",
     "shapes": "constant:Constant gradient:Gradient edge:Edge grating:Grating chirp:Chirp ridge:Ridge detents:Detents "
     "texture:Texture dots:Dots viscous:Viscous",
@@ -180,3 +173,20 @@ def _mixed(kind: str, first: Effect, second: Any) -> Effect:
     both = first, _effect(second)
     flat = tuple(each for part in both for each in (part.parts if part.kind == kind else (part,)))
     return _made(kind, of=flat)
+
+
+class Track(Block):
+    """Where the stroke of a finger runs over an effect: a straight line."""
+
+    x_mm: Number = 0.0
+    """Place of the middle of the stroke along the plate."""
+    y_mm: Number = 0.0
+    """Place of the middle of the stroke across the plate."""
+    heading_deg: Number = 0.0
+    """Direction of the stroke against x."""
+
+    def touch(self, along_mm: Any, speed_mm_s: Any = 0.0, load_n: Any = 0.5, time_s: Any = 0.0) -> Touch:
+        """Return the touch at a way along the path from the middle of the stroke."""
+        c, s = math.cos(math.radians(self.heading_deg)), math.sin(math.radians(self.heading_deg))
+        x, y = self.x_mm + c * np.asarray(along_mm, float), self.y_mm + s * np.asarray(along_mm, float)
+        return Touch(x, y, speed_mm_s, load_n, time_s, self.heading_deg)

@@ -1,4 +1,4 @@
-"""A picture, a recording, an envelope or a file of haptics as an effect."""
+"""An effect from a picture, a recording, an envelope or a file of haptics, and to a file of the kind its name says."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from typing import Any, ClassVar
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.shown import between
 from frictionloop.parameters import Recording
-from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.conditions import Relief
+from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.rendering.composing import Relief
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_summary import range_n, summary
-from frictionloop.rendering.envelopes import read_envelope
-from frictionloop.rendering.hjif import read_hjif
-from frictionloop.rendering.images import Picture, Polarity, read_image
-from frictionloop.rendering.library import CARRIER_N
-from frictionloop.rendering.resynthesis import fit_texture
-from frictionloop.rendering.sounds import read_texture, read_wave
-from frictionloop.rendering.tables import Map
+from frictionloop.rendering.effect_toml import write_effect
+from frictionloop.rendering.hjif import read_hjif, write_hjif
+from frictionloop.rendering.images import Picture, Polarity, rasterise, read_image, write_image
+from frictionloop.rendering.library import CARRIER_N, range_n, summary
+from frictionloop.rendering.recorded import fit_texture, read_envelope, read_texture, read_wave, write_wave
+from frictionloop.rendering.shapes import Constant, Grating
+from frictionloop.rendering.tables import Map, Wave
 
 PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), (".wav", ".csv", ".tsv", ".txt", ".h5", ".hdf5", ".nc", ".mat")
 ENVELOPES, HAPTICS = (".haptic", ".ahap"), (".hjif",)
@@ -123,7 +122,7 @@ def import_effect(
         effect, left = read_hjif(path)
     else:
         if full_n is None:
-            raise FrictionloopError(f"{file}: full_n is missing: must be a force in N")
+            raise must_be(f"{file}: full_n", None, "a force", "N")
         effect, left = read_envelope(path, full_n)
     findings += [Finding("EFFECT-LEFT", value=", ".join(left))] if left else []
     low, high = range_n(effect)
@@ -152,3 +151,42 @@ def _fitted(effect: Effect, order: Any) -> Effect:
     if not isinstance(effect, Map):
         raise FrictionloopError(f"order = {order}: goes with speed_mm_s")
     return fit_texture(effect.values_n[0], effect.pitch_mm, order)
+
+
+WIDTH_MM, HEIGHT_MM, PITCH_MM = 60.0, 20.0, 0.25
+"""Of a map that is made of an effect for a file (assumed: a stroke of the bench)."""
+ENDINGS = (".toml", ".png", ".wav", ".hjif")
+
+
+def write(effect: Effect, path: Path) -> tuple[str, ...]:
+    """Write an effect: all of it as .toml, a map around the origin as .png or .hjif, a wave as .wav.
+
+    Returns what the file does not carry, a line each.
+
+    Raises
+    ------
+    FrictionloopError
+        For another ending, what a kind of file does not hold, or a file that cannot be written.
+    """
+    ending = path.suffix.lower()
+    if ending == ".toml":
+        write_effect(effect, path)
+        return ()
+    if ending == ".png":
+        write_image(effect if isinstance(effect, Map) else rasterise(effect, WIDTH_MM, HEIGHT_MM, PITCH_MM), path)
+        return () if isinstance(effect, Map) else (f"{_what(effect)}; {WIDTH_MM:g} x {HEIGHT_MM:g} mm of it",)
+    if ending == ".hjif":
+        if isinstance(effect, Constant | Grating) or (isinstance(effect, Map) and len(effect.values_n) == 1):
+            return write_hjif(effect, path)
+        return (f"{_what(effect)}; {WIDTH_MM:g} mm of it", *write_hjif(rasterise(effect, WIDTH_MM, 0.0, 0.05), path))
+    if ending == ".wav":
+        if not isinstance(effect, Wave):
+            raise must_be(f"{path}: effect.kind", effect.kind, "wave")
+        write_wave(effect, path)
+        return ("that it loops",) if effect.loops else ()
+    raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(ENDINGS)}")
+
+
+def _what(effect: Effect) -> str:
+    """Return what a map of an effect leaves out."""
+    return "what is beyond the map" if effect.is_static else "other touches than forth at 20 mm/s"

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities import FrictionloopError, check_known, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.quantities.checks import ABOVE_0, number
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect, Touch
@@ -68,14 +68,14 @@ def read_image(
     given = mm_per_pixel is not None or polarity is not None
     scale: dict[str, Any] = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if given else own
     if not scale or scale.get("mm_per_pixel") is None:
-        raise FrictionloopError(f"{path}: mm_per_pixel is missing, in mm")
+        raise must_be(f"{path}: mm_per_pixel", None, "above 0", "mm")
     if scale.get("polarity") is None:
-        raise FrictionloopError(f'{path}: polarity is missing: "bright" or "dark"')
+        raise must_be(f"{path}: polarity", None, "bright or dark")
     check_known("polarity", [str(scale["polarity"])], POLARITIES)
     pitch = number("mm_per_pixel", scale["mm_per_pixel"], "mm", ABOVE_0)
     low, high = (float(scale.get(name, own)) for name, own in (("low_n", low_n), ("high_n", high_n)))
     if not low <= high:
-        raise FrictionloopError(f"low_n = {low:g}: must be at most {high:g}")
+        raise must_be("low_n", low, f"at most {high:g}")
     factor = 1
     while -(-grey.shape[0] // factor) * -(-grey.shape[1] // factor) > most_cells:
         factor += 1
@@ -86,7 +86,7 @@ def read_image(
     start_x, start_y = float(scale.get("start_mm", start[1])), float(scale.get("start_y_mm", start[0]))
     values = low + share * (high - low)
     if values.shape[1] < 2:
-        raise FrictionloopError(f"{path}: width must be at least 2")
+        raise must_be(f"{path}: width", values.shape[1], "at least 2", "pixels")
     rules = {name: scale[name] for name in ("between", "beyond") if name in scale}
     made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y, **rules)
     return Picture(made, factor, (grey.shape[1], grey.shape[0]))
@@ -108,11 +108,11 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
                 if width * height > MOST_PIXELS:
                     raise _too_many(path, width * height, f"{width} x {height}")
                 if image.mode not in MODES:
-                    raise FrictionloopError(f"{path}: mode = {image.mode!r}: must be grey")
+                    raise must_be(f"{path}: mode", image.mode, "grey")
                 own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
                 grey, white = np.asarray(image, dtype=float), MODES[image.mode]
-                if grey.min() < 0 or grey.max() > white:
-                    raise FrictionloopError(f"{path}: greys must be 0 to {white}")
+                if (wrong := grey[(grey < 0) | (grey > white)]).size:
+                    raise must_be(f"{path}: greys", float(wrong[0]), f"0 to {white}")
                 return grey, white, own
     except FrictionloopError:
         raise
@@ -150,7 +150,7 @@ def write_image(made: Map, path: str | os.PathLike[str], polarity: Polarity = "b
     import json
 
     if not isinstance(made, Map):
-        raise FrictionloopError(f"map = {made!r:.60}: must be a Map")
+        raise must_be("map", made, "a Map")
     check_known("polarity", [polarity], POLARITIES)
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     info: Any = needed("PIL.PngImagePlugin", "Pillow", "rendering").PngInfo()
@@ -171,9 +171,10 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
     number("pitch_mm", pitch_mm, "mm", ABOVE_0)
     columns, rows = round(width_mm / pitch_mm) + 1, round(height_mm / pitch_mm) + 1
     if not (columns >= 2 and columns * rows <= MOST_CELLS):
-        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: {columns} x {rows} values; at most {MOST_CELLS}")
+        accepted = f"must give 2 to {MOST_CELLS} values, not {columns} x {rows}"
+        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: {accepted}")
     if effect.period_mm and effect.period_mm < 2.0 * pitch_mm:
-        raise FrictionloopError(f"pitch_mm = {pitch_mm:g} mm: must be at most {0.5 * effect.period_mm:g}")
+        raise must_be("pitch_mm", pitch_mm, f"at most {0.5 * effect.period_mm:g}", "mm")
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
     y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))
     grid = np.meshgrid(x, y)
@@ -193,14 +194,14 @@ def text_map(text: str, height_mm: float = 8.0, low_n: float = 0.3, high_n: floa
     draw_module: Any = needed("PIL.ImageDraw", "Pillow", "rendering")
     font_module: Any = needed("PIL.ImageFont", "Pillow", "rendering")
     if not text.strip():
-        raise FrictionloopError(f"text = {text!r}: must have a letter")
+        raise must_be("text", text, "one letter or more")
     font = font_module.load_default(size=max(height_mm / pitch_mm, 6.0))
     left, top, right, bottom = font.getbbox(text)
     image = image_module.new("L", (int(right - left) + 4, int(bottom - top) + 4), 0)
     draw_module.Draw(image).text((2 - left, 2 - top), text, fill=255, font=font)
     share = np.asarray(image, dtype=float)[::-1] / 255.0
     if share.size > MOST_CELLS:
-        raise FrictionloopError(f"text: {share.size} values; at most {MOST_CELLS}")
+        raise must_be("text: values", share.size, f"at most {MOST_CELLS}")
     start = [-0.5 * pitch_mm * (count - 1) for count in share.shape]
     values = (low_n + share * (high_n - low_n)).tolist()
     return Map(values_n=values, pitch_mm=pitch_mm, start_mm=start[1], start_y_mm=start[0])

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionloop.parameters.block import NotNegative, Number, Positive, Whole
+from frictionloop.quantities import must_be
 from frictionloop.quantities.normals import normals
 from frictionloop.rendering.effect import Effect, Touch
 
@@ -220,7 +221,7 @@ class Texture(Effect):
         if not (self.shortest_mm <= self.longest_mm <= self.length_mm and first <= last):
             raise ValueError("must have shortest_mm <= length_mm/k <= longest_mm")
         if last - first >= WAVES:
-            raise ValueError(f"has {last - first + 1} waves: at most {WAVES}")
+            raise must_be("waves", last - first + 1, f"at most {WAVES}")
         return self
 
     @property

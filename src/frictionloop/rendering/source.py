@@ -9,11 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 from frictionloop.parameters.sources import Signal
-from frictionloop.rendering.compiling import program_of
-from frictionloop.rendering.effect import AnyEffect, Effect
+from frictionloop.rendering.effect import AnyEffect, Effect, Track
 from frictionloop.rendering.library import LIBRARY
+from frictionloop.rendering.player import program_of
 from frictionloop.rendering.program import Program
-from frictionloop.rendering.track import Track
 
 
 class EffectSource(Signal):

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from frictionloop.parameters.block import Number, Positive
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.blame import place, theirs
 from frictionloop.rendering.effect import Effect, Touch
 
@@ -53,9 +53,9 @@ class Map(Effect):
     def _is_a_table(self) -> Self:
         widths = {len(row) for row in self.values_n}
         if len(widths) != 1 or min(widths) < 2:
-            raise ValueError("values_n: rows must be equally long")
+            raise must_be("values_n: lengths of rows", sorted(widths), "equal, 2 or more")
         if (cells := len(self.values_n) * widths.pop()) > MOST_CELLS:
-            raise ValueError(f"values_n: {cells} values; at most {MOST_CELLS}")
+            raise must_be("values_n", cells, f"at most {MOST_CELLS}", "values")
         return self
 
     @property
@@ -176,8 +176,8 @@ def _computed(force_n: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray
     except Exception as error:
         raise theirs("function of place", force_n, error) from error
     if values.shape != x.shape:
-        raise FrictionloopError(f"{place(force_n)}: returned shape {values.shape}; must be that of x_mm, {x.shape}")
+        raise must_be(f"{place(force_n)}: returned shape", values.shape, f"that of x_mm, {x.shape}")
     if not np.all(np.isfinite(values)):
         wrong = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise FrictionloopError(f"{place(force_n)}: returned {values[wrong]} at {x[wrong]:g} mm; must be finite")
+        raise must_be(f"{place(force_n)}: force_n at {x[wrong]:g} mm", float(values[wrong]), "finite")
     return values

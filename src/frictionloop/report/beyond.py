@@ -18,9 +18,8 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.report.device import OPEN, PRINTED, RETUNED_GAINS
 from frictionloop.report.numbers import number
-from frictionloop.report.protocol import LEVELS_N
+from frictionloop.report.protocol import LEVELS_N, OPEN, PRINTED, RETUNED_GAINS
 
 COMMAND = "python -m studies.beyond"
 SPEED_MM_S = 20.0

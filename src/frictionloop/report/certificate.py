@@ -1,4 +1,4 @@
-"""The certificate of a bench: one HTML page with what was measured, from which files, and what is still assumed."""
+"""The certificate of a bench: what was measured, from which files, what is assumed, and how much that matters."""
 
 from __future__ import annotations
 
@@ -10,20 +10,113 @@ import re
 import shutil
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from frictionloop.analysis import linearise, operating_band, touch_spectrum
+from frictionloop.analysis.elements import linearise_contact
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.design.pi_synthesis import retune
 from frictionloop.figures.style import inline, svg
 from frictionloop.findings.render import findings_html
 from frictionloop.identification import Bench
-from frictionloop.identification.part import Part, number_said
-from frictionloop.quantities import replacing, unit_of
+from frictionloop.identification.entry_result import EntryResult, number_said
+from frictionloop.parameters import FingerFriction, Strokes, System
+from frictionloop.quantities import FrictionloopError, replacing, unit_of
 from frictionloop.quantities.version import package_version
-from frictionloop.report import bench_figures
-from frictionloop.report.certificate_figures import DRAWINGS
-from frictionloop.report.importance import importance
+from frictionloop.report.certificate_figures import crowd, drawn
+
+RANGES = {
+    "plate.frequency_hz": (0.95, 1.05),
+    "plate.q": (0.6, 1.6),
+    "plate.max_amplitude_um": (0.7, 1.3),
+    "controller.delay_s": (0.7, 1.5),
+    "sensor.resonance_hz": (0.7, 1.4),
+    "sensor.q": (0.4, 2.5),
+    "sensor.cutoff_hz": (0.5, 2.0),
+    "friction.nominal_n": (0.8, 1.5),
+    "friction.susceptibility_per_um2": (0.6, 1.6),
+    "finger.stiffness_n_m": (0.5, 2.0),
+}
+"""Factors between which an unmeasured number of a preset may lie (assumed)."""
+
+
+POINTS = 400
+"""Frequencies of the residual's integral (its error is below a percent)."""
+
+
+class Importance(NamedTuple):
+    """What one assumed number does to the loop."""
+
+    path: str
+    low: float
+    """Least value that it may have."""
+    high: float
+    peak_low: float
+    """Largest sensitivity Ms with the least value; infinite if unstable, NaN if the set-point is out of reach."""
+    peak_high: float
+    residual_low_n: float
+    """What the loop leaves of friction noise and tremor from 1 Hz on with the least value, N rms; NaN as above, or
+    where nothing strokes."""
+    residual_high_n: float
+
+    @property
+    def swing(self) -> float:
+        """How far Ms moves, infinite if the loop can become unstable."""
+        apart = abs(self.peak_high - self.peak_low)
+        return apart if math.isfinite(apart) else math.inf
+
+
+def importance(found: Bench) -> list[Importance]:
+    """Return the assumed numbers, the most important first; none if no gains hold on the bench.
+
+    The gains are those of `retune` on the bench as described; then one number at a time takes the ends of its range,
+    the controller knowing nothing of it.
+
+    Parameters
+    ----------
+    found : Bench
+        From ``fl.identify.bench``.
+    """
+    try:
+        tuned = found.system.evolve(retune(operating_band(found.system)).overrides)
+    except FrictionloopError:
+        return []
+    rows = []
+    for path, factors in RANGES.items():
+        if path in found.measured or path in found.stated:
+            continue
+        block, name = path.split(".")
+        value = float(getattr(getattr(tuned, block), name))
+        low, high = (value * factor for factor in factors)
+        ends = [_judged(tuned, path, end) for end in (low, high)]
+        rows.append(Importance(path, low, high, ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
+    return sorted(rows, key=lambda row: -row.swing)
+
+
+def _judged(system: System, path: str, value: float) -> tuple[float, float]:
+    """Return Ms and the residual in N rms with one value changed."""
+    try:
+        loop = linearise(system.evolve({path: value}))
+    except FrictionloopError:
+        return math.nan, math.nan  # the set-point is out of reach
+    margins = loop.margins()
+    return (margins.sensitivity_peak, _residual_n(loop)) if margins.stable else (math.inf, math.inf)
+
+
+def _residual_n(loop: LinearLoop) -> float:
+    """Return the rms of |S| times what moves the force behind the contact, sqrt(integral of |S|^2 |C|^2 P df)."""
+    system = loop.system
+    if not (isinstance(system.friction, FingerFriction) and isinstance(system.motion, Strokes)):
+        return math.nan
+    frequency = np.geomspace(1.0, loop.nyquist_hz, POINTS)
+    lag = np.abs(linearise_contact(system, loop.elements.force_n).response(frequency))
+    left = touch_spectrum(system, 0.0)(frequency) * (lag * np.abs(loop.responses(frequency)["S"])) ** 2
+    return math.sqrt(float(np.trapezoid(left, frequency)))
+
 
 TITLES = {
     "weights": "Weights",
@@ -31,7 +124,13 @@ TITLES = {
     "response": "Frequency response",
     "quiet": "Quiet",
     "slides": "Slides",
-    **bench_figures.TITLES,
+    "load": "Load cells",
+    "position": "Position",
+    "scale": "Amplitude",
+    "plate": "Plate",
+    "carrier": "Carrier",
+    "delay": "Delay",
+    "amplitude": "Finger under amplitude commands",
 }
 
 
@@ -99,7 +198,7 @@ def certificate(found: Bench) -> str:
     )
 
 
-def _title(part: Part) -> str:
+def _title(part: EntryResult) -> str:
     whose = part.curves.get("person")
     return TITLES[part.kind] + (f": {whose['finger']}" if whose else "")
 
@@ -107,7 +206,7 @@ def _title(part: Part) -> str:
 def _crowd(found: Bench) -> Markup | None:
     if found.people is None:
         return None
-    return Markup(inline(svg(bench_figures.crowd(found.people), "crowd"), "fingers"))
+    return Markup(inline(svg(crowd(found.people), "crowd"), "fingers"))
 
 
 def _held(found: Bench) -> str:
@@ -124,9 +223,8 @@ def _value(found: Bench, name: str) -> Any:
     return f"{value:.5g}" if isinstance(value, float) else value
 
 
-def _figures(part: Part, number: int) -> list[Markup]:
-    drawn = {name: draw(part.curves) for name, draw in DRAWINGS[part.kind].items() if name in part.curves}
+def _figures(part: EntryResult, number: int) -> list[Markup]:
     return [
         Markup(inline(svg(figure, f"c{number}-{k}"), f"{part.kind}: {name}"))
-        for k, (name, figure) in enumerate(drawn.items())
+        for k, (name, figure) in enumerate(drawn(part.kind, part.curves))
     ]

@@ -1,4 +1,4 @@
-"""Numbers as people read them."""
+"""Numbers as people read them, with their unit."""
 
 from __future__ import annotations
 
@@ -24,3 +24,28 @@ def number(value: float, digits: int = 3) -> str:
 def milli(value: float) -> str:
     """Return a number in thousandths with two digits, as mN or ms are shown."""
     return number(1e3 * value, 2)
+
+
+NEARLY_ONE = 0.9999
+"""A number above this and below 1 is shown as what is missing from 1."""
+
+
+def shown(value: float | str | None, digits: int = 3) -> str:
+    """Return a value of a claim as it is printed in tables: just below 1 as what is missing.
+
+    >>> shown(0.999995), shown(0.98)
+    ('1 − 5×10⁻⁶', '0.98')
+    """
+    if value is None:
+        return "none"
+    if isinstance(value, str):
+        return value
+    if NEARLY_ONE < value < 1 and number(value, digits) == "1":
+        return f"1 − {number(1 - value, 2)}"
+    return number(value, digits)
+
+
+def with_unit(value: float | str | None, unit: str, digits: int = 3) -> str:
+    """Return a value with its unit, which only a number carries."""
+    text = shown(value, digits)
+    return f"{text} {unit}".strip() if isinstance(value, (int, float)) else text

@@ -1,45 +1,121 @@
-"""The page: one HTML file that needs nothing beside it."""
+"""The whole report: compute, draw, judge the claims, and write one HTML file that needs nothing beside it."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
+from matplotlib.figure import Figure
 
-from frictionloop.figures.style import inline
+from frictionloop.figures.style import inline, write_both
+from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.parameters import RETUNED
-from frictionloop.physics.capable import capable
+from frictionloop.physics.reach import capable
+from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.version import cited_version
-from frictionloop.report import device, protocol
+from frictionloop.report import protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
-from frictionloop.report.cited import cited, command_of
-from frictionloop.report.claims import THESIS, Claim
-from frictionloop.report.claims.counting import (
+from frictionloop.report.claims import THESIS, Claim, all_claims
+from frictionloop.report.claims.device import LOAD_MOVES
+from frictionloop.report.claims.worded import (
     FIRST,
     HOLDS,
     SYMBOLS,
+    accepted,
+    condition,
     counted,
     counts,
     grouped,
     named,
     not_counted,
 )
-from frictionloop.report.claims.people import LOAD_MOVES
-from frictionloop.report.claims.worded import accepted, condition, shown, with_unit
-from frictionloop.report.numbers import milli
+from frictionloop.report.numbers import milli, shown, with_unit
+from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.people import bench_systems, the_finger
-from frictionloop.report.results import FIELDS, Results
+from frictionloop.report.results import FIELDS, Results, cited, command_of, parts
 from frictionloop.report.tolerances import RULES
 
-FIRST_NOTE_OF_DEVICE = 24
+SCHEMA = 1
+"""Version of claims.json."""
+
+
+def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
+    """Write index.html, claims.json and figures/*.svg, *.png into a folder that is there; return every claim."""
+    with progress_bar("report", len(list(parts())) + len(FIGURES) + 1, progress) as bar:
+        results = Results(bar)
+        with _beside() as beside:
+            drawn = _draw(results, target / "figures", bar, beside)
+            claims = all_claims(results)
+            bar.doing("drawing")
+            figures = {name: Drawn(text.result(), seeds) for name, (text, seeds) in drawn.items()}
+        bar()
+    _write(target / "claims.json", claims_json(claims, results))
+    _write(target / "index.html", render(results, claims, figures, target))
+    return claims
+
+
+def claims_json(claims: Sequence[Claim], results: Results) -> str:
+    """Return the claims and their provenance as JSON text."""
+    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.to_dict() for claim in claims]}
+    return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def prepare(folder: Path) -> None:
+    """Make the folder and see that it can be written to."""
+    try:
+        (folder / "figures").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FrictionloopError(f"{folder}: cannot be made ({error.strerror or error})") from None
+    for place in (folder, folder / "figures"):
+        if not os.access(place, os.W_OK):
+            raise FrictionloopError(f"{place}: is not writable")
+
+
+Started = Callable[[Callable[..., str], Figure, str, Path, str], "Future[str]"]
+"""Has a figure written, in a second process."""
+
+
+@contextmanager
+def _beside() -> Iterator[Started]:
+    """Let a second process write figures while this one computes what the next ones show."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(1) as pool:
+        yield pool.submit
+
+
+def _draw(results: Results, folder: Path, bar: Bar, started: Started) -> dict[str, tuple[Future[str], str]]:
+    """Have each figure written as soon as what it shows is computed; return its text to come, and its seeds."""
+    drawn = {}
+    for name, each in FIGURES.items():
+        watched = results.watched()
+        figure = each.draw(watched)
+        source = " · ".join(cited(command_of(name), watched.seeds()))
+        text = started(write_both, figure, name, folder / f"{name}.svg", source)
+        text.add_done_callback(lambda _: bar())
+        drawn[name] = text, watched.seeds()
+        for earlier, _ in drawn.values():
+            if earlier.done():
+                earlier.result()  # what could not be written is told now
+    return drawn
+
+
+def _write(path: Path, text: str) -> None:
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
 _SYMBOLS = ((r"\bK([pi])\b", r"<i>K</i><sub>\1</sub>"), (r"\b([fkmσ])_([a-z])(?![a-z_])", r"<i>\1</i><sub>\2</sub>"))
 
 
@@ -65,11 +141,6 @@ def holding(claim: Claim) -> str:
     if names is no:
         return f"except for {quoted}"
     return f"only for {quoted}" + (f", or assuming {' or '.join(f'“{name}”' for name in beside)}" if beside else "")
-
-
-def notes_of(claim: Claim) -> str:
-    """Return the page of notes on the paper that has a claim's."""
-    return "paper-notes-device" if claim.note >= FIRST_NOTE_OF_DEVICE else "paper-notes"
 
 
 class Drawn(NamedTuple):
@@ -134,7 +205,6 @@ def render(
         "rules": RULES,
         "counted": counted,
         "condition": condition,
-        "notes_of": notes_of,
         "docs_link": partial(docs_link, folder=folder),
     }
     return environment.get_template("index.html.jinja").render(
@@ -146,7 +216,7 @@ def render(
         named=named(claims),
         not_counted=not_counted(claims),
         retuned=RETUNED,
-        fingers=results.people[device.OPEN].sizes["finger"],
+        fingers=results.people[protocol.OPEN].sizes["finger"],
         built=docs_link("glossary", folder).endswith(".html"),
         finger=the_finger(),
         finger_moving=_given_while_load_moves(),

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.felt import perceptual_index, relative_index
+from frictionloop.loop.reference_runs import perceptual_index, relative_index
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, System
-from frictionloop.physics.capable import capable
-from frictionloop.report import device, protocol
+from frictionloop.physics.reach import capable
+from frictionloop.report import protocol
 
 LOOKUPS = ("lookup of the bench", "lookup of Sec. 2.1", "lookup fitted to the finger")
 STILL_N = 0.6
@@ -47,9 +47,9 @@ def population(controller: str) -> xr.Dataset:
     """Return the fit of each finger, levels pooled and one stroke each, and what it can reach, over ``finger``."""
     some, levels = protocol.population()[: protocol.POPULATION], len(protocol.LEVELS_N)
     able = capable(some, protocol.LOW_N, protocol.HIGH_N, contact_s=protocol.SCORED_S)
-    runs = device.run_all(job for finger in some for job in _jobs(finger, device.CONTROLLERS[controller]))
-    fits = np.array([device.fit(xr.concat(runs[i : i + levels], "level")) for i in range(0, len(runs), levels)])
-    variables = {name: ("finger", column) for name, column in zip(device.Fit._fields, fits.T, strict=True)}
+    runs = protocol.run_all(job for finger in some for job in _jobs(finger, protocol.CONTROLLERS[controller]))
+    fits = np.array([protocol.fit(xr.concat(runs[i : i + levels], "level")) for i in range(0, len(runs), levels)])
+    variables = {name: ("finger", column) for name, column in zip(protocol.Fit._fields, fits.T, strict=True)}
     found = xr.Dataset(variables, {"finger": np.arange(len(some))})
     return found.assign({name: able[name] for name in ("capable", "lowest_n", "highest_n")})
 
@@ -78,7 +78,7 @@ def fluctuations(
     strokes = {name: protocol.strokes(system.evolve(WITHOUT[name])) for name in without}
     # All at once, so that they share a tile.
     runs = iter(
-        device.run_all((each, protocol.seed_of(1, j)) for some in strokes.values() for j, each in enumerate(some))
+        protocol.run_all((each, protocol.seed_of(1, j)) for some in strokes.values() for j, each in enumerate(some))
     )
     return {name: _rms_n([next(runs) for _ in some]) for name, some in strokes.items()}
 
@@ -102,4 +102,4 @@ def the_finger() -> Mapping[str, float]:
 def bench_systems() -> dict[str, System]:
     """Return the middle stroke of each controller, for the provenance of the page."""
     base = protocol.finger_system(the_finger())
-    return {f"bench, {name}": base.evolve(overrides) for name, overrides in device.CONTROLLERS.items()}
+    return {f"bench, {name}": base.evolve(overrides) for name, overrides in protocol.CONTROLLERS.items()}

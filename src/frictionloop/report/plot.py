@@ -59,11 +59,11 @@ def plot(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
 def _figure_of(result: Any) -> Figure:
     from frictionloop.findings import Result
-    from frictionloop.identification.file_traces import FirstLook
-    from frictionloop.identification.refused import Refused
+    from frictionloop.identification.entry_result import Refused
+    from frictionloop.identification.file_channels import FirstLook
     from frictionloop.loop import sweep_figure
     from frictionloop.report import run_figure
-    from frictionloop.report.refusal import refused_figure
+    from frictionloop.report.certificate_figures import drawn
 
     dims = getattr(result, "dims", ())
     if hasattr(result, "data_vars") and "time" in dims and "f_r" in result:
@@ -72,8 +72,9 @@ def _figure_of(result: Any) -> Figure:
         return sweep_figure.figure_of(result)
     if isinstance(result, FirstLook):
         return result.plot()
-    if isinstance(result, Refused) and (figure := refused_figure(result)) is not None:
-        return figure
+    if isinstance(result, Refused):
+        for _, figure in drawn(result.kind, result.curves):
+            return figure
     if isinstance(result, Result):
         return result.plot()
     raise must_be("result", type(result).__name__, "a run, grid or answer")

@@ -9,15 +9,17 @@ and tau are nearest to the medians of all 1000, on logarithmic scales in units o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from frictionloop.parameters import Sine, Steps, System, bench
+from frictionloop.loop.parallel_runs import Job, simulate_all
+from frictionloop.parameters import RETUNED, Sine, Steps, System, bench
 from frictionloop.parameters.presets import PAPER_SLIP_LENGTH_UM
-from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, fingers, nearest_to_median
+from frictionloop.physics.reach import capable
 
 FINGERS, POPULATION_SEED = 1000, 1
 LOW_N, HIGH_N = 0.3, 0.9
@@ -111,17 +113,6 @@ def finger_system(finger: Mapping[str, float]) -> System:
     return the_bench().evolve({**finger, "motion.stroke_mm": STROKE_MM})
 
 
-def with_path(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return changes of the bench with a path and a plate whose end no stroke at a higher speed reaches."""
-    usual: Any = the_bench()
-    times = float(changes.get("motion.speed_mm_s", 0.0)) / usual.motion.speed_mm_s
-    if times <= 1.0:
-        return dict(changes)
-    longer_mm = STROKE_MM * times
-    plate_mm = max(longer_mm, float(changes.get("touch.load.length_mm", usual.touch.load.length_mm)))
-    return {**changes, "motion.stroke_mm": longer_mm, "touch.load.length_mm": plate_mm}
-
-
 def strokes(system: System) -> list[System]:
     """Return the five strokes of one finger, which differ in load and in how moist the finger is by then."""
     load_n: float = system.motion.load_n  # type: ignore[union-attr]
@@ -138,3 +129,66 @@ def steps() -> Steps:
 def seed_of(level: int, stroke: int) -> int:
     """Return the seed of a stroke: every one passes over another place and trembles anew, whatever controls it."""
     return len(LOADS) * level + stroke
+
+
+OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor, no delay"
+CONTROLLERS: dict[str, Mapping[str, Any]] = {
+    OPEN: {"controller.kind": "lookup"},
+    PRINTED: {},
+    RETUNED_GAINS: RETUNED,
+    IDEAL: {"sensor.kind": "lowpass", "controller.delay_s": 0.0},
+}
+"""What commands the plate. The last is a control: the printed gains, the sensor of Section 2, no computing delay."""
+CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
+KEPT = ("f_r", "f_a", "a", "saturated", "scored")
+
+
+def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:
+    """Return the scored part of the stroke of every (system, seed)."""
+    runs = simulate_all(jobs, STROKE_S, KEPT, START_S)
+    return [run.assign_coords(time=run["time"] - START_S) for run in runs]
+
+
+def tracking(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
+    """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for a bench with a finger."""
+    some = strokes(system.evolve(overrides))
+    jobs = [
+        (stroke.evolve({"setpoint": THE_SINES.at(level_n)}), seed_of(i, j))
+        for i, level_n in enumerate(LEVELS_N)
+        for j, stroke in enumerate(some)
+    ]
+    runs, n = run_all(jobs), len(some)
+    levels = [xr.concat(runs[n * i : n * (i + 1)], "stroke") for i in range(len(LEVELS_N))]
+    return xr.concat(levels, "level").assign_coords(level=list(LEVELS_N))
+
+
+def stepping(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
+    """Return the same over ``stroke`` and ``time`` for a set-point that steps."""
+    some = strokes(system.evolve({**overrides, "setpoint": steps()}))
+    return xr.concat(run_all((stroke, seed_of(0, j)) for j, stroke in enumerate(some)), "stroke")
+
+
+class Fit(NamedTuple):
+    """Goodness of fit to f_a = f_r, of a regression of f_a on f_r, its slope, and the rms of f_a - f_r in N."""
+
+    identity: float
+    regression: float
+    slope: float
+    rms_n: float
+    spread_n: float
+    """Standard deviation of f_a about its regression on f_r, N."""
+
+
+def fit(runs: xr.Dataset) -> Fit:
+    """Return both kinds of R2 over all that counts in a Dataset (as in loop/metrics, for several runs together)."""
+    r, f = (runs[name].values[runs["scored"].values] for name in ("f_r", "f_a"))
+    error2, spread = np.mean((f - r) ** 2), r.var()
+    covariance = np.mean((r - r.mean()) * (f - f.mean()))
+    regression = float(covariance**2 / (spread * f.var()))
+    return Fit(
+        float(1.0 - error2 / spread),
+        regression,
+        float(covariance / spread),
+        float(np.sqrt(error2)),
+        float(np.sqrt((1.0 - regression) * f.var())),
+    )

@@ -1,4 +1,4 @@
-"""``fl.reproduce``: the paper's figures and claims, all of them on a page, or some alone, also on a changed bench."""
+"""``fl.reproduce``: the paper's figures and claims, all of them on a page, or some alone."""
 
 from __future__ import annotations
 
@@ -11,28 +11,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionloop.figures.style import write_both
 from frictionloop.findings import Result, shown
-from frictionloop.loop.progress import Bar, progress_bar
-from frictionloop.parameters import write_toml
+from frictionloop.loop.progress import progress_bar
+from frictionloop.parameters import RETUNED, write_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
-from frictionloop.report.build import build_report, prepare
-from frictionloop.report.changed_figure import (
-    Changed,
-    changed_figure,
-    check_changes,
-    file_name,
-    seeds_of,
-    words,
-)
-from frictionloop.report.cited import cited, command_of
 from frictionloop.report.claims import THESIS, Claim, claim_ids, one_claim
-from frictionloop.report.claims.counting import FIRST, HOLDS, counts, not_counted, paper_and_ours
-from frictionloop.report.claims.worded import accepted, with_unit
-from frictionloop.report.figure_numbers import NUMBERS
-from frictionloop.report.figures import DRAWINGS
-from frictionloop.report.results import Results
-from frictionloop.report.stability import places_of
-from frictionloop.report.stroke_numbers import Table
+from frictionloop.report.claims.worded import FIRST, HOLDS, accepted, counts, not_counted, paper_and_ours
+from frictionloop.report.closed_loop import Table
+from frictionloop.report.numbers import with_unit
+from frictionloop.report.page import build_report, prepare
+from frictionloop.report.paper_figures import FIGURES
+from frictionloop.report.results import Results, cited, command_of
+from frictionloop.report.stability import asked_for
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -49,10 +39,10 @@ HEADS = {
     "r2_identity": "R2 id.",
     "r2_bound": "bound",
 }
-ASIDE = ("scored", "slope")
+ASIDE = ("slope",)
 """Numbers that are left to JSON and Python where a table has many."""
-SAID = ["Bench and finger of the figure beside this file."]
-"""Begins the file of a changed bench."""
+PROTOCOLS: dict[str, Mapping[str, float]] = {"fig-5a": RETUNED, "fig-5a-printed": {}}
+"""Figures whose bench and finger are saved beside them, and the gains there."""
 
 
 class FigureMade(NamedTuple):
@@ -65,23 +55,12 @@ class FigureMade(NamedTuple):
     command: str
     """With version and seeds it is what the figure is cited by."""
     numbers: Table
-    changes: dict[str, Any]
-    """What is not as on the paper's bench."""
-    changed: Changed | None
-    """Of a changed bench what stands beside; None of the paper's."""
     bench: Path | None
-    """File of the changed bench under the finger that is drawn."""
+    """TOML file of the bench under the finger that is drawn, asked for all its forces; None of other figures."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return it by name."""
-        found = self._asdict() | {"cite": " · ".join(cited(self.command, self.seeds))}
-        if self.changed is None:
-            return found
-        of, holds = self.changed, {"places": self.changed.checks, "places_unchanged": self.changed.checks_unchanged}
-        counted = {key: {name: places_of(each) for name, each in some.items()} for key, some in holds.items()}
-        would = {name: each.would_hold for name, each in of.checks.items()}
-        more = {"unchanged": of.unchanged, "levels": of.levels, "replaced": of.replaced, "would_hold": would}
-        return found | {"changed": more | counted}
+        return self._asdict() | {"cite": " · ".join(cited(self.command, self.seeds))}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,10 +86,12 @@ class Reproduction(Result):
         n, thesis = counts(self.claims), next(claim for claim in self.claims if claim.id == THESIS)
         one, many = (shown(each) for each in thesis.readings.values())
         yield "idea", f"{HOLDS[thesis.verdict]}: spread / {one} on one finger, / {many} in the median of many"
-        out, part, no = n["printed"], n["assumed"], n["not_out"]
-        yield "simulation", f"of {n['text']} statements {out} come out, {part} in part, {no} do not"
-        out, part, no = n["device out"], n["device part"], n["device not"]
-        yield "device", f"of {n['device']} statements {out} come out, {part} in part, {no} do not"
+        for name, of, keys in (
+            ("simulation", "text", ("printed", "assumed", "not_out")),
+            ("device", "device", ("device out", "device part", "device not")),
+        ):
+            out, part, no = (n[key] for key in keys)
+            yield name, f"of {n[of]} statements {out} come out, {part} in part, {no} do not"
         yield "not counted", not_counted(self.claims)
 
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -119,9 +100,7 @@ class Reproduction(Result):
             first = [claim for claim in self.claims if claim.id in FIRST]
             return {"Fig. 5a": _claims_table(first), "claims": _claims_table(self.claims)}
         found = {claim.id: _values(claim) for claim in self.claims}
-        for figure in self.figures:
-            found |= dict(_figure_tables(figure))
-        return found
+        return found | {figure.name: _numbers(figure.numbers) for figure in self.figures if figure.numbers}
 
 
 def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
@@ -132,18 +111,10 @@ def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
 
 
 def _figure_rows(figure: FigureMade) -> Iterator[tuple[str, str]]:
-    yield figure.name, words(figure.changes) or "as in the report"
-    if figure.changed is not None:
-        for name, found in figure.changed.checks.items():
-            row, before = figure.numbers[name], figure.changed.unchanged.get(name)
-            was = f", unchanged {_mn(before)}" if before else ""
-            yield name, f"error {_mn(row)} mN{was}; holds at {places_of(found)} places"
-    yield "file", str(figure.file)
+    yield figure.name, str(figure.file)
+    if figure.bench is not None:
+        yield "bench", str(figure.bench)
     yield "cite", " · ".join(cited(figure.command, figure.seeds))
-
-
-def _mn(row: Mapping[str, Any]) -> str:
-    return shown(1e3 * row["error_n"])
 
 
 def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
@@ -165,39 +136,13 @@ def _values(claim: Claim) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "accepted", "as"])
 
 
-def _figure_tables(figure: FigureMade) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Yield the numbers of a figure, of a changed one with those unchanged below each, and where its gains hold."""
-    import pandas as pd
-
-    of = figure.changed
-    if of is None:
-        if figure.numbers:
-            yield figure.name, _numbers(list(figure.numbers.items()))
-        return
-    both = [pair for each, own in figure.numbers.items() for pair in _beside(each, own, of.unchanged)]
-    yield figure.name, _numbers(both)
-    yield f"{figure.name}, changed", pd.DataFrame.from_dict(of.replaced, orient="index", columns=["here", "unchanged"])
-    yield f"{figure.name}, error by level, mN", 1e3 * pd.DataFrame.from_dict(of.levels, orient="index")
-    if of.checks:
-        places = {name: (*places_of(each), shown(each.would_hold)) for name, each in of.checks.items()}
-        columns = ["holds at", "unstable at", "of", "would hold"]
-        yield f"{figure.name}, slip lengths and speeds", pd.DataFrame.from_dict(places, orient="index", columns=columns)
-
-
-def _beside(name: str, row: Mapping[str, Any], unchanged: Table) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    yield name, row
-    if name in unchanged:
-        yield "  unchanged", unchanged[name]
-
-
-def _numbers(numbers: Sequence[tuple[str, Mapping[str, Any]]]) -> pd.DataFrame:
+def _numbers(numbers: Table) -> pd.DataFrame:
     """Return numbers in the units that people read, the heads short."""
     import pandas as pd
 
-    columns = [key for key in dict.fromkeys(key for _, row in numbers for key in row) if key not in ASIDE]
-    cells = [[_scaled(key, row.get(key)) for key in columns] for _, row in numbers]
-    heads = [_head(key) for key in columns]
-    return pd.DataFrame(cells, index=[name for name, _ in numbers], columns=heads, dtype=float)
+    columns = [key for key in dict.fromkeys(key for row in numbers.values() for key in row) if key not in ASIDE]
+    cells = [[_scaled(key, row.get(key)) for key in columns] for row in numbers.values()]
+    return pd.DataFrame(cells, index=list(numbers), columns=[_head(key) for key in columns], dtype=float)
 
 
 def _scaled(key: str, value: float | None) -> float | None:
@@ -220,7 +165,6 @@ def _head(key: str) -> str:
 def reproduce(
     folder: str | os.PathLike[str] = "report",
     only: Sequence[str] = (),
-    changes: Mapping[str, Any] | None = None,
     *,
     progress: bool | None = None,
 ) -> Reproduction:
@@ -232,43 +176,35 @@ def reproduce(
         Where to write; made if it does not exist. Files of the same names are replaced, each once it is complete.
     only : sequence of str
         Names of figures and claims, such as "fig-5a" and "kp-optimum", which are made alone and without a page.
-    changes : mapping, optional
-        What is to differ from the paper's bench, by dotted names, or gains: for fig-5a, and of the bench
-        fig-5a-printed.
     progress : bool, optional
         Show a progress bar; by default on a terminal.
 
     Raises
     ------
     FrictionloopError
-        The folder cannot be written, a name is unknown, or the changes have no meaning for it; nothing has been
-        computed then.
+        The folder cannot be written, or a name is unknown; nothing has been computed then.
     """
-    target, differing = Path(folder), dict(changes or {})
-    if not only and not differing:
+    target = Path(folder)
+    if not only:
         prepare(target)
         claims = build_report(target, progress)
         return Reproduction(folder=target, page=target / "index.html", claims=tuple(claims))
     _check_names(only)
-    if differing:
-        check_changes(only, differing)
-    wanted = [name for name in DRAWINGS if name in only]
+    wanted = [name for name in FIGURES if name in only]
     if wanted:
         prepare(target)
     # Only what is asked for counts on the bar, not the parts that it needs.
     with progress_bar("report", len(only), progress) as bar:
         results, figures = Results(bar.inner()), []
         for name in wanted:
-            figures.append(_made(name, differing, target / "figures", results, bar))
+            figures.append(_made(name, target / "figures", results))
             bar()
-        claims = [one_claim(id, results) for id in only if id not in DRAWINGS]
-    found = [each for figure in figures if figure.changed is not None for each in figure.changed.findings]
-    unique = tuple(each for k, each in enumerate(found) if each not in found[:k])
-    return Reproduction(folder=target, page=None, claims=tuple(claims), figures=tuple(figures), findings=unique)
+        some = tuple(one_claim(id, results) for id in only if id not in FIGURES)
+    return Reproduction(folder=target, page=None, claims=some, figures=tuple(figures))
 
 
 def _check_names(names: Iterable[str]) -> None:
-    known = [*DRAWINGS, *claim_ids()]
+    known = [*FIGURES, *claim_ids()]
     for name in names:
         if name not in known:
             near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
@@ -276,18 +212,13 @@ def _check_names(names: Iterable[str]) -> None:
             raise FrictionloopError(said, "UNKNOWN-NAME")
 
 
-def _made(name: str, changes: dict[str, Any], folder: Path, results: Results, bar: Bar) -> FigureMade:
+def _made(name: str, folder: Path, results: Results) -> FigureMade:
     """Return a figure once it is written."""
-    changed, bench = (changed_figure(name, changes, bar.inner()) if changes else None), None
-    if changed is not None:
-        figure, numbers, file, seeds = changed.figure, changed.numbers, file_name(name, changes), seeds_of(changes)
-    else:
-        watched = results.watched()
-        figure, file = DRAWINGS[name](watched), name
-        numbers, seeds = NUMBERS[name](results) if name in NUMBERS else {}, watched.seeds()
-    path, command = folder / f"{file}.svg", command_of(name, changes)
-    write_both(figure, file, path, " · ".join(cited(command, seeds)))
-    if changed is not None:
+    watched, path, bench = results.watched(), folder / f"{name}.svg", None
+    figure = FIGURES[name].draw(watched)
+    numbers, seeds, command = FIGURES[name].numbers(results), watched.seeds(), command_of(name)
+    write_both(figure, name, path, " · ".join(cited(command, seeds)))
+    if name in PROTOCOLS:
         bench = path.with_suffix(".toml")
-        write_toml(changed.bench, bench, said=SAID)
-    return FigureMade(name, path, seeds, cited_version(), command, numbers, changes, changed, bench)
+        write_toml(asked_for(PROTOCOLS[name]), bench, said=[f"Bench and finger of {name}"])
+    return FigureMade(name, path, seeds, cited_version(), command, numbers, bench)

@@ -1,4 +1,4 @@
-"""Everything the figures and claims are made of."""
+"""Everything that figures and claims are made of, and what each is cited by: version, command and seeds."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ import xarray as xr
 
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.report import (
-    arrivals,
-    beyond,
-    calibration,
-    device,
-    gains,
-    noise,
-    people,
-    protocol,
-    stability,
-    systems,
-)
-from frictionloop.report.trials import sliding_trials
+from frictionloop.quantities.version import cited_version
+from frictionloop.report import arrivals, beyond, calibration, gains, people, protocol, sensor_noise, stability, systems
+
+
+def command_of(name: str) -> str:
+    """Return the command that makes a figure again."""
+    return f"frictionloop reproduce --only {name}"
+
+
+def cited(command: str, seeds: str) -> tuple[str, str, str]:
+    """Return version, command and seeds in words; of a clone the version ends with the commit."""
+    words = f"seeds {seeds}" if seeds not in ("none", "") else "no random numbers"
+    return f"frictionloop {cited_version()}", command, words
+
 
 HALF = "half a period of delay"
 """What the text leaves open with which the optimum is the printed one."""
@@ -148,9 +149,9 @@ class Watched(Results):
 
 def variants() -> dict[str, dict[str, float]]:
     """Return what the text leaves open beside the amplitudes, as overrides of ``feasible()``: noise and delay."""
-    sigma = {name: reading.sigma_n(1e-5) for name, reading in noise.NOISE_READINGS.items() if name != "rms"}
+    sigma = {name: reading.sigma_n(1e-5) for name, reading in sensor_noise.NOISE_READINGS.items() if name != "rms"}
     delays_s = {HALF: 1e-4, "one period of delay": 2e-4}
-    return {f"noise as {name}": {noise.NOISE: value} for name, value in sigma.items()} | {
+    return {f"noise as {name}": {sensor_noise.NOISE: value} for name, value in sigma.items()} | {
         name: {"controller.delay_s": value} for name, value in delays_s.items()
     }
 
@@ -167,20 +168,20 @@ def parts() -> Iterator[Part]:
     """Yield (field of ``Results``, how to compute it) in order; a field with several parts names them after a dot."""
     compared = systems.compared()
     ends = {systems.WORKING: paper(), systems.FEASIBLE: feasible()}
-    yield "population", sliding_trials
+    yield "population", systems.sliding_trials
     for name, system in ends.items():
         yield f"maps.{name}", partial(gains.fidelity_map, system)
     for name, system in compared.items():
         yield f"over_kp.{name}", partial(gains.fidelity_over, system, gains.KP)
         yield f"over_ki.{name}", partial(gains.fidelity_over, system, gains.KI, gains.KIS)
         yield f"runs.{name}", partial(systems.tracking_runs, system)
-        yield f"noise.{name}", partial(noise.noise_sweep, system)
+        yield f"noise.{name}", partial(sensor_noise.noise_sweep, system)
     for name, system in systems.in_both_units(left_open()).items():
         yield f"variants.{name}", partial(gains.fidelity_over, system, gains.KP)
     for name, system in systems.in_both_units(compared).items():
         if name not in compared:
             yield f"per_sample.{name}", partial(gains.fidelity_over, system, gains.KP)
-    yield "steady", partial(noise.noise_gain, feasible())
+    yield "steady", partial(sensor_noise.noise_gain, feasible())
     yield "rigs", calibration.all_rigs
     yield from bench_parts()
     yield "beyond", beyond.stored
@@ -191,20 +192,20 @@ def bench_parts() -> Iterator[Part]:
     """Yield the parts that run on the bench, in the same form."""
     finger = people.the_finger()
     system = protocol.finger_system(finger)
-    for name, overrides in device.CONTROLLERS.items():
-        yield f"tracked.{name}", partial(device.tracking, system, overrides)
-        yield f"stepped.{name}", partial(device.stepping, system, overrides)
+    for name, overrides in protocol.CONTROLLERS.items():
+        yield f"tracked.{name}", partial(protocol.tracking, system, overrides)
+        yield f"stepped.{name}", partial(protocol.stepping, system, overrides)
     for name in people.LOOKUPS[1:]:
-        table = {**device.CONTROLLERS[device.OPEN], **people.lookup(name, finger)}
-        yield f"tracked.{name}", partial(device.tracking, system, table)
-    for name in device.CLOSED:
-        overrides = device.CONTROLLERS[name]
+        table = {**protocol.CONTROLLERS[protocol.OPEN], **people.lookup(name, finger)}
+        yield f"tracked.{name}", partial(protocol.tracking, system, table)
+    for name in protocol.CLOSED:
+        overrides = protocol.CONTROLLERS[name]
         yield f"felt.{name}", partial(people.felt, finger, overrides)
-        taken = tuple(people.WITHOUT) if name == device.RETUNED_GAINS else people.ENDS
+        taken = tuple(people.WITHOUT) if name == protocol.RETUNED_GAINS else people.ENDS
         yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
-    for name in (device.RETUNED_GAINS, device.IDEAL):
-        stronger = people.stronger(device.CONTROLLERS[name])
-        yield f"stronger.{name}", partial(device.stepping, system, stronger)
-    for name in (device.OPEN, device.PRINTED, device.RETUNED_GAINS):
+    for name in (protocol.RETUNED_GAINS, protocol.IDEAL):
+        stronger = people.stronger(protocol.CONTROLLERS[name])
+        yield f"stronger.{name}", partial(protocol.stepping, system, stronger)
+    for name in (protocol.OPEN, protocol.PRINTED, protocol.RETUNED_GAINS):
         yield f"people.{name}", partial(people.population, name)
     yield "checked", stability.held

@@ -13,10 +13,10 @@ import numpy as np
 from frictionloop.analysis.levels import RECORDED
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.open_loop import disturbance_left, open_loop_of
 from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import disturbance_left, open_loop_of
 from frictionloop.parameters import Recording
-from frictionloop.parameters.still import stirring
+from frictionloop.parameters.presets import stirring
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     if low is not None and high is not None and (least < low or most > high):
         # In the legend, where it covers nothing.
         beyond = {"marker": r"$\updownarrow$", "linestyle": "", "color": GREY, "markersize": 9}
-        axes.plot([], [], label=f"cut off where not scored: forces go from {least:.2g} to {most:.2g} N", **beyond)
+        axes.plot([], [], label=f"not scored: {least:.2g} to {most:.2g} N", **beyond)
 
 
 def _opened(run: xr.Dataset) -> xr.Dataset | None:

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from frictionloop.analysis import linearise
-from frictionloop.analysis.band import operating_band
-from frictionloop.analysis.operating import law_at, reach_n
+from frictionloop.analysis.linear import operating_band
+from frictionloop.analysis.operating import reach_at
 from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
-from frictionloop.report.device import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 from frictionloop.report.people import the_finger
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
 
 
 class Stability(NamedTuple):
@@ -44,7 +44,7 @@ def _peaks(system: System, forces_n: Sequence[float], occluded: float) -> dict[f
 
     The sines pass all forces between the ends: that at which the reach begins or stops is looked at too.
     """
-    low_n, high_n = reach_n(system, law_at(system, occluded))
+    low_n, high_n = reach_at(system, occluded)
     low_n, high_n = max(low_n, forces_n[0]), min(high_n, forces_n[-1])
     there = sorted({low_n, high_n, *(force_n for force_n in forces_n if low_n <= force_n <= high_n)})
     if low_n > high_n:
@@ -56,8 +56,8 @@ def _largest(peaks: Mapping[float, float]) -> float:
     return max(peaks.values(), default=math.nan)
 
 
-def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_SINES) -> System:
-    """Return the bench, with what is changed of it, under the finger that Fig. 5a draws, asked for all its forces.
+def asked_for(gains: Mapping[str, float], sines: protocol.Sines = protocol.THE_SINES) -> System:
+    """Return the bench with these gains under the finger that Fig. 5a draws, asked for all its forces.
 
     It lifts between strokes as there, so that contact upon contact leaves it as moist as the last stroke does.
     """
@@ -68,9 +68,7 @@ def asked_for(changed: Mapping[str, Any], sines: protocol.Sines = protocol.THE_S
         frequency_hz=sines.frequency_hz,
     )
     lifts = {"motion.contact_s": protocol.STROKE_S, "motion.lifted_s": protocol.EVERY_S - protocol.STROKE_S}
-    there = protocol.finger_system(the_finger()).evolve({**lifts, **protocol.with_path(changed), "setpoint": asked})
-    if lifts.keys() & changed.keys():
-        return there
+    there = protocol.finger_system(the_finger()).evolve({**lifts, **gains, "setpoint": asked})
     motion: Any = there.motion
     strokes = motion.in_contacts()
     plate_mm = max(strokes["motion.stroke_mm"], there.touch.load.length_mm)

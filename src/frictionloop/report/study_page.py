@@ -9,8 +9,8 @@ import numpy as np
 import pandas  # type: ignore[import-untyped]
 from jinja2 import Environment, PackageLoader
 
+from frictionloop.experiments.study import TABLES, Study
 from frictionloop.experiments.study_figures import answers, converging, functions, sequences, thresholds
-from frictionloop.experiments.study_result import TABLES, Study
 from frictionloop.experiments.summary import funnel, measure
 from frictionloop.figures.style import inline, svg
 from frictionloop.quantities import replacing
@@ -26,7 +26,7 @@ def page(found: Study) -> str:
     }
     if name in ("threshold", "JND"):
         figures["functions"] = (functions(protocol, trials, fitted), "Psychometric functions by condition")
-        figures["convergence"] = (converging(protocol, trials), f"{name} and its interval from trial to trial")
+        figures["convergence"] = (converging(protocol, trials), f"{name} from trial to trial")
     else:
         figures["answers"] = (answers(protocol, trials), "Answers over levels")
     drawn = {name: inline(svg(figure, name), label) for name, (figure, label) in figures.items()}

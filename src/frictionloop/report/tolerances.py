@@ -87,62 +87,39 @@ def _between(low: float, high: float) -> Callable[[float], Interval]:
     return lambda _: (low, high)
 
 
-_DECADE = "a power of ten: half a decade either way"
+_DECADE = "power of ten: factor √10"
 _R2 = f"same R²: within {R2_STEP:g} (assumed)"
 _NUMBERS = f"two computations agree within {SAME:.0%} (assumed)"
-_FORCE = f"a measured force: within a factor of {RMS_FACTOR:g} (assumed)"
-_LEVEL = f"a noise level with one digit: within a factor of {RMS_FACTOR:g} (assumed)"
+_FORCE = f"measured force: factor {RMS_FACTOR:g} (assumed)"
+_LEVEL = f"noise level: factor {RMS_FACTOR:g} (assumed)"
 YARDSTICKS = {
-    "rounding": Yardstick(
-        "a printed number: half a unit of its last digit but zero (assumed)",
-        as_printed,
-    ),
-    "gain": Yardstick(
-        "a gain: rounds to the printed one in 1, 2, 5, 10",
-        nearest_125,
-    ),
+    "rounding": Yardstick("printed number: its rounding (assumed)", as_printed),
+    "gain": Yardstick("gain: rounding in 1–2–5", nearest_125),
     "power of ten": Yardstick(_DECADE, half_decade),
     "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
     "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),
-    "much other R²": Yardstick(
-        f"unsatisfactory: R² lower by {R2_MUCH:g} (assumed)",
-        _between(R2_MUCH, math.inf),
-    ),
+    "much other R²": Yardstick(f"unsatisfactory: R² lower by {R2_MUCH:g} (assumed)", _between(R2_MUCH, math.inf)),
     "moderately other R²": Yardstick(
-        f"moderate: R² changes by {R2_STEP:g} to {R2_MUCH:g} (assumed)",
-        _between(R2_STEP, R2_MUCH),
+        f"moderate: R² by {R2_STEP:g} to {R2_MUCH:g} (assumed)", _between(R2_STEP, R2_MUCH)
     ),
     "more saturated": Yardstick(
-        f"same saturation index: within {SATURATION_STEP:g} (assumed)",
-        _between(SATURATION_STEP, math.inf),
+        f"same saturation index: within {SATURATION_STEP:g} (assumed)", _between(SATURATION_STEP, math.inf)
     ),
-    "louder": Yardstick(
-        f"a larger force: rms at least {RMS_FACTOR:g} times (assumed)",
-        _between(RMS_FACTOR, math.inf),
-    ),
+    "louder": Yardstick(f"larger force: rms × {RMS_FACTOR:g} (assumed)", _between(RMS_FACTOR, math.inf)),
     "same number": Yardstick(_NUMBERS, _between(1.0 - SAME, 1.0 + SAME)),
     "larger number": Yardstick(_NUMBERS, _between(1.0 / (1.0 - SAME), math.inf)),
     "smaller number": Yardstick(_NUMBERS, _between(0.0, 1.0 - SAME)),
     "measured force": Yardstick(_FORCE, as_measured),
     "at most a measured force": Yardstick(_FORCE, lambda value: (0.0, RMS_FACTOR * value)),
-    "measured R²": Yardstick(
-        f"a measured R²: sqrt((1 − R²)/R²) within a factor of {RMS_FACTOR:g} (assumed)",
-        as_measured_r2,
-    ),
+    "measured R²": Yardstick(f"measured R²: √(1/R²−1), factor {RMS_FACTOR:g} (assumed)", as_measured_r2),
     "noise level": Yardstick(_LEVEL, as_measured),
     "noise level in dB": Yardstick(_LEVEL, as_measured_db),
-    "as fine as": Yardstick(
-        f"residuals: at most {RMS_FACTOR:g} times the noise (assumed)",
-        lambda value: (0.0, RMS_FACTOR * value),
-    ),
-    "overshoot": Yardstick(f"overshoot: from {OVERSHOOT:.0%} of a step (assumed)", _between(OVERSHOOT, math.inf)),
+    "as fine as": Yardstick(f"residuals: {RMS_FACTOR:g} × noise (assumed)", lambda value: (0.0, RMS_FACTOR * value)),
+    "overshoot": Yardstick(f"overshoot: from {OVERSHOOT:.0%} (assumed)", _between(OVERSHOOT, math.inf)),
     "all of them": Yardstick(f"{MOST:.0%} of people are all (assumed)", _between(MOST, 1.0)),
 }
 """By the names that the texts of claims use."""
-MORE_RULES = (
-    "a measured time: within its standard deviation",
-    "ends that words set are taken",
-)
+MORE_RULES = ("measured time: its standard deviation", "ends that words set")
 """Those of claims whose texts say what is accepted."""
 RULES = tuple(dict.fromkeys([*(yardstick.rule for yardstick in YARDSTICKS.values()), *MORE_RULES]))
 """Every rule once, for the page."""

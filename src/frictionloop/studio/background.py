@@ -1,17 +1,28 @@
-"""What a page needs only when it is open: loaded beside the session, as it takes longer than what opens the page."""
+"""What is done beside the session: what a page needs is loaded, its numbers counted, the map of the effect drawn."""
 
 from __future__ import annotations
 
+import asyncio
 import gc
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from frictionloop.live.session import Session
+from frictionloop.parameters import System
+from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.effect_pictures import map_of
+from frictionloop.studio.numbers import WINDOW_S, numbers_of
 
 MODULES = (
     "scipy.signal",
-    "frictionloop.loop.felt",
+    "frictionloop.loop.reference_runs",
     "frictionloop.studio.effect_feasibility",
     "frictionloop.studio.uploads",
 )
@@ -53,3 +64,71 @@ def started() -> None:
     if not gc.isenabled():
         gc.freeze()
         gc.enable()
+
+
+SETTLES_S = 0.5
+"""Time in which the first page shows its first picture before anything is counted, or loaded for it (assumed)."""
+
+
+class Counting:
+    """Counts when asked to, unless it does so already."""
+
+    def __init__(self, session: Session, tell: Callable[[dict[str, Any]], None]) -> None:
+        self._session, self._tell = session, tell
+        self._task: asyncio.Task[None] | None = None
+        self._asked_s = math.inf
+
+    def renew(self, now_s: float) -> None:
+        """Count what there is now; nothing for `SETTLES_S` after it was asked first."""
+        self._asked_s = min(self._asked_s, now_s)
+        if now_s - self._asked_s < SETTLES_S or (self._task is not None and not self._task.done()):
+            return
+        if self._task is not None:
+            self._task.result()
+        self._task = asyncio.get_running_loop().create_task(self._count())
+
+    async def _count(self) -> None:
+        engine = self._session.engine
+        rows, touches = self._session.last(WINDOW_S), engine.system.touch.load.touch_n
+        self._tell({"type": "numbers"} | await asyncio.to_thread(_numbers, rows, engine.rate_hz, touches))
+
+
+def _numbers(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, float | None]:
+    load()
+    return numbers_of(rows, rate_hz, touches_n)
+
+
+class Drawing:
+    """Keeps the map of a session's effect; while one is drawn, only the newest of those that come waits."""
+
+    def __init__(self, session: Session, tell: Callable[[bytes], None]) -> None:
+        self._session, self._tell = session, tell
+        self._of: Any = None
+        self._map = b""
+        self._task: asyncio.Task[bytes] | None = None
+
+    def renew(self) -> None:
+        """Draw what lies on the plate now, unless it is drawn already or being drawn."""
+        if self._of != _seen(self._session.engine.system) and (self._task is None or self._task.done()):
+            self._task = asyncio.get_running_loop().create_task(self._draw())
+
+    async def drawn(self) -> bytes:
+        """Return the map of what lies on the plate."""
+        self.renew()
+        if self._task is not None and not self._task.done():
+            await asyncio.shield(self._task)
+        return self._map
+
+    async def _draw(self) -> bytes:
+        while self._of != (wanted := _seen(system := self._session.engine.system)):
+            found = await asyncio.to_thread(map_of, system)
+            self._of, self._map = wanted, found
+            if wanted == _seen(self._session.engine.system):
+                self._tell(found)
+        return self._map
+
+
+def _seen(system: System) -> tuple[Any, float]:
+    """Return what decides on the map; the line of the stroke does not."""
+    source = system.setpoint
+    return source.effect if isinstance(source, EffectSource) else None, system.touch.load.length_mm

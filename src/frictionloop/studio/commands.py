@@ -1,64 +1,190 @@
-"""What a page can ask for, by name; every command is checked here, and none reaches the file system."""
+"""What a page can ask for, by name, and how another System is put in force; every value is checked.
+
+None reaches the file system. A loop that has to be compiled is compiled beside the session, and put in force when it is
+ready.
+"""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
-from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.asked import flag, number
-from frictionloop.studio.changes import CHANGES
-from frictionloop.studio.guest import Guest
+from frictionloop.parameters import System
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.physics.fingers import fingers
+from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.studio.connections import Guest
+from frictionloop.studio.crowd import POPULATION_SEED
+from frictionloop.studio.effect_pictures import effects
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
+
+
+def number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
+    """Return a number within its limits."""
+    value = asked.get(name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
+        raise must_be(name, value, f"{low:g} to {high:g}")
+    return float(value)
+
+
+def flag(asked: dict[str, Any], name: str) -> bool:
+    """Return yes or no."""
+    if not isinstance(value := asked.get(name), bool):
+        raise must_be(name, value, "true or false")
+    return value
+
+
+class Preset(NamedTuple):
+    """What a button puts in force."""
+
+    name: str
+    told: str
+    values: dict[str, Any]
+
+
+LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
+PRESETS = (
+    Preset("Recommended law", "PI with notch and feed-forward.", LAW),
+    Preset("Paper's gains", "The printed gains: it rings.", {
+        "controller.kind": "pi", "controller.kp": 10.0, "controller.ki": 2.0}),
+    Preset("Gains that hold", "PI retuned for this bench.", {
+        "controller.kind": "pi", **RETUNED}),
+    Preset("Usual finger", "0.95 N, as the controller believes.", {
+        "friction.nominal_n": 0.95}),
+    Preset("Sticky finger", "1.3 N, the controller believes 0.95.", {
+        "friction.nominal_n": 1.3}),
+    Preset("Slippery finger", "0.35 N, little for most wishes.", {
+        "friction.nominal_n": 0.35}),
+    Preset("Weak plate", "Half of the paper's amplitude.", {
+        "plate.max_amplitude_um": 1.2}),
+    Preset("Full plate", "2.5 um, as the paper's plate.", {
+        "plate.max_amplitude_um": 2.5}),
+)  # fmt: skip
+BY_NAME = {each.name: each for each in PRESETS}
+
+
+SOON_S = 0.4
+"""A loop that is ready so soon is not spoken of."""
+WAITS = "Compiling, once."
+
+
+def is_ready(room: Room, system: System) -> bool:
+    """Tell whether the engine can take a System at once; one that compiles nothing always can."""
+    ready = getattr(room.session.engine, "ready", None)
+    return ready is None or bool(ready(system))
+
+
+async def put_when_ready(room: Room, make: Callable[[System], System], put: Callable[[System], None]) -> None:
+    """Let the engine compile what a System needs, and put in force what ``make`` then makes of the System there is.
+
+    Pages are told that it takes its time, and why it cannot be if it cannot.
+    """
+    engine: Any = room.session.engine
+    try:
+        system = make(engine.system)
+        work = asyncio.ensure_future(asyncio.to_thread(engine.prepare, system))
+        done, _ = await asyncio.wait({work}, timeout=SOON_S)
+        if not done:
+            room.tell({"type": "said", "why": WAITS})
+        await work
+        put(make(engine.system))
+        room.tell_status()
+    except FrictionloopError as error:
+        room.tell({"type": "refused", "why": str(error)})
+    except Exception as error:  # what does not compile must not take the session with it
+        room.tell({"type": "refused", "why": f"{type(error).__name__}: {error}"})
+
+
+def change(room: Room, make: Callable[[System], System], remember: bool = True) -> None:
+    """Put a System in force, made of the one that is: at once, or when its loop has been compiled."""
+    system = make(room.session.engine.system)
+    if is_ready(room, system):
+        put(room, system, remember)
+    else:
+        room.later(put_when_ready(room, make, lambda made: put(room, made, remember)))
+
+
+def put(room: Room, system: System, remember: bool) -> None:
+    """Put a System in force, and tell every page; what was there can be had again by undo."""
+    before = room.session.engine.system
+    went_on = room.session.change(system)
+    if remember:
+        room.before.append(before)
+    room.redraw()
+    room.tell(system_message(system) | {"restarted": not went_on})
+
+
+def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    known = effects()
+    if not isinstance(name, str) or name not in known:
+        raise must_be("name", name, f"one of {', '.join(known)}")
+    change(room, lambda system: system.evolve({"setpoint.effect": known[name]}))
+
+
+def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    values = asked.get("values")
+    if not isinstance(values, dict) or not 0 < len(values) <= 64:
+        raise must_be("values", values, "1 to 64 values by name")
+    check_no_file(values)
+    change(room, lambda system: system.evolve(values))
+
+
+def check_no_file(values: Any) -> None:
+    """Refuse what would read a file: recordings, and effects by the name of one. Nothing else of a System is a path."""
+    for name, value in values.items() if isinstance(values, dict) else enumerate(values):
+        if str(name).rpartition(".")[2] == "path" or (isinstance(value, str) and set(value) & set("./\\")):
+            raise FrictionloopError(f"{name} = {value!r:.40}: must not be a file")
+        if isinstance(value, (dict, list)):
+            check_no_file(value)
+
+
+def _undo(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    if not room.before:
+        raise FrictionloopError("undo: nothing has been changed")
+    before = room.before.pop()
+    change(room, lambda _: before, remember=False)
+
+
+def _tour(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Remember what is in force before a tour, and put it in force again after it."""
+    if flag(asked, "on"):
+        room.before_tour = room.session.engine.system
+    elif (before := room.before_tour) is not None:
+        room.before_tour = None
+        change(room, lambda _: before)
+
+
+def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    name = asked.get("name")
+    if not isinstance(name, str) or name not in BY_NAME:
+        raise must_be("name", name, f"one of {', '.join(BY_NAME)}")
+    change(room, lambda system: system.evolve(BY_NAME[name].values))
+
+
+def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
+    """Another finger of the population: of number n, the same one each time."""
+    which = int(number(asked, "number", 0, 999))
+    person = fingers(which + 1, POPULATION_SEED)[which]
+    change(room, lambda system: system.evolve(person))
+
 
 FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 """Commands of every page; all others are the driving page's."""
 
 
 def obey(room: Room, guest: Guest, asked: Any) -> None:
-    """Do what a page asks for.
-
-    Raises
-    ------
-    FrictionloopError
-        For what is no command, another page's affair, or a value that does not fit.
-    """
+    """Do what a page asks for."""
     name = asked.get("do") if isinstance(asked, dict) else None
     if not isinstance(name, str) or name not in COMMANDS:
-        raise FrictionloopError(f"do = {name!r:.40}: must be one of {', '.join(COMMANDS)}")
+        raise must_be("do", name, f"one of {', '.join(COMMANDS)}")
     if name not in FREE and guest is not room.driver:
         raise FrictionloopError(f"{name}: another page drives")
     COMMANDS[name](room, guest, asked)
     if name != "here":
         room.tell_status()
-
-
-def _stop(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.stop()
-
-
-def _go(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.go()
-
-
-def _here(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    """Nothing but that the page is there, which the room takes note of with every message."""
-
-
-def _arm(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.arm(asked.get("state", "closed"))
-
-
-def _clear(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.clear()
-
-
-def _take(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.take(guest)
-
-
-def _lift(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    room.session.lift()
 
 
 def _ghost(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -83,24 +209,28 @@ def _crowd(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
 
 def _reach(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     guest.ahead = flag(asked, "on")
-    if guest.ahead and room.reach.told is not None:
-        guest.put(room.reach.told)
+    if guest.ahead and room.effect_watch.told is not None:
+        guest.put(room.effect_watch.told)
 
 
-Command = Callable[[Room, Guest, dict[str, Any]], None]
-COMMANDS: dict[str, Command] = {
-    "stop": _stop,
-    "go": _go,
-    "here": _here,
-    "arm": _arm,
-    "clear": _clear,
-    "take": _take,
-    "lift": _lift,
+COMMANDS: dict[str, Callable[[Room, Guest, dict[str, Any]], None]] = {
+    "stop": lambda room, guest, asked: room.session.stop(),
+    "go": lambda room, guest, asked: room.session.go(),
+    "here": lambda room, guest, asked: None,
+    "arm": lambda room, guest, asked: room.session.arm(asked.get("state", "closed")),
+    "clear": lambda room, guest, asked: room.session.clear(),
+    "take": lambda room, guest, asked: room.take(guest),
+    "lift": lambda room, guest, asked: room.session.lift(),
     "ghost": _ghost,
     "ghost_speed": _ghost_speed,
     "load": _load,
     "sound": _sound,
     "crowd": _crowd,
     "reach": _reach,
-    **CHANGES,
+    "effect": _effect,
+    "set": _set,
+    "undo": _undo,
+    "tour": _tour,
+    "preset": _preset,
+    "finger": _finger,
 }

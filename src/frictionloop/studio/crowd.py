@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.device.live_crowd import CROWD, Crowd
-from frictionloop.device.live_session import Block, Session
+from frictionloop.live.engines import CROWD, Crowd
+from frictionloop.live.session import Block, Session
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
@@ -25,13 +25,7 @@ _ASKED, _OPEN, _CLOSED, _BEYOND = range(len(CROWD))
 
 
 class Twelve:
-    """The first twelve fingers of the population under the stroke of a session.
-
-    Parameters
-    ----------
-    session : Session
-        Whose stroke it is.
-    """
+    """The first twelve fingers of the population under the stroke of a session."""
 
     def __init__(self, session: Session) -> None:
         self._session, self._people = session, fingers(PEOPLE, POPULATION_SEED)

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from frictionloop.loop.felt import weighted
+from frictionloop.loop.reference_runs import weighted
 from frictionloop.parameters import Strokes, System
+from frictionloop.physics.reach import Reach
 from frictionloop.preview.effect_preview import Preview, preview
 from frictionloop.preview.measures import FELT_S
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
-from frictionloop.studio.plate import HEIGHT_MM, asked, depends_on_y
-from frictionloop.studio.share import effect_name
+from frictionloop.studio.effect_pictures import HEIGHT_MM, depends_on_y, force_over
+from frictionloop.studio.panels import effect_name
 
 BEYOND, STEEP, WEAK = 1, 2, 4
 """Reasons, one bit each."""
@@ -43,7 +44,7 @@ def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any
     except FrictionloopError as error:
         return told | {"why": str(error)}
     except Exception as error:  # what looks ahead must not take the session with it, whatever it died of
-        return told | {"why": f"Looking ahead has failed: {type(error).__name__}: {error}"}
+        return told | {"why": f"{type(error).__name__}: {error}"}
 
 
 def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
@@ -66,11 +67,11 @@ def reasons_of(seen: Preview) -> dict[str, Any]:
     source, place = seen.system.setpoint, seen.place_mm
     assert isinstance(source, EffectSource)
     rows_mm, step_mm = _rows(source), float(place[1] - place[0])
-    force = asked(source, place, rows_mm)
+    force = force_over(source, place, rows_mm)
     known = np.isfinite(seen.low_n) & np.isfinite(seen.high_n)
-    beyond = known & ((force < seen.low_n - SLACK_N) | (force > seen.high_n + SLACK_N))
+    beyond = known & Reach(seen.low_n, seen.high_n).beyond(force, SLACK_N)
     fine = np.linspace(place[0] - 0.5 * step_mm, place[-1] + 0.5 * step_mm, FINE * place.size + 1)
-    along = asked(source, fine, rows_mm)
+    along = force_over(source, fine, rows_mm)
     slope = np.abs(np.diff(along, axis=1)) / (fine[1] - fine[0])
     steep = slope.reshape(*force.shape, FINE).max(axis=2) > seen.skin_n_mm
     around = round(AROUND_MM / step_mm)

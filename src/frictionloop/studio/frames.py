@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.device.live_session import Block
-from frictionloop.quantities import FrictionloopError
+from frictionloop.live.session import Block
+from frictionloop.quantities import FrictionloopError, must_be
 
 FRAME, MAP, CROWD_FRAME = 1, 2, 3
 HEAD = struct.Struct("<IIddfHH")
@@ -50,13 +50,7 @@ def frame_of(block: Block, number: int, rate_hz: float, every: int) -> Frame:
 
 
 def unpack(data: bytes) -> Frame:
-    """Return the frame that bytes hold.
-
-    Raises
-    ------
-    FrictionloopError
-        For bytes that are no frame.
-    """
+    """Return the frame that bytes hold."""
     if len(data) < HEAD.size or data[0] != FRAME:
         raise FrictionloopError(f"frame: {len(data)} bytes that are no frame")
     _, number, time_s, reached_ms, spacing_s, rows, channels = HEAD.unpack_from(data)
@@ -76,16 +70,10 @@ def pack_map(force_n: np.ndarray, left: float, right: float, bottom: float, top:
 
 
 def events_in(data: bytes) -> np.ndarray:
-    """Return the pointer events of a message, shape (events, 4); load is NaN where the pointer has none.
-
-    Raises
-    ------
-    FrictionloopError
-        For another length, too many events, or a number that is not finite.
-    """
+    """Return the pointer events of a message, shape (events, 4); load is NaN where the pointer has none."""
     if not data or len(data) % (8 * EVENT) or len(data) > 8 * EVENT * MOST_EVENTS:
-        raise FrictionloopError(f"pointer: {len(data)} bytes; must be 1 to {MOST_EVENTS} events")
+        raise must_be("pointer", len(data), f"1 to {MOST_EVENTS} events of {8 * EVENT}", "bytes")
     events = np.frombuffer(data, "<f8").reshape(-1, EVENT)
     if not np.isfinite(events[:, :3]).all() or (events[:, 3] < 0).any() or (events[:, 3] > 20.0).any():
-        raise FrictionloopError("pointer: must be finite, load_n 0 to 20")
+        raise must_be("pointer", events.tolist(), "finite, load_n 0 to 20")
     return events

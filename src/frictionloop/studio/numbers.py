@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from frictionloop.device.live_engine import CHANNELS
+from frictionloop.live.engines import CHANNELS
+from frictionloop.physics.reach import Reach
 from frictionloop.rendering.effect import TURNS_MM_S
 
 WINDOW_S = 2.0
@@ -46,11 +47,11 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     if sliding.sum() < LEAST_S * rate_hz:
         return {}
     asked = rows[_ROW["asked_n"]].astype(float)
-    beyond = (asked < rows[_ROW["floor_n"]]) | (asked > rows[_ROW["limit_n"]])
+    beyond = Reach(rows[_ROW["floor_n"]], rows[_ROW["limit_n"]]).beyond(asked)
     told: dict[str, float | None] = {
         "saturated": float(np.mean(rows[_ROW["saturated"], sliding])),
         "beyond": float(np.mean(beyond[sliding])),
-        "swings": _swings(rows[:, sliding]),
+        "swings": _at_both_limits(rows[:, sliding]),
     }
     for name in ("open", "closed"):
         force = _force(rows, name)
@@ -77,7 +78,7 @@ def _force(rows: np.ndarray, name: str) -> np.ndarray:
     return np.where(np.isfinite(force), force, np.where(runs, rows[_ROW["measured_n"]], np.nan))
 
 
-def _swings(rows: np.ndarray) -> float:
+def _at_both_limits(rows: np.ndarray) -> float:
     """Return the share of ticks at the limit of most or of least vibration, whichever is less."""
     limited, strong = rows[_ROW["saturated"]] > 0, rows[_ROW["closed_um"]]
     high = strong > 0.5 * np.max(strong, initial=0.0, where=np.isfinite(strong))
@@ -92,7 +93,7 @@ def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> tuple[flo
     # Only here: all of it takes as long to load as what opens the page (`studio.background`).
     from scipy.signal import butter, sosfilt
 
-    from frictionloop.loop.felt import weighted
+    from frictionloop.loop.reference_runs import weighted
     from frictionloop.perception.weighting import RATES_HZ
 
     if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:

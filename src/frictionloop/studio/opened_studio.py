@@ -12,17 +12,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from frictionloop.findings import Result
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import must_be, replacing
-from frictionloop.quantities.extra import all_needed, needed
+from frictionloop.quantities.extra import needed
 
 if TYPE_CHECKING:
-    from frictionloop.device.live_session import Session
     from frictionloop.experiments.protocol import Protocol
+    from frictionloop.live.session import Session
     from frictionloop.studio.experiment.desk import Desk
-    from frictionloop.studio.experiment.serving import Addresses
+    from frictionloop.studio.experiment.server import Addresses
 
 PORT = 8026
-SIMULATED = {"sim": ("cffi",), "emulated": ("elftools", "unicorn", "intelhex")}
-"""Modules that an address takes beside those of the line."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +90,7 @@ def on_plate(system: System, effect: str | None) -> System:
     """Return a system with an effect of the library or of a file as its set-point; None leaves it."""
     if effect is None:
         return system
-    from frictionloop.rendering.files import find
+    from frictionloop.rendering.effect_toml import find
 
     return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
 
@@ -108,11 +106,10 @@ def _serve(
 ) -> None:
     import uvicorn
 
-    from frictionloop.studio.listening import listening
+    from frictionloop.studio.connections import LOOPBACK, Doors, listening, open_to_network
+    from frictionloop.studio.panels import effect_name
     from frictionloop.studio.room import Room
-    from frictionloop.studio.safe import LOOPBACK, Doors, open_to_network
     from frictionloop.studio.server import studio_app
-    from frictionloop.studio.share import effect_name
 
     doors = Doors() if host in LOOPBACK else open_to_network()
     recorded = [] if replay is None else [_read(Path(replay))]
@@ -131,7 +128,7 @@ def _serve(
         # Not deflated: numbers in binary hardly shrink, and each frame would wait for it.
         config = uvicorn.Config(
             studio_app(room, doors), log_level="warning", ws="websockets-sansio", ws_max_size=64 * 1024,
-            ws_per_message_deflate=False, loop="frictionloop.studio.listening:prompt_loop",
+            ws_per_message_deflate=False, loop="frictionloop.studio.connections:prompt_loop",
         )  # fmt: skip
         uvicorn.Server(config).run(sockets=[bound])
 
@@ -140,17 +137,16 @@ def _serve(
 def _session(system: System, seed: int, device: str | None) -> Iterator[Session]:
     """Yield the session, whose device is switched off at its end."""
     if device is None:
-        from frictionloop.device.live_engine import TwinEngine
-        from frictionloop.device.live_session import Session
+        from frictionloop.live.engines import TwinEngine
+        from frictionloop.live.session import Session
 
         yield Session(TwinEngine(system, seed))
         return
-    all_needed("cobs", "fastcrc", *SIMULATED.get(device.partition(":")[0], ()))
-    from frictionloop.device.device import connect
-    from frictionloop.device.device_session import DeviceSession
-    from frictionloop.device.live_device import DeviceEngine
+    from frictionloop.device import opened
+    from frictionloop.live.device_engine import DeviceEngine
+    from frictionloop.live.device_session import DeviceSession
 
-    with connect(device, system, seed) as found:
+    with opened(device, system, seed) as found:
         yield DeviceSession(DeviceEngine(found, system))
 
 
@@ -183,7 +179,7 @@ def desk(
     needed("starlette", "starlette", "studio")
     from frictionloop.experiments.running import source_of
     from frictionloop.studio.experiment.desk import Desk
-    from frictionloop.studio.experiment.serving import served
+    from frictionloop.studio.experiment.server import served
 
     found = Desk(protocol, participant, source_of(address))
     with served(found, host, port) as addresses:
@@ -229,8 +225,7 @@ def export(
     FrictionloopError
         For a file that is no run, or a page that cannot be written.
     """
-    from frictionloop.studio.replay import played
-    from frictionloop.studio.static_page import page_of, stroked
+    from frictionloop.studio.replay import page_of, played, stroked
 
     found = [_read(Path(run)) for run in runs]
     if not found:

@@ -1,26 +1,29 @@
-"""Recorded runs as a page plays them: the channels of the scope, the map of the effect, and the numbers beside."""
+"""Recorded runs as a page plays them: channels, map and numbers; and one page that plays them without a server."""
 
 from __future__ import annotations
 
 import base64
 import gzip
+import json
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_record import BESIDE, RUN
+from frictionloop.live.engines import CHANNELS, TwinEngine
+from frictionloop.live.session import BESIDE, RUN, Session, recorded
 from frictionloop.loop.record import load, system_of
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
+from frictionloop.studio.effect_pictures import HEIGHT_MM, map_of
 from frictionloop.studio.numbers import WINDOW_S, numbers_of
-from frictionloop.studio.plate import HEIGHT_MM, map_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 LONGEST_S = 60.0
 """What of a run is played at most, from its beginning."""
@@ -34,20 +37,7 @@ LEVEL = 9
 
 
 def read_run(path: str | os.PathLike[str], name: str = "") -> dict[str, Any]:
-    """Return what a page plays of a recorded run.
-
-    Parameters
-    ----------
-    path : path
-        A run as ``fl.save`` writes it.
-    name : str
-        What the page calls it; the name of the file by default.
-
-    Raises
-    ------
-    FrictionloopError
-        For a file that is no run, or a run without samples.
-    """
+    """Return what a page plays of a recorded run."""
     run = load(path, until_s=LONGEST_S)
     try:
         return played(run, name or Path(path).name)
@@ -141,3 +131,71 @@ def _numbers(rows: np.ndarray, rate_hz: float, system: System | None) -> list[di
     touches, step, back = system.touch.load.touch_n, round(NUMBERS_S * rate_hz), round(WINDOW_S * rate_hz)
     ends = range(step, rows.shape[1] + 1, step)
     return [numbers_of(rows[:, max(end - back, 0) : end], rate_hz, touches) for end in ends]
+
+
+STEP_S = 0.02
+STATIC = Path(__file__).parent / "static"
+_NEEDED = re.compile(r"""^import [^"']*?from "\./([\w./-]+\.js)";$""", re.MULTILINE)
+_LINKED = re.compile(r'^<link rel="stylesheet" href="/static/([\w./-]+)">\n', re.MULTILINE)
+_STARTS = '<script type="module" src="/static/replay.js"></script>'
+_THEME = '<script src="/static/theme.js"></script>'
+_ICON = '<link rel="icon" href="/static/icon.svg">'
+
+
+def page_of(runs: list[dict[str, Any]], title: str = "frictionloop: recorded runs") -> str:
+    """Return a page that plays runs, as HTML in one piece.
+
+    Modules keep their text: an import map names each by an address that holds it.
+    """
+    page = (STATIC / "replay.html").read_text()
+    for name in _LINKED.findall(page):
+        page = page.replace(f'<link rel="stylesheet" href="/static/{name}">', f"<style>{_style(name)}</style>")
+    page = page.replace(
+        _ICON, f'<link rel="icon" href="{_address("image/svg+xml", (STATIC / "icon.svg").read_text())}">'
+    )
+    page = page.replace("<title>frictionloop replay</title>", f"<title>{_escaped(title)}</title>")
+    page = page.replace(_THEME, f"<script>{(STATIC / 'theme.js').read_text()}</script>")
+    data = json.dumps(runs, allow_nan=False).replace("<", "\\u003c")
+    modules = {name: _address("text/javascript", _bare(name)) for name in needed_by("replay.js")}
+    head = f'<script type="importmap">{json.dumps({"imports": modules})}</script>'
+    main = (
+        f'<script type="application/json" id="runs">{data}</script>\n<script type="module">import "replay.js";</script>'
+    )
+    return page.replace(_STARTS, f"{head}\n{main}")
+
+
+def stroked(system: System, seed: int = 0, seconds: float = 10.0) -> xr.Dataset:
+    """Return what the ghost finger of a studio does on a System, open and closed loop side by side, as a run."""
+    session = Session(TwinEngine(system, seed))
+    session.step(0.0)
+    for block in range(round(seconds / STEP_S)):
+        session.step((block + 1) * STEP_S)
+    return recorded(session, seconds)
+
+
+def needed_by(name: str) -> list[str]:
+    """Return a module and all that it imports, each once, by their places in the folder of the page's files."""
+    found, waiting = [], [name]
+    while waiting:
+        each = waiting.pop()
+        if each not in found:
+            found.append(each)
+            waiting += _NEEDED.findall((STATIC / each).read_text())
+    return found
+
+
+def _bare(name: str) -> str:
+    """Return a module whose imports are looked up in the import map."""
+    return _NEEDED.sub(lambda found: found[0].replace('"./', '"'), (STATIC / name).read_text())
+
+
+def _style(name: str) -> str:
+    return (STATIC / name).read_text().replace("</", "<\\/")
+
+
+def _address(kind: str, text: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(text.encode()).decode()}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

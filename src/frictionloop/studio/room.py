@@ -10,17 +10,16 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
-from frictionloop.device.live_session import SPARSE, Block, Session
+from frictionloop.live.session import SPARSE, Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.counting import Counting
+from frictionloop.studio.background import Counting, Drawing
+from frictionloop.studio.connections import Guest
 from frictionloop.studio.crowd import Twelve
-from frictionloop.studio.drawing import Drawing
+from frictionloop.studio.effect_pictures import read_along
+from frictionloop.studio.effect_watch import EffectWatch
 from frictionloop.studio.frames import events_in, frame_of, pack
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.plate import read_along
-from frictionloop.studio.reach import Reach
-from frictionloop.studio.share import system_message
+from frictionloop.studio.panels import system_message
 
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""
@@ -31,18 +30,10 @@ UNDONE = 100
 
 
 class Room:
-    """The session and its guests.
-
-    Parameters
-    ----------
-    session : Session
-        What runs.
-    clock : callable
-        Seconds that only grow.
-    """
+    """The session and its guests."""
 
     def __init__(self, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
-        self.session, self.clock, self.twelve, self.reach = session, clock, Twelve(session), Reach(session)
+        self.session, self.clock, self.twelve, self.effect_watch = session, clock, Twelve(session), EffectWatch(session)
         self.drawing, self.counting = Drawing(session, self.tell), Counting(session, self.tell)
         self.guests: list[Guest] = []
         self.driver: Guest | None = None
@@ -171,7 +162,7 @@ class Room:
             self.counting.renew(now_s)
         if self._looking:
             self.tell_onlookers(self.twelve.told())
-        if any(guest.ahead for guest in self.guests) and (told := self.reach.follow(now_s)) is not None:
+        if any(guest.ahead for guest in self.guests) and (told := self.effect_watch.follow(now_s)) is not None:
             for guest in self.guests:
                 if guest.ahead:
                     guest.put(told)

@@ -15,23 +15,17 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from frictionloop.device.live_engine import CHANNELS
-from frictionloop.device.live_record import recorded
+from frictionloop.live.engines import CHANNELS
+from frictionloop.live.session import recorded
 from frictionloop.loop.record import save
 from frictionloop.parameters.written import to_toml
 from frictionloop.studio import background
-from frictionloop.studio.commands import obey
-from frictionloop.studio.filing import file_answer
-from frictionloop.studio.gallery import gallery
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.opening import Answer, opener, runs_answer
-from frictionloop.studio.plate import HEIGHT_MM, PAINT_MM, PAINT_MOST_N
-from frictionloop.studio.presets import PRESETS
+from frictionloop.studio.commands import PRESETS, obey
+from frictionloop.studio.connections import HEADERS, Doors, Guest, file_answer, talk
+from frictionloop.studio.effect_pictures import HEIGHT_MM, PAINT_MM, PAINT_MOST_N, gallery
+from frictionloop.studio.page_files import Answer, effect_in, file_in, runs_answer, taking
+from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room
-from frictionloop.studio.safe import HEADERS, Doors
-from frictionloop.studio.share import system_message
-from frictionloop.studio.taking_in import taken_in
-from frictionloop.studio.talking import talk
 
 STATIC = Path(__file__).parent / "static"
 FILES = {path.relative_to(STATIC).as_posix(): path for path in sorted(STATIC.rglob("*")) if path.is_file()}
@@ -42,15 +36,7 @@ MOST_TEXT = 20_000
 
 
 def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
-    """Return the application that serves a room.
-
-    Parameters
-    ----------
-    room : Room
-        Session and guests.
-    doors : Doors
-        Who may come in; this machine alone by default.
-    """
+    """Return the application that serves a room."""
     doors = doors or Doors()
 
     def page(name: str) -> Answer:
@@ -95,17 +81,18 @@ def studio_app(room: Room, doors: Doors | None = None) -> Starlette:
         await asyncio.to_thread(background.load)
         return save_answer(room, request.path_params["name"])
 
-    reading = asyncio.Lock()
+    def driving(answer: Answer) -> Answer:
+        async def gated(request: Request) -> Response:
+            return await answer(request) if doors.role(request) == "drive" else refused()
 
-    async def effect(request: Request) -> Response:
-        return await taken_in(room, request, reading) if doors.role(request) == "drive" else refused()
+        return gated
 
     routes = [
         Route("/", page("index.html")),
         Route("/replay", page("replay.html")),
         Route("/runs.json", runs),
-        Route("/open", opener(room, lambda request: doors.role(request) == "drive", refused), methods=["POST"]),
-        Route("/effect", effect, methods=["POST"]),
+        Route("/open", driving(taking(room, "file", file_in)), methods=["POST"]),
+        Route("/effect", driving(taking(room, "effect", effect_in)), methods=["POST"]),
         Route("/save/{name}", saved),
         Route("/static/{name:path}", file),
         WebSocketRoute("/live", socket),

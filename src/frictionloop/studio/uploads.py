@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-import tempfile
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,11 +14,12 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_summary import summary
 from frictionloop.rendering.images import read_image
-from frictionloop.rendering.sounds import read_texture, read_wave
+from frictionloop.rendering.library import summary
+from frictionloop.rendering.recorded import read_texture, read_wave
 from frictionloop.rendering.tables import MOST_CELLS, Map
-from frictionloop.studio.plate import PAINT_MM, PAINT_MOST_N
+from frictionloop.studio.connections import as_file
+from frictionloop.studio.effect_pictures import PAINT_MM, PAINT_MOST_N
 
 MOST_BYTES = 4 * 1024 * 1024
 """Length of what a page may bring (assumed: a picture of the pixels below, or 20 s of sound)."""
@@ -52,16 +51,11 @@ def brought(kind: str, content: bytes, asked: Mapping[str, str]) -> Brought:
         Of a picture ``mm_per_pixel``, ``polarity``, ``low_n`` and ``high_n``; of a recording ``scale_n``, ``offset_n``,
         whether it is played over ``place`` or over ``time`` (``over``), and for the first ``speed_mm_s``; of a painting
         ``columns`` and ``rows``.
-
-    Raises
-    ------
-    FrictionloopError
-        For another kind, what is too large or cannot be read, and for a number that is missing or does not fit.
     """
     if kind not in _READERS:
         raise must_be("kind", kind[:40], ", ".join(_READERS))
     if len(content) > MOST_BYTES:
-        raise FrictionloopError(f"file: {len(content)} bytes; at most {MOST_BYTES}")
+        raise must_be("file", len(content), f"at most {MOST_BYTES}", "bytes")
     return _READERS[kind](content, asked)
 
 
@@ -69,9 +63,9 @@ def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> flo
     try:
         value = float(asked[name])
     except (KeyError, ValueError):
-        raise FrictionloopError(f"{name} is missing: {low:g} to {high:g}") from None
+        raise must_be(name, asked.get(name), f"{low:g} to {high:g}") from None
     if not low <= value <= high:
-        raise FrictionloopError(f"{name} = {value:g}: must be from {low:g} to {high:g}")
+        raise must_be(name, value, f"from {low:g} to {high:g}")
     return value
 
 
@@ -82,36 +76,31 @@ def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
         raise must_be("polarity", polarity[:20], "'bright' or 'dark'")
     low, high = (_number(asked, name, 0.0, 5.0) for name in ("low_n", "high_n"))
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
-    with tempfile.TemporaryDirectory() as folder:
-        path, told = Path(folder) / "picture.png", ""
-        try:
-            with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
-                width, height = image.size
-                if width * height > MOST_PIXELS:
-                    raise FrictionloopError(f"picture: {width} x {height} pixels; at most {MOST_PIXELS}")
-                coloured = image.mode in ("RGB", "RGBA", "P", "LA", "PA")
-                if coloured:
-                    _grey(image).save(path)
-                    told = ", colours in grey"
-        except FrictionloopError:
-            raise
-        except Exception:  # on a damaged picture the library raises anything
-            raise FrictionloopError("picture: is no PNG") from None
-        if not coloured:
-            path.write_bytes(content)
-        try:
-            made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
-        except FrictionloopError as error:
-            raise FrictionloopError(str(error).replace(str(path), "picture")) from None
+    grey, told = content, ""
+    try:
+        with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
+            width, height = image.size
+            if width * height > MOST_PIXELS:
+                raise must_be("picture", f"{width} x {height} pixels", f"at most {MOST_PIXELS}")
+            if image.mode in ("RGB", "RGBA", "P", "LA", "PA"):
+                grey, told = _grey(image), ", colours in grey"
+    except FrictionloopError:
+        raise
+    except Exception:  # on a damaged picture the library raises anything
+        raise FrictionloopError("picture: is no PNG") from None
+    with as_file(grey, "picture.png", "picture") as path:
+        made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
     return Brought(made.map, summary(made.map) + told)
 
 
-def _grey(image: Any) -> Any:
-    """Return a picture in grey, on white where it is transparent."""
+def _grey(image: Any) -> bytes:
+    """Return a picture in grey, on white where it is transparent, as PNG."""
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
     full = image.convert("RGBA")
     ground = image_module.new("RGBA", full.size, "white")
-    return image_module.alpha_composite(ground, full).convert("L")
+    saved = io.BytesIO()
+    image_module.alpha_composite(ground, full).convert("L").save(saved, "PNG")
+    return saved.getvalue()
 
 
 def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
@@ -124,17 +113,12 @@ def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
         raise must_be("over", over[:20], "'place' or 'time'")
     per_s = _number(asked, "speed_mm_s", 1.0, 1000.0) / PITCH_MM if over == "place" else WAVE_HZ
     _check_length(content, per_s)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "recording.wav"
-        path.write_bytes(content)
-        try:
-            recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
-            if over == "time":
-                wave = read_wave(recording, per_s).model_copy(update={"loops": True})
-                return Brought(wave, summary(wave))
-            effect = read_texture(recording, per_s * PITCH_MM, PITCH_MM)
-        except FrictionloopError as error:
-            raise FrictionloopError(str(error).replace(str(path), "recording")) from None
+    with as_file(content, "recording.wav", "recording") as path:
+        recording = Recording(path=str(path), column="0", scale=scale, offset_n=offset, remove_mean=True)
+        if over == "time":
+            wave = read_wave(recording, per_s).model_copy(update={"loops": True})
+            return Brought(wave, summary(wave))
+        effect = read_texture(recording, per_s * PITCH_MM, PITCH_MM)
     return Brought(effect, summary(effect))
 
 
@@ -148,13 +132,13 @@ def _check_length(content: bytes, per_s: float) -> None:
     except Exception:  # on a damaged file the library raises anything
         raise FrictionloopError("recording: is no WAV") from None
     if length_s > (most_s := MOST_CELLS / per_s):
-        raise FrictionloopError(f"recording: {length_s:.4g} s; at most {most_s:.3g} s")
+        raise must_be("recording: length", length_s, f"at most {most_s:.3g} s", "s")
 
 
 def _painting(content: bytes, asked: Mapping[str, str]) -> Brought:
     columns, rows = (int(_number(asked, name, 2, 2000)) for name in ("columns", "rows"))
     if len(content) != columns * rows:
-        raise FrictionloopError(f"painting: {len(content)} bytes for {columns} x {rows} places")
+        raise must_be("painting", len(content), f"{columns * rows}, columns x rows", "bytes")
     force = np.round(PAINT_MOST_N / 255 * np.frombuffer(content, np.uint8).reshape(rows, columns), 4)
     start = [-0.5 * PAINT_MM * (count - 1) for count in (columns, rows)]
     try:

@@ -16,7 +16,8 @@ from frictionloop.cli import main
 
 @pytest.fixture(autouse=True, scope="session")
 def _designed_once():
-    """The notch of a bench takes seconds to find: what README.md and the tests of the command design is one."""
+    """The notch of a bench takes seconds to find, a check one: what README.md and the tests design and check is one."""
+    from frictionloop import design
     from frictionloop.design import controller_design, synthesis
 
     really = synthesis.synthesised
@@ -25,7 +26,16 @@ def _designed_once():
     def synthesised(system, law, asked):
         return (known if law == "notch_pi" else really)(system, law, asked)
 
+    checked, checks = design.check, {}
+
+    def check(system, requirements=None, people=None, *, given=()):
+        key = repr((system, requirements, people, sorted(given)))
+        if key not in checks:
+            checks[key] = checked(system, requirements, people, given=given)
+        return checks[key]
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(design, "check", check)
         for room in (synthesis, controller_design):
             patch.setattr(room, "synthesised", synthesised)
         yield

@@ -13,8 +13,8 @@ import frictionloop as fl
 from frictionloop.cli import screen
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import run
+from frictionloop.design.comparison.margins import MARGINS
 from frictionloop.design.comparison.run import about_s
-from frictionloop.design.comparison.table import MARGINS
 
 WORDS = (
     "compare",
@@ -128,7 +128,7 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
     ("words", "said"),
     [
         (("--laws", "retunedpi"), "error: laws: 'retunedpi' is unknown; did you mean retuned_pi"),
-        (("--seed", "3"), "error: seed = 3: must be any but that of the fingers laws are tuned on"),
+        (("--seed", "3"), "error: seed = 3: must be another than for tuning"),
         (("--speeds", "fast"), "error: speeds = 'fast': must be numbers"),
         (("--speeds", "0"), "error: speeds = 0 mm/s: must be from 2 to 500"),
         (("--speeds", "20,1.9"), "error: speeds = 1.9 mm/s: must be from 2 to 500"),
@@ -137,8 +137,8 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
         # Turning round takes 0.625 x 2 s of a stroke of 240 mm: 192 mm/s leave nothing of it.
         (("--speeds", "193", "--motion.reversal_s", "2"), "error: speeds = 193 mm/s: must be from 2 to 192"),
         (("--speeds", "20,20"), "error: speeds = [20.0, 20.0] mm/s: must be at least one"),
-        (("--duration-s", "1"), "error: duration_s = 1 s: must be longer than 1 s"),
-        (("--duration-s", "inf"), "error: duration_s = inf s: must be longer than 1 s"),
+        (("--duration-s", "1"), "error: duration_s = 1 s: must be above 1 s"),
+        (("--duration-s", "inf"), "error: duration_s = inf s: must be above 1 s"),
         (("--duration-s", "1.50001"), "error: duration_s = 1.50001 s: "),
         (("--fingers", "0"), "error: fingers = 0: must be a whole number"),
         (("--out", "nowhere/r.h5"), "error: --out = 'nowhere/r.h5': there is no folder"),
@@ -146,9 +146,9 @@ def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
         (("--plots", "nowhere/figures"), "error: --plots = 'nowhere/figures': must be a folder"),
         (("--resume",), "error: resume: needs --out"),
         (("--preset", "paper"), 'error: friction.kind = "gaussian": must be "finger"'),
-        (("--friction.nominal_n", "0.8"), "error: friction.nominal_n: the finger of a comparison sets it"),
-        (("--setpoint.kind", "sine"), "error: setpoint.kind: the protocol of a comparison sets it"),
-        (("--controller.kp", "1"), "error: controller.kp: the law of a comparison sets it"),
+        (("--friction.nominal_n", "0.8"), "error: friction.nominal_n: the finger sets it"),
+        (("--setpoint.kind", "sine"), "error: setpoint.kind: the protocol sets it"),
+        (("--controller.kp", "1"), "error: controller.kp: the law sets it"),
         (("missing.toml",), "error: missing.toml: cannot be read"),
     ],
     ids=str,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import frictionloop as fl
-from frictionloop.design.comparison.effects import arrived, effect_cells
+from frictionloop.design.comparison.effect_comparison import arrived, compare_effects
 from frictionloop.design.comparison.protocol import able, population
 
 R = fl.rendering
@@ -49,10 +49,10 @@ def test_a_cell_is_of_the_capable_fingers_each_on_its_own_device():
 
 def test_what_is_kept_is_not_run_again():
     kept, saved = {("lookup", "bump", 80.0): {"contrast": 7.0}}, []
-    found = effect_cells(
+    found = compare_effects(
         fl.bench(), ["bump"], ["lookup"], 6, speeds_mm_s=[80.0], kept=kept, save=lambda: saved.append(1)
     )
-    assert (found, saved) == ({("lookup", "bump", 80.0): {"contrast": 7.0}}, [])
+    assert (found.cells, saved) == ({("lookup", "bump", 80.0): {"contrast": 7.0}}, [])
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_what_is_kept_is_not_run_again():
         (("--effects", "gratin"), "effect: 'gratin' is unknown; did you mean grating"),
         (("--effects", "bump", "--out", "r.h5"), "out = r.h5: not with effects"),
         (("--effects", "bump", "--duration-s", "5"), "duration_s = 5.0: not with effects"),
-        (("--effects", "bump", "--seed", "3"), "must be any but that of the fingers laws are tuned on"),
+        (("--effects", "bump", "--seed", "3"), "must be another than for tuning"),
         (("--effects", "bump", "--speeds", "900"), "speeds = 900 mm/s: must be from 2 to 500"),
     ],
 )

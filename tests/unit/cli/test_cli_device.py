@@ -13,11 +13,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.stability import rings_if_linear
-from frictionloop.device import boards as simulated_boards
-from frictionloop.device import measured_run, serial_pipe, simulated_pipe
+from frictionloop.device import bench_boards, measured_run, transport
 from frictionloop.device.emulator.processor import _whole
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.values import fingerprint
+from frictionloop.firmware.words import fingerprint
 from frictionloop.quantities.schema import schema, table_hash
 
 LOOKUP = ("--controller.kind", "lookup")
@@ -56,11 +55,11 @@ def test_help_of_the_group_names_every_command(frictionloop):
 
 
 def test_ports_are_listed_by_the_address_that_others_take(frictionloop, monkeypatch):
-    monkeypatch.setattr(serial_pipe, "described_ports", lambda: [("serial:///dev/ttyUSB7", "an adapter")])
+    monkeypatch.setattr(transport, "described_ports", lambda: [("serial:///dev/ttyUSB7", "an adapter")])
     assert [port.address for port in fl.device.list_ports().ports] == ["serial:///dev/ttyUSB7", "sim:"]
     said = frictionloop("device", "list", "--json").json()
     assert said["ports"][0] == {"address": "serial:///dev/ttyUSB7", "what": "an adapter"}
-    monkeypatch.setattr(serial_pipe, "described_ports", list)
+    monkeypatch.setattr(transport, "described_ports", list)
     assert [port["address"] for port in frictionloop("device", "list", "--json").json()["ports"]] == ["sim:"]
 
 
@@ -119,18 +118,18 @@ def test_an_address_where_nothing_is(frictionloop, address, says):
     assert says in refused(frictionloop("device", "info", address))
 
 
-@pytest.mark.parametrize("address", ["COM9", "serial:///dev/no-such-port", "tcp://localhost:1"])
-def test_an_address_is_refused_before_what_drives_a_device_is_loaded(address):
-    script = f"""
+def test_an_address_is_refused_before_what_drives_a_device_is_loaded():
+    script = """
 import sys
 from frictionloop.cli.app import main
-try:
-    main(["device", "info", {address!r}])
-except SystemExit as end:
-    print(end.code, *sorted({{"scipy", "xarray", "numba"}} & set(sys.modules)))
+for address in ("COM9", "serial:///dev/no-such-port", "tcp://localhost:1"):
+    try:
+        main(["device", "info", address])
+    except SystemExit as end:
+        print(end.code, *sorted({"scipy", "xarray", "numba"} & set(sys.modules)))
 """
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert told.stdout == "2\n" and told.stderr.startswith("error: ")
+    assert told.stdout == "2\n" * 3 and told.stderr.count("error: ") == 3
 
 
 # ----------------------------------------------------------------------------------------------------------------- set
@@ -167,7 +166,7 @@ def test_a_whole_system_and_one_value_on_top(frictionloop, tmp_path):
             ["xyzzy=1"],
             "parameter 'xyzzy': unknown; there are law.*, lookup.*, overdrive.*, drive.*, ",
         ),
-        (["kp=3"], "parameter kp: unknown; did you mean controller.kp?"),
+        (["kp=3"], "parameter: 'kp' is unknown; did you mean controller.kp?"),
         (["drive.ceiling_um=200"], "drive.ceiling_um = 200 um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=nan"], "drive.ceiling_um = nan um: must be a number from 0 to 7.9 um"),
         (["drive.ceiling_um=high"], "drive.ceiling_um = 'high': must be a number from 0 to 7.9 um"),
@@ -286,10 +285,9 @@ HELD = {"controller.kp": 0.03, "controller.ki": 60.0}
 
 def test_a_low_ceiling_is_named_where_the_force_stays_high():
     low = fl.device.run("sim:", fl.bench().evolve(HELD | {"board.ceiling_um": 0.5}), 0.5)
-    (held,) = (each for each in low.findings if each.code == "CEILING-HELD")
+    (held,) = (each for each in low.findings if each.code == "AT-CEILING")
     assert (held.value, held.limit, low.at_ceiling) == (0.5, 2.5, pytest.approx(1.0))
     assert held.more["share"] == pytest.approx(100.0) and held.more["above"] > 20.0
-    assert fl.device.run("sim:", fl.bench().evolve(HELD), 0.5).findings == ()
 
 
 def test_ctrl_c_waits_until_the_emulator_has_returned():
@@ -326,7 +324,7 @@ def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
 @pytest.mark.parametrize("device_knows_f_a", [True, False])
 def test_a_loop_that_rings_is_found(monkeypatch, device_knows_f_a):
     if not device_knows_f_a:
-        monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
+        monkeypatch.setattr(bench_boards.BenchPipe, "felt", lambda *_: None)
     rings = fl.device.run("sim:", fl.bench(), 0.5)
     assert "LOOP-UNSTABLE" in [each.code for each in rings.findings] and rings.saturation_index > 0.5
     assert (rings.rms_error_n is None) != device_knows_f_a
@@ -368,7 +366,7 @@ def test_a_file_is_loaded_and_its_set_point_is_played(frictionloop, tmp_path):
 
 
 def test_a_device_that_knows_no_force_on_the_finger_is_drawn(frictionloop, monkeypatch, tmp_path):
-    monkeypatch.setattr(simulated_pipe.BenchPipe, "felt", lambda *_: None)
+    monkeypatch.setattr(bench_boards.BenchPipe, "felt", lambda *_: None)
     answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg")
     assert (answer.code, answer.err) == (0, "")
     assert "f_a" not in fl.load(tmp_path / "run.h5")
@@ -429,7 +427,7 @@ def kept(monkeypatch):
     def same_board(address, system=None, seed=0):
         if address not in boards:
             system = system or fl.bench()
-            boards[address] = simulated_pipe.BenchPipe(simulated_boards.Simulated(system), system, seed)
+            boards[address] = bench_boards.BenchPipe(bench_boards.Simulated(system), system, seed)
         return boards[address].opened
 
     for room in ("device", "transport"):
@@ -588,9 +586,9 @@ LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (record(0, bytes(64)) + ENDS, "is no image of a Teensy"),
-        (record(0x400, LOCKED_CHIP) + ENDS, "is no image of a Teensy"),
-        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no image of a Teensy"),
+        (record(0, bytes(64)) + ENDS, "is no Teensy image"),
+        (record(0x400, LOCKED_CHIP) + ENDS, "is no Teensy image"),
+        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no Teensy image"),
         (record(0x400, OPEN_CHIP), "cut off"),
         (TEENSY.replace("DEF9", "DEF8"), "no Intel hex (Record at line 2 has invalid checksum)"),
         ("not hex\n", "no Intel hex (Hex file contains invalid record at line 1)"),
@@ -608,13 +606,10 @@ def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, load
 def test_gains_that_ring_only_with_the_resonance_off_are_refused(frictionloop):
     # Stable as described, and not with the resonance lower: what a sensor does that is not quite as written down.
     pi = {"controller.kind": "pi", "controller.kp": 0.0}
-    found = next(
-        ki
-        for ki in np.geomspace(2000.0, 50.0, 200)
-        if rings_if_linear(fl.bench().evolve(pi | {"controller.ki": ki})).stable
-    )
-    lower = fl.bench().evolve(pi | {"controller.ki": found, "sensor.resonance_hz": 0.9 * 145.0})
-    assert not rings_if_linear(lower).stable
+    found = 160.0
+    near = fl.bench().evolve(pi | {"controller.ki": found})
+    assert rings_if_linear(near).stable
+    assert not rings_if_linear(near.evolve({"sensor.resonance_hz": 0.9 * 145.0})).stable
     fl.write_toml(fl.bench(), "mine.toml")
     arguments = ("controller.kind=pi", "controller.kp=0", f"controller.ki={found}", "--system", "mine.toml")
     said = refused(frictionloop("device", "set", "sim:", *arguments))

@@ -13,7 +13,7 @@ import frictionloop as fl
 from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, WORST_TICK, worst_tick
 from frictionloop.device.emulator import budget
 from frictionloop.device.emulator.trace import Spent
-from frictionloop.firmware import built_image, image
+from frictionloop.firmware import exported, image
 from frictionloop.firmware.image import BOARDS
 from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
 
@@ -134,9 +134,9 @@ def test_a_tick_that_takes_more_than_there_is_is_found(built):
     row = {"background": 10, "effect": 1, "flood": 1, "longest_interrupt": 100}
     over = {"as assumed": row | {"tick": 1000, "interrupts": 100, "sum": 1110},
             "RAM waits": row | {"tick": BUDGET_CYCLES, "interrupts": 100, "sum": BUDGET_CYCLES + 110}}  # fmt: skip
-    (late,) = built_image._late(over)
+    (late,) = exported._late(over)
     assert (late.code, late.value, late.limit) == ("TICK-LATE", BUDGET_CYCLES + 100, BUDGET_CYCLES)
-    assert "RAM waits" in late.more["waits"] and [*built_image._late({"as assumed": over["as assumed"]})] == []
+    assert "RAM waits" in late.more["waits"] and [*exported._late({"as assumed": over["as assumed"]})] == []
 
 
 def test_an_image_in_numbers(built, tmp_path):

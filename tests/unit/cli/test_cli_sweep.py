@@ -88,7 +88,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_finishes_it(frictionloop, process,
     assert int(np.isfinite(fl.load("kept.h5").rms_error).sum()) == done
 
     assert command.startswith("continue with: python -m frictionloop sweep ")
-    assert "keeps an unfinished sweep; --resume" in frictionloop(*tokens, "kept.h5").err
+    assert "unfinished; --resume" in frictionloop(*tokens, "kept.h5").err
     again = shlex.split(command.removeprefix("continue with: python -m frictionloop "))
     assert again == [*tokens, "kept.h5", "--jobs", "1", "--resume"]
     resumed = frictionloop(*again[:-3], "--resume")
@@ -114,7 +114,7 @@ def test_interrupted_without_out_says_that_nothing_is_kept(frictionloop, monkeyp
     interrupted_after(monkeypatch, 1)
     answer = frictionloop(*GRID)
     assert answer.code == 130
-    assert answer.err == "interrupted: 4 of 12 runs done, not kept: without --out there is nothing to continue from\n"
+    assert answer.err == "interrupted: 4 of 12 runs done, not kept (--out FILE keeps it)\n"
     assert "4 of 12" in answer.out
 
 

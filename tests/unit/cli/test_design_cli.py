@@ -18,6 +18,8 @@ from frictionloop.findings import CATALOGUE
 
 DESIGN, CONTROLLER, CHECK = "design", ("design", "controller"), ("design", "check")
 WEAK = ("--controller.kind", "pi", "--controller.kp", "0", "--controller.ki", "7")
+ASKED = ("--slip-lengths-um", "11.5", "--sensitivity-peak", "1.6")
+STILL = ("--finger.kind", "rigid", "--setpoint.kind", "constant", "--setpoint.offset_n", "0.6")
 RINGS = ("--controller.kind", "pi", "--controller.kp", "0.05", "--controller.ki", "60", "--slip-lengths-um", "0")
 
 
@@ -33,7 +35,8 @@ def test_help_has_examples_that_fit(frictionloop, monkeypatch, verb):
 def test_the_screen_is_the_answer_and_the_exit_code_the_verdict(frictionloop):
     found = fl.design.check(
         fl.bench().evolve({"controller.kind": "pi", "controller.kp": 0.05, "controller.ki": 60.0}),
-        Requirements(slip_lengths_um=(0.0,)),
+        Requirements(slip_lengths_um=(0.0, 0.0)),
+        None,
         given={"controller.kind", "controller.kp", "controller.ki"},
     )
     answer = frictionloop(*CHECK, *RINGS)
@@ -42,9 +45,8 @@ def test_the_screen_is_the_answer_and_the_exit_code_the_verdict(frictionloop):
 
 
 def test_everything_and_a_page_and_json_know_the_same(frictionloop):
-    first = ("--slip-lengths-um", "11.5")
-    every = frictionloop(*CHECK, *WEAK, *first, "--all", "--html", "a.html")
-    told = frictionloop(*CHECK, *WEAK, *first, "--json").json()
+    every = frictionloop(*CHECK, *WEAK, *ASKED, "--all", "--html", "a.html")
+    told = frictionloop(*CHECK, *WEAK, *ASKED, "--json").json()
     page = Path("a.html").read_text(encoding="utf-8")
     assert every.code == 0 and "saved page: a.html" in every.out and told["holds"] and told["saved"] == {}
     for each in told["findings"]:
@@ -53,10 +55,9 @@ def test_everything_and_a_page_and_json_know_the_same(frictionloop):
 
 
 def test_a_controller_is_saved_with_what_it_was_checked_for_and_read_again(frictionloop):
-    asked = ("--slip-lengths-um", "11.5", "--sensitivity-peak", "1.6")
-    assert "saved controller: c.toml" in frictionloop(*CHECK, *WEAK, *asked, "--out", "c.toml").out
+    assert "saved controller: c.toml" in frictionloop(*CHECK, *WEAK, *ASKED, "--out", "c.toml").out
     table = fl.design.read_designed("c.toml")
-    assert table.requirements == Requirements(1.6, slip_lengths_um=(11.5, 11.5))
+    assert table.requirements == Requirements(1.6, slip_lengths_um=(11.5,))
     again = frictionloop(*CHECK, "c.toml", "--json").json()
     assert again["requirements"]["sensitivity_peak"] == 1.6 and len(again["places"]) == 3
     refused = frictionloop(*CHECK, "c.toml", "--out", "c.toml")
@@ -77,7 +78,7 @@ def test_a_design_is_that_of_python_with_figures_beside_it(frictionloop):
 def test_flags_of_what_must_hold_are_fields_of_requirements():
     given = MustHold(speeds="20,60", loads="0.4", slip_lengths_um="0,30", delay_error=0.1, finger_gain=1.5)
     assert given.requirements(None) == Requirements(
-        speeds_mm_s=(20.0, 60.0), loads_n=(0.4, 0.4), slip_lengths_um=(0.0, 30.0), delay_error=0.1, finger_gain=1.5
+        speeds_mm_s=(20.0, 60.0), loads_n=(0.4,), slip_lengths_um=(0.0, 30.0), delay_error=0.1, finger_gain=1.5
     )
     assert MustHold().requirements(None) == Requirements()
 
@@ -87,7 +88,7 @@ def test_flags_of_what_must_hold_are_fields_of_requirements():
     ("controller", ("--sensitivity-peak", "1"), "sensitivity_peak = 1: must be above 1"),
     ("controller", ("--resonance-error", "0.6"), "resonance_error = 0.6: must be from 0 to 0.25"),
     ("controller", ("--setpoint.offset_n", "2"), "in reach"),
-    ("controller", ("--law", "pi", "--sensitivity-peak", "1.001"), "6.28 1/s lowers what is felt"),
+    ("controller", (*STILL, "--law", "pi", "--sensitivity-peak", "1.001"), "6.28 1/s lowers what is felt"),
     ("controller", ("--law", "hinf", "--controller.delay_s", "0.05"), "controller.delay_s = 0.05 s"),
     ("controller", ("--slip-lengths-um", "0,b"), "slip_lengths_um = '0,b': must be"),
     ("controller", ("--preset", "feasible", "--loads", "0.4,1.2"), "loads_n: motion.kind = "),

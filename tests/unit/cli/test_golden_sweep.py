@@ -14,7 +14,7 @@ SCREENS = {
     "sweep": ("sweep", "--preset", "feasible", "--duration-s", "1", "--over", "controller.kp=1:16:14:log"),
     "sweep-few": ("sweep", "--preset", "bench", "--duration-s", "1", "--over", "controller.kp=0.02,0.05,0.5"),
     "sweep-fingers": ("sweep", "--preset", "bench", *PI, "--duration-s", "2", "--fingers", "12"),
-    "compare": ("compare", *LAWS, "--fingers", "26", "--speeds", "20", "--duration-s", "1.6"),
+    "compare": ("compare", *LAWS, "--fingers", "22", "--speeds", "20", "--duration-s", "1.6"),
     "compare-effects": ("compare", *LAWS, "--fingers", "6", "--speeds", "80", "--effects", "bump"),
 }
 

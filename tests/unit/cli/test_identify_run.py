@@ -32,7 +32,7 @@ def entry(shown):
 def test_slides_of_the_simulated_device_give_its_friction(tmp_path, capsys):
     out = tmp_path / "friction.h5"
     code, shown, said = run(capsys, "friction", "--device", "sim:", "--out", out)
-    assert code == 0 and " 0 lost" in shown and "slide to and fro" in said
+    assert code == 0 and " 0 lost" in shown and "slide both ways" in said
     (tmp_path / "lab.toml").write_text(entry(shown))
     found = fl.identify.bench(tmp_path / "lab.toml")
     assert 0.3 < found.measured["friction.nominal_n"].value < 2.0
@@ -88,7 +88,7 @@ def test_each_step_is_asked_for_and_what_is_lost_is_counted():
     ("words", "says"),
     [
         (("weights", "--masses-g", "1,2,x"), "numbers in g"),
-        (("weights", "--masses-g", "5,5,5"), "not all alike"),
+        (("weights", "--masses-g", "5,5,5"), "3 or more, different"),
         (("quiet", "--out", "a.csv"), ".h5"),
         (("sleep",), "weights"),
     ],

@@ -57,7 +57,7 @@ def test_panels_without_a_value_are_left_out():
     grid = fl.sweep(system, fl.fingers(3, 0), 0.2, metrics=["r2_identity", "rms_error"])
     figure = figure_of(grid)
     assert [panel.get_ylabel() for panel in figure.axes] == ["rms_error (mN)"]
-    assert "No run has a value of r2_identity." in figure.get_supxlabel()
+    assert "No value: r2_identity." in figure.get_supxlabel()
     nothing = grid.copy(deep=True)
     nothing["rms_error"][:] = np.nan
     assert len(figure_of(nothing).axes) == 2

@@ -1,25 +1,100 @@
-"""Control laws compared on effects, and which of them lets most of each arrive."""
+"""Control laws compared on effects: how much of a pattern arrives, and which law lets most of it."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.effects import Cell, Key, effect_cells
-from frictionloop.design.comparison.entrants import Entrant
+from frictionloop.design.comparison.entrants import Entrant, Overrides, entrants
+from frictionloop.design.comparison.scores import spread
 from frictionloop.findings import Result, shown
-from frictionloop.findings.result import Row, plain
+from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
+from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
-from frictionloop.quantities import must_be
+from frictionloop.physics.fingers import Fingers
+from frictionloop.preview.arrivals import delivered_to, spread_n
+from frictionloop.preview.prepared_stroke import playable_forces, prepared
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.files import find
+from frictionloop.rendering.effect_toml import find
 from frictionloop.rendering.source import EffectSource
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
+
+SEED = 0
+"""Seed of all noise: the same for every finger, law and effect."""
+ERRORS = ("rms_error_n", "error_felt")
+Cell = dict[str, float]
+Key = tuple[str, str, float]
+"""Law, effect and speed in mm/s."""
+
+
+def arrived(
+    system: System, effect: Effect | str, law: Overrides, speed_mm_s: float, count: int, seed: int
+) -> dict[str, float]:
+    """Return how much of an effect arrives at the capable ones of random fingers.
+
+    Parameters
+    ----------
+    system : System
+        The bench.
+    effect : Effect or str
+        The effect, or its name.
+    law : dict
+        What a law changes on the bench, by dotted name.
+    speed_mm_s : float
+        Speed of the strokes.
+    count, seed : int
+        The fingers, as of `compare`; every third meets a sensor whose resonance is 5 % off each way.
+
+    Returns
+    -------
+    dict
+        ``fingers``, how many are capable; ``spread_n``, the standard deviation between them of the force at a place, N;
+        medians of ``contrast`` (1), ``rms_error_n`` (N), ``error_felt`` and ``pattern_felt`` (thresholds); the deciles
+        ``contrast_low`` and ``contrast_high``, and the worst deciles ``rms_error_n_worst`` and ``error_felt_worst``.
+
+    Raises
+    ------
+    FrictionloopError
+        As `fl.rendering.preview`, and for a bench on which no finger is capable.
+    """
+    people = protocol.population(system, count, seed)
+    some = protocol.able(system, people, speed_mm_s)
+    if not some.any():
+        forces = f"{protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
+        raise FrictionloopError(f"fingers = {count}: none reaches {forces}")
+    able = Fingers(each for each, counts in zip(people, some, strict=True) if counts)
+    shown = [prepared(effect, system.evolve(each).evolve(law), speed_mm_s) for each in able]
+    playable_forces(shown[0])
+    ways = delivered_to(shown, SEED)
+    names = ("contrast", "pattern_felt", *ERRORS)
+    values = {name: np.array([getattr(each, name) for each in ways]) for name in names}
+    found: Cell = {"fingers": len(able), "spread_n": spread_n(ways)}
+    found |= {name: float(np.median(each)) for name, each in values.items()}
+    found |= {f"{name}_worst": spread(values[name], larger_is_better=False)[1] for name in ERRORS}
+    low, high = np.quantile(values["contrast"], (0.1, 0.9))
+    return found | {"contrast_low": float(low), "contrast_high": float(high)}
+
+
+def _designed(entrant: Entrant, system: System, spare: bool) -> Iterator[Overrides]:
+    """Yield what a law changes; nothing if it cannot run on this bench and is spared."""
+    try:
+        changes = entrant(system)
+        system.evolve(changes)
+    except FrictionloopError:
+        if not spare:
+            raise
+        return
+    yield changes
+
 
 ALREADY = "setpoint"
 """What the effect is called that a system has as its set-point."""
@@ -82,14 +157,12 @@ class EffectComparison(Result):
         return {"effects": self._table(HEADS), "deciles": self._table(SPREAD)}
 
     def _table(self, heads: Mapping[str, tuple[str, float]]) -> pd.DataFrame:
-        import pandas as pd
-
         rows = [
             {"law": row["law"], "effect": row["effect"], "mm/s": row["speed_mm_s"]}
             | {head: factor * row[name] for name, (head, factor) in heads.items()}
             for row in self.scores
         ]
-        return pd.DataFrame(rows).set_index("law")
+        return frame(rows, "law")
 
     def tidy(self) -> pd.DataFrame:
         """Return `scores` as a table."""
@@ -113,6 +186,8 @@ def compare_effects(
     speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
     *,
     given: Collection[str] = (),
+    kept: MutableMapping[Key, Cell] | None = None,
+    save: Callable[[], Any] = lambda: None,
     progress: bool | None = None,
 ) -> EffectComparison:
     """Return how much of effects arrives under control laws, on fingers that none was tuned on.
@@ -123,10 +198,10 @@ def compare_effects(
         The bench.
     effects
         Effects by name, or names of the library and of TOML files; None: that which is the set-point.
-    laws, count, seed, speeds_mm_s
-        As of `compare`.
-    given
-        As of `compare`.
+    laws, count, seed, speeds_mm_s, given
+        As of `compare`; without ``laws``, all that can run on this bench and need not know a set-point ahead.
+    kept
+        Cells that are there already; new ones are added, and ``save()`` is called after each.
     progress
         As of `sweep`.
 
@@ -138,8 +213,23 @@ def compare_effects(
     protocol.check_free(each for each in given if not each.startswith("setpoint.") or effects is not None)
     if effects is None:
         if not isinstance(system.setpoint, EffectSource):
-            raise must_be("setpoint.kind", system.setpoint.kind, '"effect" where no effects are named')
+            raise must_be("setpoint.kind", system.setpoint.kind, '"effect" without named effects')
         effects = {ALREADY: system.setpoint.effect}
     named = dict(effects) if isinstance(effects, Mapping) else {name: find(name) for name in effects}
-    cells = effect_cells(system, named, laws, count, seed, speeds_mm_s, progress=progress)
-    return EffectComparison(system=system, effects=named, fingers=count, seed=seed, cells=cells)
+    fields, found = entrants(laws), {} if kept is None else kept
+    protocol.population(system, count, seed)
+    speeds = protocol.speeds_of(system, speeds_mm_s)
+    for effect, speed in itertools.product(named.values(), speeds):
+        playable_forces(prepared(effect, system, speed))
+    with progress_bar("effects", len(fields) * len(named) * len(speeds), progress) as bar:
+        for law, entrant in fields.items():
+            left = [(name, speed) for name in named for speed in speeds if (law, name, speed) not in found]
+            bar.doing(f"designing {law}")
+            changes = next(_designed(entrant, system, spare=laws is None), None) if left else None
+            for name, speed in itertools.product(named, speeds):
+                if changes is not None and (name, speed) in left:
+                    bar.doing(f"{law}, {name} at {speed:g} mm/s")
+                    found[law, name, speed] = arrived(system, named[name], changes, speed, count, seed)
+                    save()
+                bar()
+    return EffectComparison(system=system, effects=named, fingers=count, seed=seed, cells=dict(found))

@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from frictionloop.analysis.levels import at_levels
-from frictionloop.design.over import with_longest_contact
+from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.parameters import RETUNED, PiController, SuspendedSensor, System, bench
-from frictionloop.parameters.controller import CONTROLLERS
-from frictionloop.parameters.timing import Timing
+from frictionloop.parameters.controller import CONTROLLERS, Timing
 from frictionloop.quantities import check_each_once, check_known
 
 if TYPE_CHECKING:

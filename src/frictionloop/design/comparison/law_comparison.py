@@ -12,13 +12,13 @@ import xarray as xr
 from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import Entrant
+from frictionloop.design.comparison.margins import Row, margin_rows, score_rows, tidy_rows
 from frictionloop.design.comparison.recommendation import left_by, recommended
 from frictionloop.design.comparison.run import LawRuns, run_laws
 from frictionloop.design.comparison.scores import scores
-from frictionloop.design.comparison.table import Row, margin_rows, score_rows, tidy_rows
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row as Line
-from frictionloop.findings.result import plain
+from frictionloop.findings.result import frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
@@ -87,8 +87,6 @@ class Comparison(Result):
         return {"laws": self._laws(), "scores": self._scores(), "margins": self._margins()}
 
     def _laws(self) -> pd.DataFrame:
-        import pandas as pd
-
         def worst(rows: Iterable[Row], name: str) -> float:
             values = [float(row[name]) for row in rows if row[name] is not None]
             return max((each for each in values if not math.isnan(each)), default=math.nan)
@@ -102,7 +100,7 @@ class Comparison(Result):
             margins = [row for row in self.margins if row["law"] == law]
             row |= {head: worst(margins, name) for name, head in list(MARGINS.items())[:FIRST]}
             found[law] = row
-        return pd.DataFrame.from_dict(found, orient="index").rename_axis("law")
+        return frame(found, "law")
 
     def _of(self, law: str, score: str) -> list[Row]:
         return [
@@ -110,8 +108,6 @@ class Comparison(Result):
         ]
 
     def _scores(self) -> pd.DataFrame:
-        import pandas as pd
-
         cells: dict[tuple[Any, ...], dict[str, Any]] = {}
         for law in self.runs.laws:
             for name, (head, factor) in SHOWN.items():
@@ -119,18 +115,16 @@ class Comparison(Result):
                     at = {"mm/s": row["speed_mm_s"], "um": row["slip_length_um"]}
                     cell = cells.setdefault((law, *at.values()), {"law": law, **at})
                     cell |= {head: factor * row["median"], f"{head} worst": factor * row["worst_decile"]}
-        return pd.DataFrame(list(cells.values())).set_index("law")
+        return frame(list(cells.values()), "law")
 
     def _margins(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = [
             {"law": row["law"], "mm/s": row["speed_mm_s"], "um": row["slip_length_um"]}
             | {head: row[name] for name, head in MARGINS.items()}
             | ({"phase, deg": math.nan} if math.isinf(row["sensitivity_peak"]) else {})
             for row in self.margins
         ]
-        return pd.DataFrame(rows).set_index("law")
+        return frame(rows, "law")
 
     def tidy(self) -> pd.DataFrame:
         """Return every score and margin, one row each."""

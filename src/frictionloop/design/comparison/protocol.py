@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.over import Over
+from frictionloop.design.operating_grid import OperatingGrid
 from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
+from frictionloop.parameters.controller import Timing
 from frictionloop.parameters.motion import TURN_SHARE
-from frictionloop.parameters.timing import Timing
-from frictionloop.physics.capable import capable
 from frictionloop.physics.fingers import Fingers, check_finger, fingers, nearest_to_median
+from frictionloop.physics.reach import capable
 from frictionloop.quantities import FrictionloopError, must_be
 
 TUNING_SEED = 3
@@ -117,7 +117,7 @@ def population(system: System, count: int, seed: int) -> Fingers:
     """
     check_bench(system)
     if seed == TUNING_SEED:
-        raise must_be("seed", seed, "any but that of the fingers laws are tuned on")
+        raise must_be("seed", seed, "another than for tuning")
     return each_resonance(system, without_lengths(fingers(count, seed)))
 
 
@@ -129,7 +129,7 @@ def without_lengths(people: Fingers) -> Fingers:
 
 def lengths_of(system: System) -> tuple[float, ...]:
     """Return the slip lengths that are compared, um: both ends of what a design holds, the longer first."""
-    return Over(None).lengths_of(system)
+    return OperatingGrid(None).lengths_of(system)
 
 
 def each_resonance(system: System, people: Fingers) -> Fingers:
@@ -163,7 +163,7 @@ def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]
 def check_times(duration_s: float, start_s: float) -> None:
     """Refuse a duration that leaves nothing to score."""
     if not start_s < duration_s < math.inf:
-        raise must_be("duration_s", duration_s, f"longer than {start_s:g} s, which do not count", "s")
+        raise must_be("duration_s", duration_s, f"above {start_s:g} s", "s")
 
 
 def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> np.ndarray:
@@ -205,7 +205,7 @@ def check_free(given: Iterable[str]) -> None:
         if path.startswith("controller.") and not path.startswith(tuple(timing)):
             whose = "law"
         if whose:
-            raise FrictionloopError(f"{path}: the {whose} of a comparison sets it; leave it out")
+            raise FrictionloopError(f"{path}: the {whose} sets it")
 
 
 def check_bench(system: System) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.design.comparison.table import Row
+from frictionloop.design.comparison.margins import Row
 from frictionloop.design.loop_gains import MOST_PEAK
 from frictionloop.findings import Condition, Finding
 
@@ -45,14 +45,14 @@ def recommended(rows: Rows, margins: Rows) -> tuple[str | None, tuple[Finding, .
     if few := too_few(rows):
         return None, (few,)
     left = left_by(rows)
-    rings = {law: _unstable(margins, law, 5) for law in left}
+    rings = {law: _unstable_at(margins, law, 5) for law in left}
     stable = {law: each for law, each in left.items() if rings[law] is None}
     if not stable:
         return None, tuple(each for each in rings.values() if each is not None)
     loud = _loud(margins, DEFAULT) if DEFAULT in stable else None
     if loud is not None and (calm := {law: each for law, each in stable.items() if _loud(margins, law) is None}):
         law = min(calm, key=lambda name: calm[name].worst_n)
-        found = [loud, *_rougher(rows, law, [each for each in stable if each != law]), _unstable(margins, law, 10)]
+        found = [loud, *_rougher(rows, law, [each for each in stable if each != law]), _unstable_at(margins, law, 10)]
         return law, tuple(each for each in found if each is not None)
     best = min(stable, key=lambda law: stable[law].worst_n)
     law = best
@@ -60,7 +60,7 @@ def recommended(rows: Rows, margins: Rows) -> tuple[str | None, tuple[Finding, .
         default = stable[DEFAULT]
         law = best if default.worst_n - stable[best].worst_n > default.scatter_n else DEFAULT
     found = [_close(stable, law, best)] if DEFAULT in stable and best != DEFAULT else [rings.get(DEFAULT)]
-    found += [*_rougher(rows, law, [each for each in stable if each != law]), _unstable(margins, law, 10)]
+    found += [*_rougher(rows, law, [each for each in stable if each != law]), _unstable_at(margins, law, 10)]
     return law, tuple(each for each in found if each is not None)
 
 
@@ -118,7 +118,7 @@ def _rougher(rows: Rows, law: str, others: Iterable[str]) -> Iterator[Finding]:
         yield Finding("LAW-ROUGHER", value=felt[law], limit=felt[calmest], more={"law": calmest})
 
 
-def _unstable(margins: Rows, law: str, percent: int) -> Finding | None:
+def _unstable_at(margins: Rows, law: str, percent: int) -> Finding | None:
     """Return where a law is not known to be stable with the resonance off by so much; None if it is everywhere."""
     rows: list[dict[str, Any]] = [row for row in margins if row["law"] == law]
     off = [row for row in rows if not math.isfinite(row[f"sensitivity_peak_{percent}"])]

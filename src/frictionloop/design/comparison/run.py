@@ -1,31 +1,102 @@
-"""The comparison: every entrant under every condition, kept cell by cell."""
+"""The comparison: every entrant under every condition, and plain strokes of the same fingers, kept cell by cell."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from frictionloop.analysis.operating import law_at
 from frictionloop.design.comparison import protocol
 from frictionloop.design.comparison.entrants import DESIGN_S, DESIGNED, Entrant, Overrides, entrants
-from frictionloop.design.comparison.plain import occluded_at, plain_strokes
 from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
 from frictionloop.loop.blocks import outside_digest
-from frictionloop.loop.kept import CLOCK, Timely, computing
-from frictionloop.loop.points import fingerprint, points_of, structures_of
+from frictionloop.loop.parallel_runs import worker_count
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.sweep import sweep
-from frictionloop.loop.workers import worker_count
-from frictionloop.parameters import System
+from frictionloop.loop.sweep_checkpoint import CLOCK, Timely, computing
+from frictionloop.loop.sweep_points import fingerprint, points_of, structures_of
+from frictionloop.parameters import Constant, FingerFriction, System
 from frictionloop.physics.fingers import Fingers
-from frictionloop.quantities import FrictionloopError
+from frictionloop.physics.friction import is_gaussian
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.brief import Brief
+
+CORRECTIONS = 2
+Sweep = Callable[[System, Fingers, Sequence[str]], xr.Dataset]
+"""Runs a population on a system for some metrics, dim ``finger`` alone."""
+
+
+def plain_strokes(system: System, people: Fingers, level_n: float, occluded: float, run: Sweep) -> xr.Dataset:
+    """Return ``perceptual_index``, ``mean_force`` and ``scored_periods`` of plain strokes over ``finger``.
+
+    Each slides at the constant amplitude that gives the level on average, commanded through the open loop, u = f_r =
+    f0 e^(-tau a^2) of the controller's model. From the mean of one sweep the next amplitude follows; the third sweep is
+    the result. Its residual is f_a less its own mean: a constant disturbance takes the set-point's place. A finger that
+    no amplitude brings to the level slides at the nearest.
+
+    Parameters
+    ----------
+    system
+        The bench at one speed, with one contact.
+    people
+        Fingers as overrides.
+    level_n
+        Mean force wanted, N.
+    occluded
+        Occlusion in the middle of a run, 0 to 1, for the first guess.
+    run
+        What sweeps.
+    """
+    model = system.controller.model
+    most = min(system.plate.max_amplitude_um, model.max_amplitude_um) ** 2
+    bench = system.evolve({"controller.kind": "lookup", "setpoint": Constant(), "disturbance": Constant()})
+    laws = [law_at(bench.evolve(each), occluded) for each in people]
+    tau = np.array([law.susceptibility_per_um2 for law in laws if is_gaussian(law)])
+    if tau.size < len(laws):
+        raise must_be("friction.kind", system.friction.kind, '"finger"')
+    square = np.clip(np.log([law.nominal_n / level_n for law in laws]) / tau, 0.0, most)
+    mean = np.zeros(len(people))
+    for _ in range(CORRECTIONS):
+        mean = run(bench, _commanded(people, model, square, np.zeros(len(people))), ["mean_force"])["mean_force"].values
+        # A finger that is never scored has no mean; it keeps its amplitude.
+        better = np.clip(square + np.nan_to_num(np.log(mean / level_n)) / tau, 0.0, most)
+        mean = mean * np.exp(tau * (square - better))
+        square = better
+    found = run(bench, _commanded(people, model, square, mean), ["perceptual_index", "mean_force", "scored_periods"])
+    return found.assign(mean_force=found["mean_force"] - _offsets(model, square, mean))
+
+
+def _commanded(people: Fingers, model: Any, square: np.ndarray, mean: np.ndarray) -> Fingers:
+    """Return the fingers under amplitudes sqrt(square) in um, the residual counted from ``mean`` in N, 0 is off."""
+    command = _command(model, square)
+    offsets = np.nan_to_num(_offsets(model, square, mean))
+    signals = zip(people, command.tolist(), offsets.tolist(), strict=True)
+    return Fingers({**each, "setpoint.offset_n": u, "disturbance.offset_n": d} for each, u, d in signals)
+
+
+def _command(model: Any, square: np.ndarray) -> np.ndarray:
+    return np.asarray(model.nominal_n * np.exp(-model.susceptibility_per_um2 * square))
+
+
+def _offsets(model: Any, square: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Return d with f_a + d - f_r = f_a - mean; none where no mean is given."""
+    return np.where(mean > 0.0, _command(model, square) - mean, 0.0)
+
+
+def occluded_at(system: System, time_s: float) -> float:
+    """Return w = 1 - e^(-t/T), how far occlusion has come so long after landing; 0 where nothing is occluded."""
+    friction = system.friction
+    return -math.expm1(-time_s / friction.occlusion_s) if isinstance(friction, FingerFriction) else 0.0
+
 
 CELL_S, RUN_S, MARGINS_S = 0.1, 3e-4, 0.4
 """Time of a cell, of a second of a finger in it, and of a law's margins at one place, in s (measured once)."""

@@ -1,4 +1,4 @@
-"""The scores of a comparison, one number per finger under each condition."""
+"""What a comparison scores: both kinds of R2 over several runs together, step times, and what touch feels."""
 
 from __future__ import annotations
 
@@ -8,8 +8,54 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.pooled import Moments, pooled, pooled_rms
 from frictionloop.design.comparison.run import PLAIN, LawRuns
+
+Array = np.ndarray
+
+
+class Moments(NamedTuple):
+    """Moments of runs over their scored periods; arrays whose first axis is the runs that are pooled."""
+
+    periods: Array
+    rms_error: Array
+    mean_r: Array
+    mean_f: Array
+    std_r: Array
+    std_f: Array
+    slope: Array
+    """Of the regression of f on r, covariance over variance of r."""
+
+
+class Pooled(NamedTuple):
+    """Fit over all runs: 1 - sum (f - r)^2 / sum (r - mean r)^2, squared correlation, and rms of f - r."""
+
+    r2_identity: Array
+    r2_regression: Array
+    rms_error: Array
+
+
+def pooled(runs: Moments) -> Pooled:
+    """Return the fit over runs taken as one record; NaN where a run has no value or the pooled r is constant.
+
+    With m the means over everything, sum (r - m_r)^2 = sum_i n_i (s_ri^2 + (m_ri - m_r)^2), and so for f and for their
+    product, in which slope_i s_ri^2 is the covariance within run i.
+    """
+    n = runs.periods.sum(axis=0)
+    weight = runs.periods / n
+    from_r, from_f = (each - np.sum(weight * each, axis=0) for each in (runs.mean_r, runs.mean_f))
+    inside = runs.slope * runs.std_r**2
+    variance_r = np.sum(weight * (runs.std_r**2 + from_r**2), axis=0)
+    variance_f = np.sum(weight * (runs.std_f**2 + from_f**2), axis=0)
+    covariance = np.sum(weight * (inside + from_r * from_f), axis=0)
+    error2 = np.sum(weight * runs.rms_error**2, axis=0)
+    spread = np.where(variance_r > 0.0, variance_r, np.nan)
+    moving = np.where(variance_f > 0.0, variance_f, np.nan)
+    return Pooled(1.0 - error2 / spread, covariance**2 / (spread * moving), np.sqrt(error2))
+
+
+def pooled_rms(count: Array, rms: Array) -> Array:
+    """Return the rms over runs together, along the first axis."""
+    return np.asarray(np.sqrt(np.sum(count * rms**2, axis=0) / np.sum(count, axis=0)))
 
 
 class Score(NamedTuple):
@@ -21,22 +67,22 @@ class Score(NamedTuple):
 
 
 SCORES: dict[str, Score] = {
-    "r2_identity": Score("R2 of f_a = f_r, three levels pooled", larger_is_better=True),
-    "r2_regression": Score("R2 of the regression, three levels pooled", larger_is_better=True),
+    "r2_identity": Score("R2 of f_a = f_r, pooled", larger_is_better=True),
+    "r2_regression": Score("R2 of the regression, pooled", larger_is_better=True),
     **{f"r2_identity_{n:g}_n": Score(f"R2 of f_a = f_r around {n:g} N", "1", True) for n in protocol.LEVELS_N},
     **{f"r2_regression_{n:g}_n": Score(f"R2 of the regression around {n:g} N", "1", True) for n in protocol.LEVELS_N},
-    "worst_level_r2_identity": Score("R2 of f_a = f_r at the worst level", "1", True),
-    "residual_rms_n": Score("rms of f_a - f_r, sines", "N"),
-    "hold_rms_n": Score("rms of f_a - f_r, holds", "N"),
-    "landing_rms_n": Score("rms of f_a - f_r, landings", "N"),
-    "turn_peak_n": Score("largest force after a turn, mean, hold at 0.6 N", "N"),
-    "rise_63_s": Score("time to 63 % of a step up", "s"),
-    "rise_10_90_s": Score("time from 10 to 90 % of a step up", "s"),
-    "fall_63_s": Score("time to 63 % of a step down", "s"),
-    "fall_10_90_s": Score("time from 10 to 90 % of a step down", "s"),
+    "worst_level_r2_identity": Score("R2, worst level", "1", True),
+    "residual_rms_n": Score("rms error, sines", "N"),
+    "hold_rms_n": Score("rms error, holds", "N"),
+    "landing_rms_n": Score("rms error, landings", "N"),
+    "turn_peak_n": Score("mean peak after turns, 0.6 N", "N"),
+    "rise_63_s": Score("step up, to 63 %", "s"),
+    "rise_10_90_s": Score("step up, 10 to 90 %", "s"),
+    "fall_63_s": Score("step down, to 63 %", "s"),
+    "fall_10_90_s": Score("step down, 10 to 90 %", "s"),
     "perceptual_index": Score("perceptual index D, sines"),
-    "relative_index": Score("D over that of a plain stroke at the level"),
-    "saturation_index": Score("share of commands that are clamped, sines"),
+    "relative_index": Score("D over a plain stroke"),
+    "saturation_index": Score("share clamped, sines"),
 }
 """Every score by name. Times are NaN for a finger whose force does not follow the steps, or crosses before it can."""
 _DIMS = ("law", "speed_mm_s", "slip_length_um", "finger")

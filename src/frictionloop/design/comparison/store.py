@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design.comparison.protocol import METRICS, TASKS, Condition
-from frictionloop.loop.formulas import METRICS as MEANING
-from frictionloop.loop.kept import computing
+from frictionloop.loop.metrics import METRICS as MEANING
 from frictionloop.loop.record import load, save
+from frictionloop.loop.sweep_checkpoint import computing
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, why_unwritable
 
@@ -45,7 +45,7 @@ class Store:
     def resume(self) -> None:
         """Take over the cells of the file; refuse one that keeps another bench or other fingers."""
         if self.path is None:
-            raise FrictionloopError("resume: needs path, the file to continue")
+            raise FrictionloopError("resume: needs path")
         check_writable(self.path)
         if not Path(self.path).exists():
             return
@@ -75,9 +75,7 @@ class Store:
         """Return whether a cell is done; refuse one that is there with other parameters."""
         cell = self.cells.get((law, condition))
         if cell is not None and cell.digest != digest:
-            raise FrictionloopError(
-                f"{self.path}: keeps {law} with other parameters or of another version ({_said(condition)})"
-            )
+            raise FrictionloopError(f"{self.path}: keeps {law} with other parameters or version ({_said(condition)})")
         return cell is not None
 
     def dataset(self) -> xr.Dataset:

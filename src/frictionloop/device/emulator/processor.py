@@ -1,22 +1,69 @@
-"""A Cortex-M4 in unicorn: memory, registers behind callbacks, reset, interrupts, rest."""
+"""A Cortex-M4 in unicorn: memory, registers behind callbacks, reset, interrupts, rest, and an end to what has none."""
 
 from __future__ import annotations
 
 import signal
 import struct
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from frictionloop.device.emulator.bank import Bank
-from frictionloop.device.emulator.memory_map import FLASH, PAGE, PAGES, RAM
-from frictionloop.device.emulator.patience import LONGEST_S, Patience
-from frictionloop.firmware.image_checks import FLASH_BYTES, RAM_BYTES, check_teensy
-from frictionloop.firmware.image_files import loaded
+from frictionloop.device.emulator.registers import FLASH, PAGE, PAGES, RAM, Bank
+from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES, check_teensy, loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
+
+LONGEST_S = 5.0
+"""Of the host's time, at least; at most twice that (assumed: a tick takes a millisecond)."""
+
+
+class Patience:
+    """One thread looks at whether a stretch still is the one it saw last.
+
+    Unicorn's own limit of time starts a thread for each stretch, with which a tick takes three times as long.
+    """
+
+    def __init__(self, stop: Callable[[], None], longest_s: float = LONGEST_S) -> None:
+        self._stop = stop
+        self._stretch, self._runs = 0, False
+        self.lost = False
+        """Whether the last stretch was ended by the clock."""
+        closed = threading.Event()
+        weakref.finalize(self, closed.set)
+        threading.Thread(target=_watch, args=(weakref.ref(self), closed, longest_s), daemon=True).start()
+
+    @contextmanager
+    def stretch(self) -> Iterator[None]:
+        """Look at what happens within."""
+        self.lost = False
+        self._stretch += 1
+        self._runs = True
+        try:
+            yield
+        finally:
+            self._runs = False
+
+    def look(self, seen: int) -> int:
+        """End the stretch if it is the one that was seen; return its number, 0 while none runs."""
+        now = self._stretch if self._runs else 0
+        if now and now == seen:
+            self.lost = True
+            self._stop()
+        return now
+
+
+def _watch(patience: weakref.ref[Patience], closed: threading.Event, longest_s: float) -> None:
+    seen = 0
+    while not closed.wait(longest_s):
+        held = patience()
+        if held is None:
+            return
+        seen = held.look(seen)
+        del held
+
 
 RETURN = 0x10000000
 """Where an interrupt returns to, an address without memory: unicorn does not know the hardware's 0xFFFFFFF9."""
@@ -96,7 +143,7 @@ class Processor:
             except self._error as error:
                 self._fault(str(error))
         if self._patience.lost:
-            self.failure = self.failure or FrictionloopError(f"the image does not come to rest within {LONGEST_S:g} s")
+            self.failure = self.failure or FrictionloopError(f"image: does not come to rest within {LONGEST_S:g} s")
         if self.failure is not None:
             raise self.failure
 

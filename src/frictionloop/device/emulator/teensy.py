@@ -6,13 +6,9 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from frictionloop.device.emulator.bank import Bank
-from frictionloop.device.emulator.clocks import Clocks, Frequencies
-from frictionloop.device.emulator.converters import Converters
-from frictionloop.device.emulator.memory_map import PIT0_INTERRUPT, UART0_INTERRUPT
+from frictionloop.device.emulator.peripherals import Clocks, Converters, Frequencies, SerialPort, Watchdog
 from frictionloop.device.emulator.processor import Processor
-from frictionloop.device.emulator.serial_port import SerialPort
-from frictionloop.device.emulator.watchdog import Watchdog
+from frictionloop.device.emulator.registers import PIT0_INTERRUPT, UART0_INTERRUPT, Bank
 from frictionloop.quantities import FrictionloopError
 
 TICK, PORT, BACKGROUND = "tick", "port", "background"
@@ -171,7 +167,7 @@ class TeensyEmulator:
     def _pin(self, value: int) -> None:
         """Once it runs, the image gives up the pin only to stop for good."""
         if self._running and value >> 8 & 7 != PIN_CARRIER:
-            self.processor.stop(FrictionloopError("the image has stopped itself and switched the carrier off"))
+            self.processor.stop(FrictionloopError("image: has stopped itself, carrier off"))
 
     def _enabled(self, interrupt: int) -> int:
         return self._bank.values[f"NVIC_ISER{interrupt // 32}"] >> interrupt % 32 & 1

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import butter
 
 from frictionloop.parameters.plate_design import Carrier
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import must_be
 
 
 def period_ticks(timer_hz: float, carrier_hz: float) -> int:
@@ -28,7 +28,7 @@ def period_ticks(timer_hz: float, carrier_hz: float) -> int:
     """
     ticks = round(timer_hz / carrier_hz)
     if ticks < 4:
-        raise FrictionloopError(f"timer_hz = {timer_hz:g} Hz: must be at least {4 * carrier_hz:g} Hz (4 per period)")
+        raise must_be("timer_hz", timer_hz, f"at least {4 * carrier_hz:g}", "Hz")
     return ticks
 
 

@@ -134,7 +134,7 @@ def bare(design: PlateDesign, resonance_hz: float) -> PlateDesign:
     plate_n_s_per_m = on_n_s_per_m - design.finger.resistance_n_s_per_m / 2
     if plate_n_s_per_m <= 0.0:
         most = 2 * on_n_s_per_m * quality / design.finger.resistance_n_s_per_m
-        raise must_be("drive.quality_factor", quality, f"below {most:.4g}, or a smaller finger.resistance_n_s_per_m")
+        raise must_be("drive.quality_factor", quality, f"below {most:.4g}, or finger.resistance_n_s_per_m smaller")
     left = plate_n_s_per_m / on_n_s_per_m
     values = {"finger_on": False, "quality_factor": quality / left}
     values["max_amplitude_um"] = design.drive.max_amplitude_um / left

@@ -14,8 +14,8 @@ import math
 import numpy as np
 from scipy.signal import lfilter
 
-from frictionloop.hardware.plate.modes import check_positive
 from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
 
 
 def time_constant_s(resonance_hz: float, quality_factor: float) -> float:
@@ -36,7 +36,7 @@ def quality_for_bandwidth(resonance_hz: float, bandwidth: float) -> float:
     FrictionloopError
         For a bandwidth that is not between 0 and f0, where Q would be 1/2.
     """
-    check_positive(bandwidth_hz=bandwidth)
+    number("bandwidth_hz", bandwidth, "Hz", ABOVE_0)
     if bandwidth >= resonance_hz:
         raise must_be("bandwidth_hz", bandwidth, f"below the resonance, {resonance_hz:g}", "Hz")
     return resonance_hz / (2.0 * bandwidth)

@@ -2,36 +2,39 @@
 
 Between free edges the standing wave has k = (2N - 1) pi/(2L): the roots of cos(kL) cosh(kL) = 1 to 0.4 % for N = 2 and
 far better from N = 3 on. Half a wavelength is L/(N - 1/2).
+
+The paper's plate: 3 mm, 46 kHz and "16x0" cannot all hold, so any two are kept and the third is solved for.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import get_args
 
 from scipy.optimize import brentq
 
 from frictionloop.hardware.plate.dispersion import Theory, frequency_hz, wave_number_per_m
-from frictionloop.parameters.plate_design import Glass, PlateDesign
-from frictionloop.quantities import must_be, unit_of
+from frictionloop.hardware.plate.drive import plate_mass_kg
+from frictionloop.parameters.plate_design import Glass, PlateDesign, PlateGeometry, Side
+from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
 
-
-def check_positive(**values: float) -> None:
-    """Refuse a value that is not a finite number above zero, by the name it is passed under."""
-    for name, value in values.items():
-        if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0):
-            raise must_be(name, value, "a finite number above 0", unit_of(name))
+THICKNESS_MM, FREQUENCY_HZ, LINES = 3.0, 46e3, 16
+"""As printed (paper, Sec. 4.1: 255 x 140 x 3 mm3, 46 kHz, 16x0)."""
+PRINTED_TO_MM, PRINTED_TO_HZ = 0.5, 500.0
+"""Half of the last digit printed: a value this near is the printed one, rounded."""
 
 
 def check_mode(nodal_lines: int, side_mm: float, thickness_mm: float) -> None:
     """Refuse a mode that the plate cannot have: fewer lines than bending needs, or shorter than the glass is thick."""
-    check_positive(side_mm=side_mm, thickness_mm=thickness_mm)
+    number("side_mm", side_mm, "mm", ABOVE_0)
+    number("thickness_mm", thickness_mm, "mm", ABOVE_0)
     if not thickness_mm < side_mm / 1.5:
-        raise must_be("thickness_mm", thickness_mm, f"below {side_mm / 1.5:g}, two thirds of {side_mm:g} mm", "mm")
+        raise must_be("thickness_mm", thickness_mm, f"below {side_mm / 1.5:g}", "mm")
     most = most_lines(side_mm, thickness_mm)
     if int(nodal_lines) != nodal_lines or not 2 <= nodal_lines <= most:
-        accepted = f"a whole number from 2 to {most}, on {side_mm:g} mm of glass {thickness_mm:g} mm thick"
-        raise must_be("nodal_lines", nodal_lines, accepted)
+        raise must_be("nodal_lines", nodal_lines, f"whole, 2 to {most}")
 
 
 def most_lines(side_mm: float, thickness_mm: float) -> int:
@@ -102,7 +105,7 @@ def nearest_mode(frequency: float, side_mm: float, thickness_mm: float, glass: G
     """
     check_mode(2, side_mm, thickness_mm)
     highest = mode(most_lines(side_mm, thickness_mm), side_mm, thickness_mm, glass)
-    check_positive(frequency_hz=frequency)
+    number("frequency_hz", frequency, "Hz", ABOVE_0)
     if frequency > highest.frequency_hz:
         raise must_be(
             "frequency_hz", float(frequency), f"at most {math.floor(highest.frequency_hz)} on this glass", "Hz"
@@ -123,15 +126,69 @@ def thickness_for_mm(
     FrictionloopError
         For a frequency that no thickness up to half a wavelength reaches.
     """
-    check_positive(frequency_hz=frequency, side_mm=side_mm)
+    number("frequency_hz", frequency, "Hz", ABOVE_0)
+    number("side_mm", side_mm, "mm", ABOVE_0)
     check_mode(nodal_lines, side_mm, side_mm * 1e-6)
     half_mm = side_mm / (nodal_lines - 0.5)
     k = math.pi / (half_mm * 1e-3)
     highest = frequency_hz(k, half_mm, glass, theory)
     if frequency > highest:
-        accepted = f"at most {math.floor(highest)} for {nodal_lines} nodal lines along {side_mm:g} mm"
+        accepted = f"at most {math.floor(highest)}"
         raise must_be("frequency_hz", float(frequency), accepted, "Hz")
     # Thin-plate theory is proportional to h and too high, so its thickness is too small.
     thin_mm = frequency / frequency_hz(k, 1.0, glass, "thin")
     low_mm = thin_mm * (1 - 1e-9)
     return float(brentq(lambda h: frequency_hz(k, h, glass, theory) - frequency, low_mm, half_mm, rtol=1e-13))
+
+
+@dataclass(frozen=True)
+class PlateReading:
+    """A plate that keeps two of the paper's three numbers as far as whole lines allow."""
+
+    wave_along: Side
+    """Side along which the nodal lines follow each other."""
+    solved_for: str
+    """The number given up: "frequency", "lines" or "thickness"."""
+    mode: PlateMode
+    """The mode so read."""
+    mass_kg: float
+    """Mass of the glass; the paper says "on the order of" 0.4 kg (Sec. 3.1)."""
+
+    @property
+    def agrees(self) -> tuple[str, ...]:
+        """Which of "thickness", "frequency" and "lines" are the printed ones to the digits printed."""
+        right = {
+            "thickness": abs(self.mode.thickness_mm - THICKNESS_MM) < PRINTED_TO_MM,
+            "frequency": abs(self.mode.frequency_hz - FREQUENCY_HZ) < PRINTED_TO_HZ,
+            "lines": self.mode.nodal_lines == LINES,
+        }
+        return tuple(name for name, holds in right.items() if holds)
+
+
+def plate_readings(glass: Glass | None = None) -> tuple[PlateReading, ...]:
+    """Return the six readings of the printed plate: each number given up, along either side.
+
+    Parameters
+    ----------
+    glass : Glass, optional
+        Material; the paper says glass only, soda-lime is assumed.
+
+    Returns
+    -------
+    tuple of PlateReading
+        None agrees with all three numbers. 3 mm and 46 kHz agree with each other for 12 lines along the 140 mm side.
+    """
+    glass = glass or Glass()
+    found: list[PlateReading] = []
+    for side in get_args(Side):
+        side_mm = PlateGeometry(wave_along=side).side_mm
+        thickness_mm = thickness_for_mm(FREQUENCY_HZ, LINES, side_mm, glass)
+        solved = {
+            "frequency": mode(LINES, side_mm, THICKNESS_MM, glass),
+            "lines": nearest_mode(FREQUENCY_HZ, side_mm, THICKNESS_MM, glass),
+            "thickness": mode(LINES, side_mm, thickness_mm, glass),
+        }
+        for name, each in solved.items():
+            geometry = PlateGeometry(thickness_mm=each.thickness_mm)
+            found.append(PlateReading(side, name, each, plate_mass_kg(geometry, glass)))
+    return tuple(found)

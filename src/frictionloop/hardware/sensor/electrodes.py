@@ -48,7 +48,7 @@ def check_geometry(design: SensorDesign) -> None:
     stress_mpa = springs.peak_stress_pa(design.springs, travel_um * 1e-6) * 1e-6
     if stress_mpa >= design.springs.yield_mpa:
         most_n = range_n * design.springs.yield_mpa / stress_mpa
-        raise must_be("load.range_n", range_n, f"below {most_n:.4g}, where springs.yield_mpa is reached", "N")
+        raise must_be("load.range_n", range_n, f"below {most_n:.4g}, by springs.yield_mpa", "N")
     if design.adc.range_n < range_n:
         raise must_be("adc.range_n", design.adc.range_n, f"at least load.range_n = {range_n:g}", "N")
     excitation = design.excitation

@@ -39,14 +39,14 @@ def to_spice(design: SensorDesign) -> str:
     around = f"201 {_number(0.9 * excitation.frequency_hz)} {_number(1.1 * excitation.frequency_hz)}"
     phase_deg = float(np.degrees(np.angle(front_end.carrier_gain(design))))
     lines = [
-        "* capacitive force sensor, one axis; written by frictionloop",
-        "* V(x): displacement, 1 V = 1 um; V(diff): what the converter is given, before its gain",
+        "* capacitive force sensor, frictionloop",
+        "* V(x): 1 V = 1 um",
         f"* try: .ac lin {around}",
         f"* try: .noise v(p_bp) Vexc lin {around}",
         f"* try: .tran {_number(1 / (64 * excitation.frequency_hz))} 5m",
         f"Vexc exc 0 DC 0 AC 1 SIN(0 {_number(excitation.amplitude_v)} {_number(excitation.frequency_hz)})",
         "Vx x 0 DC 0",
-        "* demodulator's reference: in phase with the carrier at its input, minus the sign of the charge amplifier",
+        "* demodulator's reference",
         f"Vref ref 0 DC 0 SIN(0 -2 {_number(excitation.frequency_hz)} 0 0 {_number(phase_deg)})",
         *_opamp(design),
     ]
@@ -56,7 +56,7 @@ def to_spice(design: SensorDesign) -> str:
     lines += [
         "",
         "Ediff diff 0 p_out m_out 1",
-        "* the noise of resistors follows the temperature; their values do not",
+        "* temperature of the noise",
         f".options temp={_number(celsius)} tnom={_number(celsius)}",
         ".end",
     ]
@@ -78,7 +78,7 @@ def _opamp(design: SensorDesign) -> list[str]:
     turn = 2 * math.pi * amplifier.gain_bandwidth_mhz * 1e6
     return [
         "",
-        "* one pole: wt/(s + wt/A0); Gloss is a conductance without noise",
+        "* wt/(s + wt/A0)",
         ".subckt opamp inp inn out",
         "Gin 0 pole inp inn 1",
         f"Gloss pole 0 pole 0 {_number(1 / amplifier.open_loop_gain)}",

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.constants import Boltzmann
 from scipy.constants import g as GRAVITY
 
-from frictionloop.hardware.sensor import baseband, front_end, springs
+from frictionloop.hardware.sensor import front_end, springs
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 
@@ -80,7 +80,7 @@ def noise_budget(design: SensorDesign, force_n: float = 0.0) -> Budget:
     """
     grid = frequency_grid(design)
     electronics = _electronics(design, force_n, grid)
-    force_gain = np.abs(baseband.sensor_response(design, grid))
+    force_gain = np.abs(front_end.sensor_response(design, grid))
     stiffness = springs.stiffness(design.springs).x_n_per_m
     mass, surroundings, adc = design.moving.mass_kg, design.environment, design.adc
     damping = math.sqrt(stiffness * mass) / design.moving.q
@@ -90,7 +90,7 @@ def noise_budget(design: SensorDesign, force_n: float = 0.0) -> Budget:
     vibration_n = mass * surroundings.vibration_m_s2_rthz
 
     def term(name: str, density: np.ndarray, parameter: str, white: bool) -> Term:
-        low = float(np.interp(baseband.LOW_HZ, grid, density))
+        low = float(np.interp(front_end.LOW_HZ, grid, density))
         return Term(name, low, math.sqrt(float(np.trapezoid(density**2, grid))), parameter, white)
 
     return Budget(
@@ -116,7 +116,7 @@ def _electronics(design: SensorDesign, force_n: float, grid: np.ndarray) -> list
 
     def both(source: Callable[[float, np.ndarray], np.ndarray]) -> np.ndarray:
         squares = [
-            (weight * baseband.demodulated_density(design, partial(source, side), grid)) ** 2
+            (weight * front_end.demodulated_density(design, partial(source, side), grid)) ** 2
             for side, weight in zip(sides, weights, strict=True)
         ]
         return np.asarray(np.sqrt(sum(squares)) * lowpass)
@@ -143,7 +143,7 @@ def _electronics(design: SensorDesign, force_n: float, grid: np.ndarray) -> list
 
     slow = front_end.thermal_v_rthz(design, front_end.lowpass_resistor_ohm(design)) * math.hypot(*weights) * lowpass
     unequal_n = volts.plus * float(slopes.per_plus_n_per_v) + volts.minus * float(slopes.per_minus_n_per_v)
-    envelope = np.abs(baseband.envelope_response(design, grid))
+    envelope = np.abs(front_end.envelope_response(design, grid))
     return [
         ("amplifier voltage", both(of_amplifier), "amplifier.noise_nv_rthz"),
         ("Rf thermal", both(of_feedback), "amplifier.feedback_mohm"),

@@ -1,9 +1,8 @@
 """Calibration rigs, simulated: each returns what a recorder at the real one would have written (docs/calibration)."""
 
 from frictionloop.identification.rigs.hammer import half_sine_response, hammer_rig
-from frictionloop.identification.rigs.jumps import jumps_rig
-from frictionloop.identification.rigs.plate import plate_sweep_rig, plate_switch_rig
-from frictionloop.identification.rigs.sensor import floor_rig
+from frictionloop.identification.rigs.plate_rigs import jumps_rig, plate_sweep_rig, plate_switch_rig
+from frictionloop.identification.rigs.sensor_rig import floor_rig
 from frictionloop.identification.rigs.weights import (
     UP_AND_DOWN_KG,
     bearing_friction_for,
@@ -12,18 +11,3 @@ from frictionloop.identification.rigs.weights import (
     string_friction_for,
     weights_rig,
 )
-
-__all__ = [
-    "UP_AND_DOWN_KG",
-    "bearing_friction_for",
-    "floor_rig",
-    "friction_exponent",
-    "half_sine_response",
-    "hammer_rig",
-    "jumps_rig",
-    "plate_sweep_rig",
-    "plate_switch_rig",
-    "pulled",
-    "string_friction_for",
-    "weights_rig",
-]

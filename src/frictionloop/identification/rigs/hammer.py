@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.identification.rigs.sensor import OWN_STREAM, reading, spring_noise, to_dataset
-from frictionloop.loop.timing import check_seed
+from frictionloop.identification.rigs.sensor_rig import OWN_STREAM, reading, spring_noise, to_dataset
+from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters import SuspendedSensor
-from frictionloop.parameters.rigs import CalibrationBench
-from frictionloop.quantities import FrictionloopError
+from frictionloop.parameters.calibration_bench import CalibrationBench
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number, whole
 from frictionloop.quantities.normals import normals
 
@@ -34,7 +34,7 @@ def hammer_rig(
 
     A hit is half a sine, F(t) = A sin(pi t/T) for 0 < t < T, at a fifth of every interval and up to a tenth later. Its
     spectrum falls to nothing at 1.5/T (500 Hz for 3 ms), which bounds the frequencies that can be analysed. The
-    response of springs and pole is exact (closed form); noise, base and converter as in rig_sensor.
+    response of springs and pole is exact (closed form); noise, base and converter as in `sensor_rig`.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ def hammer_rig(
 
     Notes
     -----
-    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/rigs.py).
+    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/calibration_bench.py).
     """
     bench = bench or CalibrationBench()
     sensor = bench.sensor
     if sensor.q <= 0.5:
-        raise FrictionloopError(f"sensor.q = {sensor.q:g}: must be above 0.5, without that there is no resonance")
+        raise must_be("sensor.q", sensor.q, "above 0.5")
     least_hz = LEAST_RATE * sensor.resonance_hz
     rate_hz = number("rate_hz", rate_hz, "Hz", least_hz, why=f" for sensor.resonance_hz = {sensor.resonance_hz:g} Hz")
     hits = whole("hits", hits, 1, 10**6)
@@ -127,7 +127,5 @@ def _refuse_overload(read_n: Array, peak_n: float, bench: CalibrationBench) -> N
     room_n = (range_n - abs(errors.offset_n)) / ((1 + errors.gain_error) * (1 + max(errors.nonlinearity, 0)))
     largest = float(np.max(np.abs(read_n)))
     if largest > room_n:
-        raise FrictionloopError(
-            f"peak_n = {peak_n:g} N: the reading would ring to {largest:.3g} N, beyond sensor.range_n = {range_n:g} N; "
-            f"must be at most {math.floor(1e3 * max(peak_n * room_n / largest, 0)) / 1e3:g}"
-        )
+        most = math.floor(1e3 * max(peak_n * room_n / largest, 0)) / 1e3
+        raise must_be("peak_n", peak_n, f"within sensor.range_n, at most {most:g}", "N")

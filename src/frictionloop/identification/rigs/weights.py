@@ -22,20 +22,24 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from frictionloop.identification.rigs.sensor import (
+from frictionloop.identification.rigs.sensor_rig import (
     OWN_STREAM,
     held_response,
     reading,
     spring_noise,
     to_dataset,
 )
-from frictionloop.loop.timing import check_seed
-from frictionloop.parameters.rigs import CalibrationBench, Pulley
-from frictionloop.quantities import FrictionloopError
+from frictionloop.loop.simulate import check_seed
+from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
+from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import number
 from frictionloop.quantities.normals import normals
 
 Array = NDArray[np.float64]
+STEPS_UP = tuple(round(0.025 * k, 3) for k in range(11))
+UP_AND_DOWN_KG = (*STEPS_UP, *STEPS_UP[-2::-1])
+"""0 to 250 g, 2.45 N, and back in steps of 25 g (assumed; Fig. 4a goes to about 2.5 N)."""
+_LEAST_RATE_HZ = 20.0  # ten samples in the time it takes to put a weight on, and in a period of the swing
 
 
 def friction_exponent(pulley: Pulley) -> float:
@@ -76,12 +80,6 @@ def pulled(weight_n: Array, pulley: Pulley) -> Array:
     return np.fromiter(following, float, len(low))
 
 
-STEPS_UP = tuple(round(0.025 * k, 3) for k in range(11))
-UP_AND_DOWN_KG = (*STEPS_UP, *STEPS_UP[-2::-1])
-"""0 to 250 g, 2.45 N, and back in steps of 25 g (assumed; Fig. 4a goes to about 2.5 N)."""
-_LEAST_RATE_HZ = 20.0  # ten samples in the time it takes to put a weight on, and in a period of the swing
-
-
 def weights_rig(
     masses_kg: Sequence[float] = UP_AND_DOWN_KG,
     bench: CalibrationBench | None = None,
@@ -94,7 +92,7 @@ def weights_rig(
     Each mass m hangs for ``dwell_s``. Its pull grows smoothly to m (1 + error) g within ``weights.placing_s`` while the
     hook begins to swing by phi(t) = phi0 e^(-t/T) cos(w t), w = sqrt(g/L), which changes the tension by
     (phi0^2/4 - 3/4 phi0^2 cos 2wt) e^(-2t/T) of itself (second order in phi). What the pulley leaves of it
-    (rig_pulley) pulls the sensor (rig_sensor). The error of a mass is uniform within ``weights.tolerance``, the same
+    (`pulled`) pulls the sensor (`sensor_rig`). The error of a mass is uniform within ``weights.tolerance``, the same
     whenever that mass hangs. Not in it: bounce of the string, stretch, temperature, the weight of the hook (a tare).
 
     Parameters
@@ -117,7 +115,7 @@ def weights_rig(
 
     Notes
     -----
-    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/rigs.py).
+    Source: paper, Sec. 3.3; the imperfections are assumed (parameters/calibration_bench.py).
     """
     bench = bench or CalibrationBench()
     masses = _masses(masses_kg, bench)
@@ -136,17 +134,16 @@ def _masses(masses_kg: Sequence[float], bench: CalibrationBench) -> Array:
     try:
         masses = np.asarray(masses_kg, dtype=float).reshape(-1)
     except (TypeError, ValueError):
-        raise FrictionloopError(f"masses_kg = {masses_kg!r}: must be a list of masses in kg") from None
+        raise must_be("masses_kg", masses_kg, "a list of numbers", "kg") from None
     if masses.size < 2:
-        raise FrictionloopError(f"masses_kg holds {masses.size} masses: must hold at least two")
+        raise must_be("masses_kg: masses", int(masses.size), "2 or more")
     errors, pulley = bench.errors, bench.pulley
     # What the reading may become: friction of the pulley that pulls along, gain and offset. The swing has decayed.
     share = math.exp(friction_exponent(pulley)) * bench.weights.gravity_m_s2 * (1 + bench.weights.tolerance)
     room_n = (bench.sensor.range_n - errors.offset_n) / ((1 + errors.gain_error) * (1 + max(errors.nonlinearity, 0)))
     most = max(room_n - pulley.drag_n, 0.0) / share
     for mass in masses[~(np.isfinite(masses) & (masses >= 0) & (masses <= most))][:1]:
-        beyond = f" (sensor.range_n = {bench.sensor.range_n:g} N)" if mass > most else ""
-        raise FrictionloopError(f"masses_kg = {mass:g} kg: must be from 0 to {math.floor(most * 1e4) / 1e4:g}{beyond}")
+        raise must_be("masses_kg", float(mass), f"0 to {math.floor(most * 1e4) / 1e4:g}, for sensor.range_n", "kg")
     return masses
 
 

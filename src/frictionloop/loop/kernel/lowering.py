@@ -12,9 +12,7 @@ from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import lookup_table, no_overdrive, overdrive_gains
 from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.loop import Tile
-from frictionloop.loop.kernel.lower_bench import keys_of, lower_bench
-from frictionloop.loop.kernel.lower_plant import lower_plant, lower_swing
-from frictionloop.loop.kernel.lower_signals import lower_signal
+from frictionloop.loop.kernel.lower_blocks import keys_of, lower_bench, lower_plant, lower_signal, lower_swing
 from frictionloop.loop.kernel.programs import set_programs
 from frictionloop.loop.kernel.shared import Shared, scratch
 from frictionloop.loop.kernel.slab import LANES, law_rows, vibration_rows

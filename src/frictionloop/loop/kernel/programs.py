@@ -11,10 +11,9 @@ from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_tile import build_guide, build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.effect_tile import build_effect
-from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_fixed
+from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_effect, build_fixed
 from frictionloop.loop.kernel.law_tile import build_law
-from frictionloop.loop.kernel.lower_signals import Signal
+from frictionloop.loop.kernel.lower_blocks import Signal
 from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import build_draws, build_driven, build_signal

@@ -28,7 +28,7 @@ STRUCTURAL = (
 )
 """Last words of the paths whose values decide which systems can share a tile."""
 SUBSTEP_S = 20e-6
-"""Longest substep of a bench: the contact errs by less than a millinewton (docs/contact)."""
+"""Longest substep of a bench: the contact errs by less than a millinewton (docs/model)."""
 COUPLED = (
     *("start_hz", "stop_hz", "low_hz", "high_hz", "start_s", "stop_s", "_um", "_um2"),
     *("speed_mm_s", "stroke_mm", "reversal_s", "contact_s", "landing_s", "fastest_mm_s", "length_mm"),

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from frictionloop.loop.formulas import TALLIES
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW, ROWS
 from frictionloop.loop.kernel.structure import effect_of, kernel_of
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.loop.metric import Sample, Tally
+from frictionloop.loop.metrics import TALLIES
 from frictionloop.parameters import System
 from frictionloop.quantities import trees
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from frictionloop.report.claims import device, noise, people, sensor, simulation, steps
-from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict
-from frictionloop.report.claims.judging import judged, texts
+from frictionloop.report.claims import device, noise, sensor, simulation, steps
+from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict, judged, texts
 from frictionloop.report.results import Results
 
 TOPICS = {
@@ -14,7 +13,6 @@ TOPICS = {
     "noise": noise,
     "sensor": sensor,
     "device": device,
-    "people": people,
     "steps": steps,
 }
 

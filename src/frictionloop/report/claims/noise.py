@@ -7,10 +7,9 @@ from functools import cache
 
 from frictionloop.analysis.linear import check_pi
 from frictionloop.parameters import System, feasible
-from frictionloop.report.claims.claim import Value
-from frictionloop.report.claims.judging import Numbers, numbers
-from frictionloop.report.noise import NOISE, NOISE_READINGS, knee_n, linear_gain, steady_noise
+from frictionloop.report.claims.claim import Numbers, Value, numbers
 from frictionloop.report.results import Results
+from frictionloop.report.sensor_noise import NOISE, NOISE_READINGS, knee_n, linear_gain, steady_noise
 from frictionloop.report.systems import FEASIBLE, PER_SAMPLE, per_sample
 from frictionloop.report.tolerances import R2_STEP, SATURATION_STEP
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frictionloop.hardware.plate.readings import plate_readings
+from frictionloop.hardware.plate.modes import plate_readings
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.identification import dynamic_range_db as decibels
 from frictionloop.identification import floor_readings, residual_share, uniform_std_n
 from frictionloop.parameters.plate_design import Side
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.calibration import BIN_HZ, PRINTED_R2, SHAKING, STILL
-from frictionloop.report.claims.judging import Numbers, numbers
+from frictionloop.report.claims.claim import Numbers, numbers
 from frictionloop.report.results import Results
 
 RANGE_N, NOISE_N = 2.5, 5e-5
@@ -23,6 +23,7 @@ MEASURED_HZ = 145.0
 """First resonance (paper, Sec. 3.3)."""
 LOWPASS_HZ = 1000.0
 """Cutoff of the demodulator (paper, Sec. 3.2)."""
+BUDGET = "noise budget of the built-in design"
 SIDES: dict[Side, str] = {"length": "16 lines along 255 mm", "width": "16 lines across 140 mm"}
 
 
@@ -113,7 +114,7 @@ def sensor_floor(results: Results) -> Numbers:
         "density, still base": rigs.density_n_rthz(STILL),
         "per bin of 0.1 Hz, still base": rigs.density_n_rthz(STILL) * math.sqrt(BIN_HZ),
         "rms, base shaking 20 µg rms": rigs.rms_n(SHAKING),
-        "rms, noise budget of the built-in design, 1 kHz": noise_budget(SensorDesign()).rms_n,
+        f"rms, {BUDGET}, 1 kHz": noise_budget(SensorDesign()).rms_n,
     }
     rms, density, per_bin, *_ = (1e6 * each for each in found_n.values())
     return numbers(
@@ -136,9 +137,9 @@ def dynamic_range_measured(results: Results) -> Numbers:
     found_n = {
         "300 Hz low-pass, still base": results.rigs.rms_n(STILL),
         "300 Hz low-pass, base shaking 20 µg rms": results.rigs.rms_n(SHAKING),
-        "noise budget of the built-in design": noise_budget(SensorDesign()).rms_n,
+        BUDGET: noise_budget(SensorDesign()).rms_n,
     }
-    compared = ["base shaking 20 µg rms", "noise budget of the built-in design"]
+    compared = ["base shaking 20 µg rms", BUDGET]
     return numbers({name: decibels(RANGE_N, rms_n) for name, rms_n in found_n.items()}, compared=compared)
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from frictionloop.analysis import kp_limit
 from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import friction_force
-from frictionloop.report.claims.judging import Numbers, numbers
+from frictionloop.report.claims.claim import Numbers, numbers
 from frictionloop.report.gains import at, middle, optimum, spread, useful_range
 from frictionloop.report.numbers import number
 from frictionloop.report.results import HALF, Results

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.report.claims.claim import Value
-from frictionloop.report.claims.judging import Numbers, numbers
-from frictionloop.report.device import CLOSED, IDEAL, OPEN, RETUNED_GAINS
+from frictionloop.report.claims.claim import Numbers, Value, numbers
+from frictionloop.report.protocol import CLOSED, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import (
     DIRECTIONS,

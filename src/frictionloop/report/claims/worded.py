@@ -1,35 +1,12 @@
-"""A claim's numbers in words: a value with its unit, what is accepted, and what a verdict in part rests on."""
+"""Claims in words: a value with its unit, what is accepted, what a verdict rests on, and how many come out."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
-from frictionloop.report.claims.claim import Claim, Verdict
-from frictionloop.report.numbers import number
-
-NEARLY_ONE = 0.9999
-"""A number above this and below 1 is shown as what is missing from 1."""
-
-
-def shown(value: float | str | None, digits: int = 3) -> str:
-    """Return a value of a claim as it is printed in tables: just below 1 as what is missing.
-
-    >>> shown(0.999995), shown(0.98)
-    ('1 − 5×10⁻⁶', '0.98')
-    """
-    if value is None:
-        return "none"
-    if isinstance(value, str):
-        return value
-    if NEARLY_ONE < value < 1 and number(value, digits) == "1":
-        return f"1 − {number(1 - value, 2)}"
-    return number(value, digits)
-
-
-def with_unit(value: float | str | None, unit: str, digits: int = 3) -> str:
-    """Return a value with its unit, which only a number carries."""
-    text = shown(value, digits)
-    return f"{text} {unit}".strip() if isinstance(value, (int, float)) else text
+from frictionloop.report.claims.claim import COUNTED, SOME_READINGS, Claim, Group, Verdict
+from frictionloop.report.numbers import shown, with_unit
 
 
 def accepted(claim: Claim) -> str:
@@ -63,3 +40,82 @@ def condition(claim: Claim, most: int = 2) -> str:
     told = [f"{name} ({with_unit(claim.all_values[name], units[name], claim.digits)})" for name in names[:most]]
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{words} {' or '.join(told)}{more}"
+
+
+SYMBOLS = {
+    Verdict.COMES_OUT: "✓",
+    Verdict.ASSUMED: "◐",
+    Verdict.NOT_OUT: "✗",
+    Verdict.NOT_COUNTED: "·",
+}
+"""A sign beside each verdict, so that it does not rest on colour."""
+
+
+def paper_and_ours(claim: Claim) -> tuple[str, str]:
+    """Return what is printed and what comes out here, with units."""
+    return with_unit(claim.published, claim.unit, claim.digits), with_unit(claim.ours, claim.unit, claim.digits)
+
+
+def grouped(claims: Sequence[Claim]) -> dict[Group, list[Claim]]:
+    """Return the claims of each group, in the order of the groups; groups without claims are left out."""
+    found = {group: [claim for claim in claims if claim.group is group] for group in Group}
+    return {group: some for group, some in found.items() if some}
+
+
+FIRST = ("open-loop-r2", "closed-loop-r2", "open-loop-variation", "steady-20-mn")
+"""Claims of Fig. 5a that stand beside the paper's values at the top."""
+HOLDS = {
+    Verdict.COMES_OUT: "comes out",
+    Verdict.ASSUMED: "comes out under an assumption",
+    Verdict.NOT_OUT: "does not come out",
+}
+"""What is said of the paper's thesis."""
+
+
+def counts(claims: Sequence[Claim]) -> dict[str, int]:
+    """Return how many claims each group has, and how those of the device are judged."""
+    found = {group.name.lower(): sum(claim.group is group for claim in claims) for group in Group}
+    device = [claim.verdict for claim in claims if claim.group is Group.DEVICE]
+    read = [claim.group for claim in claims if claim.judged == SOME_READINGS]
+    return found | {
+        "text": found["printed"] + found["assumed"] + found["not_out"],
+        "counted": sum(claim.group in COUNTED for claim in claims),
+        "device out": device.count(Verdict.COMES_OUT),
+        "device part": device.count(Verdict.ASSUMED),
+        "read": read.count(Group.ASSUMED),
+        "device read": read.count(Group.DEVICE),
+        "device not": device.count(Verdict.NOT_OUT),
+    }
+
+
+def counted(number: int, words: str) -> str:
+    """Return a number and what is said of so many.
+
+    >>> counted(1, "do not come out"), counted(2, "do not come out"), counted(1, "come out")
+    ('1 does not come out', '2 do not come out', '1 comes out')
+    """
+    return f"{number} {_of_one(words) if number == 1 else words}"
+
+
+def _of_one(words: str) -> str:
+    return words.replace("do not", "does not") if "do not" in words else words.replace("come", "comes")
+
+
+def not_counted(claims: Sequence[Claim]) -> str:
+    """Return how many claims each group has that is not counted, in words."""
+    return ", ".join(f"{len(some)} {group}" for group, some in grouped(claims).items() if group not in COUNTED)
+
+
+def named(claims: Sequence[Claim]) -> dict[str, str]:
+    """Return the titles of all that comes out, of the text and about the device, and of all that does not."""
+    out = [claim for claim in claims if claim.verdict is Verdict.COMES_OUT]
+    groups = {
+        "out": [claim for claim in out if claim.group is not Group.DEVICE],
+        "device out": [claim for claim in out if claim.group is Group.DEVICE],
+        "not out": [claim for claim in claims if claim.verdict is Verdict.NOT_OUT],
+    }
+    return {name: _titles(some) for name, some in groups.items()}
+
+
+def _titles(claims: Sequence[Claim]) -> str:
+    return ", ".join(f"“{claim.title}”" for claim in claims)

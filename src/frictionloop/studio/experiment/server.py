@@ -1,13 +1,15 @@
-"""The two pages of an experiment: roles by token, a socket each, clocks told."""
+"""The two pages of an experiment, served from a thread: roles by token, a socket each, clocks told."""
 
 from __future__ import annotations
 
 import asyncio
+import secrets
+import threading
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -16,12 +18,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.extra import needed
+from frictionloop.studio.connections import HEADERS, LOOPBACK, Doors, Guest, file_answer, listening, talk
 from frictionloop.studio.experiment.desk import Desk
-from frictionloop.studio.experiment.hub import EXPERIMENTER, PARTICIPANT
-from frictionloop.studio.filing import file_answer
-from frictionloop.studio.guest import Guest
-from frictionloop.studio.safe import HEADERS, Doors
-from frictionloop.studio.talking import talk
+from frictionloop.studio.experiment.hearing import EXPERIMENTER, PARTICIPANT
 
 STATIC = Path(__file__).parent / "static"
 SHARED = Path(__file__).parent.parent / "static"
@@ -36,15 +36,7 @@ ROLES = {"drive": (EXPERIMENTER, PARTICIPANT), "watch": (PARTICIPANT,)}
 
 
 def experiment_app(desk: Desk, doors: Doors) -> Starlette:
-    """Return the application that serves an experiment.
-
-    Parameters
-    ----------
-    desk : Desk
-        The session.
-    doors : Doors
-        Who may come in: ``token`` opens the experimenter's page, ``watch_token`` the participant's alone.
-    """
+    """Return the application that serves an experiment."""
 
     def allowed(request: Any, role: str) -> bool:
         return role in ROLES.get(doors.role(request), ())
@@ -101,3 +93,42 @@ async def _serve(desk: Desk, role: str, socket: WebSocket) -> None:
     finally:
         desk.hub.leave(role, guest)
         desk.heard.connected()
+
+
+LAST_S = 1.0
+"""Time in which pages still hear that a session is over (assumed)."""
+
+
+class Addresses(NamedTuple):
+    """Where the pages are; each address holds its token."""
+
+    participant: str
+    experimenter: str
+
+
+@contextmanager
+def served(desk: Desk, host: str = "127.0.0.1", port: int = 0) -> Iterator[Addresses]:
+    """Serve the pages of a session, and yield their addresses."""
+    uvicorn = needed("uvicorn", "uvicorn", "studio")
+    needed("starlette", "starlette", "studio")
+
+    # The participant's token must not open the experimenter's page, also on one machine.
+    doors = Doors(LOOPBACK if host in LOOPBACK else (), secrets.token_urlsafe(16), secrets.token_urlsafe(16))
+    bound = listening(host, port)
+    config = uvicorn.Config(
+        experiment_app(desk, doors), log_level="error", ws="websockets-sansio", timeout_graceful_shutdown=1
+    )
+    config.ws_max_size = 64 * 1024
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, daemon=True)
+    thread.start()
+    root = f"http://{host}:{bound.getsockname()[1]}"
+    try:
+        while not server.started and thread.is_alive():
+            time.sleep(0.01)
+        yield Addresses(f"{root}/participant?token={doors.watch_token}", f"{root}/experimenter?token={doors.token}")
+        time.sleep(LAST_S)
+    finally:
+        server.should_exit = True
+        thread.join(5)
+        bound.close()

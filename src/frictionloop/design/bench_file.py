@@ -1,0 +1,150 @@
+"""A System from a file or a preset with changes: what was given, what is in doubt, and what it was designed for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionloop.design.requirements import Requirements
+from frictionloop.findings import Finding
+from frictionloop.findings.result import plain
+from frictionloop.parameters import System, preset, read_toml, write_toml
+from frictionloop.parameters.files import DESIGNED, read_tree, start_of
+from frictionloop.parameters.summary import own_values
+from frictionloop.parameters.unit_sanity import differing, named_by, unusual
+from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
+from frictionloop.sensing.touch import check_follows
+
+if TYPE_CHECKING:
+    from frictionloop.design.controller_check import Check
+
+
+class DesignedTable(NamedTuple):
+    """What a file says of its controller."""
+
+    requirements: Requirements
+    given: frozenset[str]
+    """Dotted names of values that somebody gave."""
+    gains: dict[str, Any]
+
+
+def write_controller(found: Check, path: str | os.PathLike[str], given: Collection[str] = ()) -> None:
+    """Write the system of a check or a design, with what it holds for."""
+    told = [each for each in found.findings if each.code != "ASSUMED"]
+    table = {
+        "holds": found.holds,
+        "for": plain(found.requirements.given),
+        "gains": plain(own_values(found.system)),
+        "given": sorted(given),
+        "findings": [f"{each.severity} {each.code}: {each}" for each in told],
+    }
+    write_toml(found.system, path, designed=table, given=given)
+
+
+def read_designed(path: str | os.PathLike[str]) -> DesignedTable | None:
+    """Return what the table [designed] of a file says; None without one."""
+    table = read_tree(path).get(DESIGNED)
+    if not isinstance(table, dict):
+        return None
+    known = {each.name for each in fields(Requirements)}
+    asked = {name: _tuples(value) for name, value in table.get("for", {}).items() if name in known}
+    return DesignedTable(Requirements(**asked), frozenset(table.get("given", ())), dict(table.get("gains", {})))
+
+
+def changed_since(system: System, table: DesignedTable) -> tuple[Finding, ...]:
+    """Return that the gains of a system are not those that its file was designed with."""
+    own = plain(own_values(system))
+    then = {name: value for name, value in table.gains.items() if own.get(name) != value}
+    return (
+        (Finding("SPEC-CHANGED", value={f"controller.{name}": value for name, value in then.items()}),) if then else ()
+    )
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(each) for each in value) if isinstance(value, list) else value
+
+
+class Described(NamedTuple):
+    """A System and how it was described."""
+
+    system: System
+    stated: frozenset[str]
+    """Dotted names of values that somebody gave."""
+    findings: tuple[Finding, ...]
+
+
+def described(
+    file: str | os.PathLike[str] | None = None,
+    preset_name: str = "bench",
+    overrides: Mapping[str, Any] | None = None,
+    law: str | None = None,
+) -> Described:
+    """Return the System of a file, or a preset without one, with overrides, and what of it is in doubt.
+
+    Parameters
+    ----------
+    file
+        TOML file, beside its preset or whole.
+    preset_name
+        Preset without a file: paper, feasible or bench.
+    overrides
+        Values by dotted name; ``friction.coefficient`` is friction over load, in place of ``friction.nominal_n``.
+    law
+        Law that a controller is to be designed for, which sets some of what it believes.
+
+    Raises
+    ------
+    FrictionloopError
+        As `read_toml` and ``System.evolve``, or a finger that the controller cannot follow.
+    """
+    base = preset(preset_name) if file is None else read_toml(file)
+    own = _in_newtons(base, dict(overrides or {}))
+    system = base.evolve(own)
+    check_follows(system.motion, system.touch)  # a run would refuse it, after a design of some minutes
+    start, changes = (None, {}) if file is None else start_of(file)
+    table = None if file is None else read_designed(file)
+    found = [*_kinds(start, base, changes)] if start is not None else []
+    found += [*_kinds(base, system, own), *unusual(system)]
+    found += differing(system, named_by(_flat(changes), own), law)
+    found += changed_since(system, table) if table is not None and law is None else ()
+    stated = {*(_flat(changes) if start else ()), *own, *(table.given if table else ())}
+    return Described(system, frozenset(stated), tuple(found))
+
+
+COEFFICIENT = "friction.coefficient"
+"""Friction over load: taken in place of ``friction.nominal_n``, and told to the controller's model."""
+
+
+def _in_newtons(base: System, overrides: dict[str, Any]) -> dict[str, Any]:
+    """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0."""
+    if COEFFICIENT not in overrides:
+        return overrides
+    mu = number(COEFFICIENT, overrides.pop(COEFFICIENT), "", ABOVE_0)
+    load_n = overrides.get("friction.reference_load_n", getattr(base.friction, "reference_load_n", None))
+    if load_n is None:
+        raise must_be("friction.kind", base.friction.kind, '"finger" for a coefficient')
+    return {"friction.nominal_n": mu * load_n, "controller.model.nominal_n": mu * load_n} | overrides
+
+
+def _flat(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted names, also those in a block within a block."""
+    flat: dict[str, Any] = {}
+    for name, value in changes.items():
+        flat |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
+    return flat
+
+
+def _kinds(base: System, system: System, overrides: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield each block of a new kind that has its own defaults where the old kind had other values."""
+    for name in type(base).model_fields:
+        old, new = getattr(base, name), getattr(system, name)
+        if f"{name}.kind" in overrides and old.kind != new.kind:
+            shared = type(old).model_fields.keys() & type(new).model_fields.keys() - {"kind"}
+            said = {path.split(".")[1] for path in overrides if path.startswith(f"{name}.")}
+            left = [each for each in type(new).model_fields if each in shared - said]
+            values = {f"{name}.{each}": getattr(old, each) for each in left if getattr(old, each) != getattr(new, each)}
+            if values:
+                yield Finding("KIND-DEFAULTS", value=f"{name}.kind = {new.kind}", remedy=values, more={"old": old.kind})

@@ -1,0 +1,249 @@
+"""Trials: what was delivered in each stroke, whether it counts, what a row of the table says, and reading it back."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from frictionloop.experiments.protocol import Protocol, Stimulus
+from frictionloop.experiments.timeline import Validity
+from frictionloop.loop.record import system_of
+from frictionloop.loop.reference_runs import perceptual_index
+from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities.checks import Array
+
+DECLARED = {
+    ("constant", "level_n"): "mean",
+    ("grating", "offset_n"): "mean",
+    ("grating", "amplitude_n"): "contrast",
+    ("chirp", "amplitude_n"): "contrast",
+    ("grating", "spacing_mm"): "asked",
+}
+"""What an effect takes as delivered of a field: the mean force; how much of its pattern arrived; or what was asked for,
+where the field is of place, which the plate gives by itself. Other fields are taken as asked for."""
+
+
+class Measures(NamedTuple):
+    """One stroke in numbers, over the periods that are scored."""
+
+    force_mean_n: float
+    force_sd_n: float
+    rms_error_n: float
+    """Of the force against the set-point, N."""
+    felt_index: float
+    """Index D of that error: felt above 1."""
+    saturated_share: float
+    speed_mm_s: float
+    load_n: float
+    contact_share: float
+    """Share of the stroke that is scored: the finger slides and is down."""
+    lost_samples: int
+    level: float
+    """The field's value that was delivered."""
+
+
+def measures(run: xr.Dataset, protocol: Protocol, asked: float) -> Measures:
+    """Return one stroke in numbers; ``asked`` is the value of the effect's field that was asked for.
+
+    Of a device the force is the measured one.
+    """
+    scored = run["scored"].values
+    force = run[force_of(run)].values
+    lost = int(np.isnan(force).sum())
+    keep = scored & np.isfinite(force)
+    if not keep.any():
+        nan = math.nan
+        return Measures(nan, nan, nan, nan, nan, nan, nan, 0.0, lost, nan)
+    intended = run["f_r_intended" if "f_r_intended" in run else "f_r"].values
+    f, r = force[keep], intended[keep]
+    return Measures(
+        float(f.mean()),
+        float(f.std()),
+        float(np.sqrt(np.mean((f - r) ** 2))),
+        perceptual_index(run) if "f_a" in run and not lost else math.nan,
+        float(run["saturated"].values[keep].mean()),
+        1e3 * float(np.abs(run["speed"].values[keep]).mean()),
+        float(run["load"].values[keep].mean()),
+        float(keep.mean()),
+        lost,
+        _level(protocol.stimulus, asked, f, r),
+    )
+
+
+def force_of(run: xr.Dataset) -> str:
+    """Return the name of the force that was delivered: that on the finger where it is known, else the measured one."""
+    return "f_a" if "f_a" in run else "f_m"
+
+
+def _level(stimulus: Stimulus, asked: float, force: Array, intended: Array) -> float:
+    rule = stimulus.delivered
+    if rule == "declared":
+        rule = DECLARED.get((stimulus.effect.kind, stimulus.field), "asked")  # type: ignore[assignment]
+    if rule == "mean":
+        return asked + float(force.mean() - intended.mean())
+    if rule == "contrast" and np.std(intended) > 1e-6:
+        return asked * float(np.cov(intended, force)[0, 1] / np.var(intended, ddof=1))
+    return asked
+
+
+def why_invalid(found: Measures, rules: Validity) -> str:
+    """Return why a stroke does not count, empty if it does."""
+    if not math.isfinite(found.force_mean_n) or found.contact_share < rules.contact_share:
+        return f"contact_share={found.contact_share:.2f}"
+    for name, (low, high) in (("speed_mm_s", rules.speed_mm_s), ("load_n", rules.load_n)):
+        if not low <= getattr(found, name) <= high:
+            return f"{name}={getattr(found, name):.3g}"
+    if found.saturated_share > rules.saturated_share:
+        return f"saturated_share={found.saturated_share:.2f}"
+    if rules.rms_error_n is not None and found.rms_error_n > rules.rms_error_n:
+        return f"rms_error_n={found.rms_error_n:.3g}"
+    if found.lost_samples > rules.lost_samples:
+        return f"lost_samples={found.lost_samples}"
+    return ""
+
+
+def rate_of(run: xr.Dataset) -> float:
+    """Return the samples per second of a run."""
+    return float(system_of(run).controller.rate_hz)
+
+
+def columns(found: Measures, interval: int) -> dict[str, Any]:
+    """Return the measures of an interval, counted from 1, as columns of a row."""
+    return {f"{name}_{interval}": value for name, value in found._asdict().items() if name != "level"}
+
+
+MEASURED = {
+    "force_mean_n": "mean delivered force, N",
+    "force_sd_n": "standard deviation of it, N",
+    "rms_error_n": "rms error of the force, N",
+    "felt_index": "index D of the error",
+    "saturated_share": "share of clamped periods",
+    "speed_mm_s": "mean speed, mm/s",
+    "load_n": "mean load, N",
+    "contact_share": "share that is scored",
+    "lost_samples": "samples that were lost",
+}
+"""What is measured of each interval; columns end with _1 and _2."""
+COLUMNS = {
+    "trial": "number from 1",
+    "participant": "code",
+    "block": "number from 1",
+    "condition": "name of the condition",
+    "phase": "practice, main or catch",
+    "track": "name of the interleaved track",
+    "comparison": "interval with the comparison",
+    "requested": "level asked for",
+    "delivered": "level delivered, same unit",
+    "onset_s": "first stroke begins, s",
+    "offset_s": "last stroke ends, s",
+    **{f"{name}_{k}": f"{text}, interval {k}" for k in (1, 2) for name, text in MEASURED.items()},
+    "response": "answer",
+    "correct": "1, 0 or none",
+    "result": "result for the method",
+    "rt_s": "response time from offset_s, s",
+    "rt_uncertainty_s": "standard deviation of rt_s, s",
+    "valid": "1 if strokes and answer count",
+    "reason": "why not, and interval",
+    "counted": "1 if the method knows",
+    "again": "1 if repeated",
+    "repeat_of": "trial that it repeats, 0",
+    "method_state": "state before the trial",
+    "raw": "file with the traces",
+}
+"""Columns of ``trials.tsv`` and what they mean."""
+NUMBERS = {"magnitude": (0.0, math.inf, "above 0"), "tracking": (0.0, 100.0, "from 0 to 100")}
+"""Answers that are numbers, by task: ends, and how they are told; 0 is no magnitude."""
+WHOLE = ("trial", "block", "comparison", "valid", "counted", "again", "repeat_of")
+TEXT = ("participant", "condition", "phase", "track", "response", "reason", "method_state", "raw")
+
+
+def scored(protocol: Protocol, level: float, comparison: int, response: str) -> tuple[float, float]:
+    """Return whether an answer was right (NaN where none is) and what the method is told of it."""
+    task, choices = protocol.task, protocol.choices
+    if not choices:
+        return math.nan, number_of(task, response)
+    if response not in choices:
+        raise FrictionloopError(f"answer = {response!r}: accepted: {', '.join(choices)}")
+    place = choices.index(response)
+    if task in ("2ifc", "2afc"):
+        chosen = place == comparison - 1
+        right = math.nan if level == 0 else float(chosen == (level > 0))
+        return right, float(chosen) if protocol.method.scores == "comparison" or level == 0 else right
+    if task == "yes_no":
+        return float((place == 0) == (level > 0)), float(place == 0)
+    if task == "same_different":
+        return float((place == 1) == (level != 0)), float(place == 1)
+    return math.nan, (-1.0, 1.0, 0.0)[place]
+
+
+def number_of(task: str, response: str) -> float:
+    """Return an answer that is a number."""
+    low, high, said = NUMBERS[task]
+    try:
+        value = float(response)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and low <= value <= high) or (task == "magnitude" and value == 0.0):
+        raise must_be("answer", response, f"a number {said}")
+    return value
+
+
+def delivered_level(protocol: Protocol, level: float, comparison: int, found: Sequence[Measures]) -> float:
+    """Return the level that was delivered: of two intervals the difference, so that a common error drops out."""
+    stimulus = protocol.stimulus
+    if len(found) == 1:
+        return found[0].level - (stimulus.standard or 0.0) if stimulus.adds else found[0].level
+    apart = found[comparison - 1].level - found[2 - comparison].level
+    return apart if stimulus.adds else apart + stimulus.value(None)
+
+
+def line_of(row: Mapping[str, Any]) -> str:
+    """Return a row as a line of the table; numbers so that they are read back as they were."""
+    return "\t".join(_text(row.get(name)) for name in COLUMNS) + "\n"
+
+
+def header() -> str:
+    """Return the first line of the table."""
+    return "\t".join(COLUMNS) + "\n"
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """Return the rows of a table, numbers as numbers and NaN where nothing stands."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None
+    if not rows or rows[0] != list(COLUMNS):
+        raise FrictionloopError(f"{path}: is no table of trials")
+    found = []
+    for number, cells in enumerate(rows[1:], 1):
+        if len(cells) != len(COLUMNS):
+            raise must_be(f"{path}: trial {number}", len(cells), str(len(COLUMNS)), "columns")
+        found.append({name: _value(path, number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True)})
+    return found
+
+
+def _text(value: Any) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "n/a"
+    if isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(float(value))
+    return " ".join(str(value).split()) or "n/a"
+
+
+def _value(path: Path, trial: int, name: str, cell: str) -> Any:
+    if name in TEXT:
+        return "" if cell == "n/a" else cell
+    try:
+        return int(cell) if name in WHOLE else math.nan if cell == "n/a" else float(cell)
+    except ValueError:
+        raise must_be(f"{path}: trial {trial}: {name}", cell, "a number") from None

@@ -1,0 +1,126 @@
+"""What one entry of a project gave: measured values, numbers, findings, a table, what is drawn; and its refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from frictionloop.findings import Condition, Finding, shown
+from frictionloop.identification.estimate import Estimate, Measured
+from frictionloop.identification.recording_columns import READING
+from frictionloop.quantities import FrictionloopError
+
+Array = NDArray[np.float64]
+POINTS = 600
+"""Points of a curve that is drawn."""
+Rows = list[tuple[str, ...]]
+Numbers = Mapping[str, Any]
+"""Numbers by name: plain, a list of them, or an `Estimate`."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What is known of the sensor when the next recording is analysed."""
+
+    sensitivity: float = 1.0
+    unit: str = "N"
+    resonance_hz: float | None = None
+    cutoff_hz: float | None = None
+    cutoff_error_hz: float = 0.0
+
+
+@dataclass(frozen=True)
+class EntryResult:
+    """What an analysis gives of one entry of the project."""
+
+    measured: Sequence[Measured]
+    findings: Sequence[Finding]
+    numbers: Numbers
+    """What else was found, by name."""
+    rows: Sequence[tuple[str, ...]]
+    """A table, its first row the heading."""
+    curves: Mapping[str, Any] = field(repr=False)
+    """What is drawn."""
+    kind: str = ""
+    files: tuple[dict[str, str], ...] = ()
+    """path, sha256, date of each."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all but what is drawn."""
+        return {name: value for name, value in self.__dict__.items() if name != "curves"}
+
+
+class Refused(FrictionloopError):
+    """An analysis that does not return what its data cannot tell; the figure of its ``kind`` draws ``curves``."""
+
+    def __init__(self, said: str, kind: str, curves: Mapping[str, Any]) -> None:
+        super().__init__(said)
+        self.kind = kind
+        self.curves = dict(curves)
+
+
+def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path) -> Refused:
+    """Return a refusal with what its analysis saw; where it had not got that far, with the channels of the file."""
+    if isinstance(refusal, Refused) and refusal.curves:
+        return Refused(said, kind, refusal.curves)
+    return Refused(said, "recording", {"file": str(file)})
+
+
+def number_said(value: Any) -> str:
+    """Return a number as a person reads it, an `Estimate` with its interval, from plain data too."""
+    if isinstance(value, Mapping):
+        known = {**value, "freedom": np.inf if value["freedom"] is None else value["freedom"]}
+        return str(Estimate(**known))
+    return str(value) if isinstance(value, Estimate) else shown(value, 5)
+
+
+def in_newtons(run: xr.Dataset, sensor: Sensor) -> tuple[xr.Dataset, list[Finding]]:
+    """Return a recording with its reading in newtons, and what is in doubt of how.
+
+    By the weights of the project; where these were read in another unit or there are none, by what the map says.
+    """
+    reading = run[READING]
+    unit, stated = reading.attrs.get("units"), reading.attrs.get("newtons_per_unit")
+    found = []
+    if unit == sensor.unit:
+        factor = 1 / sensor.sensitivity
+    else:
+        factor = 1.0 if stated is None else float(stated)
+        if stated is not None or unit != "N":
+            found = [Finding("TAKEN-FOR", value=factor, unit="N", more={"path": f"{READING}: 1 {unit} by weights"})]
+    return run.assign({READING: (factor * reading).assign_attrs({"units": "N"})}), found
+
+
+def off_line(what: str, value: float, unit: str, name: str = "") -> Finding:
+    """Return that a fit leaves something systematic."""
+    return Finding("LINE-OFF", value=value, unit=unit, where=Condition(channel=name), more={"what": what})
+
+
+def not_told(what: str, reason: str) -> Finding:
+    """Return that recordings do not tell a value."""
+    return Finding("NOT-TOLD", more={"what": what, "reason": reason})
+
+
+def with_method(error: float, apart: float) -> float:
+    """Return the error of a method whose value is so far from another method's."""
+    return float(np.hypot(error, apart / np.sqrt(3)))
+
+
+def thinned(points: int, **curves: Array) -> dict[str, list[float]]:
+    """Return curves of one length of which every nth point is drawn, by name."""
+    step = max(next(iter(curves.values())).size // points, 1)
+    return {name: np.asarray(each)[::step].tolist() for name, each in curves.items()}
+
+
+def thin(x: Array, y: Array) -> tuple[list[float], list[float]]:
+    """Return a curve by at most so many points, evenly on a logarithmic axis."""
+    if x.size <= POINTS:
+        return x.tolist(), y.tolist()
+    rows = np.unique(np.searchsorted(x, np.geomspace(x[0], x[-1], POINTS)).clip(0, x.size - 1))
+    return x[rows].tolist(), y[rows].tolist()
