@@ -32,6 +32,7 @@ from frictionloop.parameters.summary import gains_said
 from frictionloop.quantities import replacing, trees
 from frictionloop.quantities.version import package_version
 from frictionloop.sensing.measurement import Measurement
+from frictionloop.sensing.touch import TouchCoefficients, TouchState, board_touch, touch_step
 
 TESTED = 10_000
 """Periods of the bit test."""
@@ -62,6 +63,8 @@ class LawSource(Result):
 
 def law(system: System, out: str | os.PathLike[str]) -> LawSource:
     """Write the control law of a System as C99 with its gains: readings and set-point in, u and amplitude out.
+
+    What finds out whether the finger slides, and waits after a turn (`touch_step`), is in it.
 
     The law of a user's own (`fl.register`) is translated like a built-in one, from its compiled step. The file has a
     bit test: `TESTED` periods on any board give the digest of the simulator, or some bit differs.
@@ -99,6 +102,9 @@ def law_source(system: System, own: Law) -> tuple[str, str]:
     state, gains, measurement, overdriven = (within.struct(shape) for shape in shapes)
     name, after = within.function(own.step, [state, measurement, REAL, gains, REAL])
     plate, plate_after = within.function(overdrive_step, [REAL, REAL, overdriven])
+    touch, seen = within.struct(TouchState), within.struct(TouchCoefficients)
+    touched, touched_after = within.function(touch_step, [touch, *[REAL] * 4, seen])
+    felt = board_touch(system)
     looked_up, tables = _lookup(system, within)
     start, values = own.start_for(controller), own.gains_for(controller)
     digest = f"{bit_test(system, own):016x}"
@@ -110,6 +116,8 @@ def law_source(system: System, own: Law) -> tuple[str, str]:
         "start": _initialised(own.state, start), "gains": _initialised(own.gains, values),
         "overdrive": _initialised(OverdriveGains, _drive(controller)),
         "overdrive_step": plate, "PlateAfter": plate_after,
+        "TouchState": touch, "TouchCoefficients": seen, "touch_step": touched, "Touched": touched_after,
+        "touch": _initialised(TouchCoefficients, felt), "landed": _initialised(TouchState, _landed(felt)),
     }  # fmt: skip
     return INCLUDES + Template(TEMPLATE.read_text(encoding="utf-8")).substitute(filled), digest
 
@@ -144,15 +152,23 @@ def bit_test(system: System, own: Law) -> int:
     controller, model = system.controller, system.controller.model
     state, gains = floats(own.start_for(controller)), floats(own.gains_for(controller))
     drive, plate_um, dt, digest = _drive(controller), 0.0, 1.0 / controller.rate_hz, 0xCBF29CE484222325
+    felt = board_touch(system)
+    touch = _landed(felt)
     for k in range(TESTED):
         force_n = 0.5 + (k * 7 % 512 - 256) / 1024 + ((k * 40503 & 65535) // 256 - 128) / 4096
-        speed, valid = (-0.03125 if k // 512 % 2 else 0.03125), float(k % 512 > 40)
-        reading = Measurement(force_n, (k % 1000 - 500) / 32768, speed, 0.5, valid)
+        place, load_n = min(k % 2048, 2048 - k % 2048), 0.0 if k % 5000 < 60 else 0.5
+        touch, seen = touch_step(touch, (place - 512) / 32768, load_n, 0.0, 0.0, felt)
+        signed_n = force_n if k % 2048 < 1024 else -force_n
+        reading = Measurement(touch[5] * signed_n, *seen)
         state, (u, _) = own.step(state, reading, 0.5 + (k * 3 % 1024 - 512) / 2048, gains, dt)
         plate_um, amplitude_um = overdrive_step(plate_um, _amplitude_um(float(u), model), drive)
         for value in (u, amplitude_um):
             digest = (digest ^ int(np.float64(value).view(np.uint64))) * 0x100000001B3 % 2**64
     return digest
+
+
+def _landed(felt: TouchCoefficients) -> TouchState:
+    return TouchState(0.0, 0.0, 0.0, felt.developed_m, 0.0, 1.0, 0.0)
 
 
 def _drive(controller: Any) -> OverdriveGains:
