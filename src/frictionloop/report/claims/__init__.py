@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from frictionloop.report.claims import device, noise, sensor, simulation, steps
 from frictionloop.report.claims.claim import COUNTED, THESIS, Claim, Group, Verdict, judged, texts
+from frictionloop.report.claims.statement import Statement, others, statements, within
 from frictionloop.report.results import Results
 
 TOPICS = {

@@ -75,7 +75,7 @@ def printed_gains_stable(results: Results) -> Numbers:
     slider = the_bench().evolve({**BENCHES["without either"], "finger.slip_length_um": 0.0})
     return numbers(
         limits,
-        assumed=list(BENCHES)[1:],
+        compared=list(BENCHES)[1:],
         rigid=kp_limit(paper()),
         slider=kp_limit(slider),
         stable_from=results.checked.ideal_from_n,
@@ -89,7 +89,7 @@ def open_loop_r2(results: Results) -> Numbers:
     opened = results.tracked[OPEN]
     within, over = _within(opened), opened["f_a"].mean(("stroke", "time")) / opened["f_r"].mean(("stroke", "time"))
     found = {f"{name}, pooled": each.regression for name, each in fits.items()}
-    found |= {f"{first}, mean of the levels": within, f"{first}, to f_a = f_r": fits[first].identity}
+    found |= {f"{first}{ONE_SINE}": within, f"{first}, to f_a = f_r": fits[first].identity}
     return numbers(
         found,
         compared=["to f_a = f_r"],
@@ -131,9 +131,10 @@ def closed_loop_r2(results: Results) -> Numbers:
     errors_mn = {name: 1e3 * found.rms_n for name, found in fits.items()}
     within = {name: _levels(results.tracked[name]) for name in CLOSED}
     one_sine = {f"{name}{ONE_SINE}": value for name, value in _both_fits(within).items()}
+    pooled = _both_fits({name: [found] for name, found in fits.items()})
     low, middle, high = (each.identity for each in within[RETUNED_GAINS])
     return numbers(
-        _both_fits({name: [found] for name, found in fits.items()}) | one_sine,
+        {f"{name}, pooled": value for name, value in pooled.items()} | one_sine,
         retuned=errors_mn[RETUNED_GAINS],
         printed=errors_mn[PRINTED],
         ideal=errors_mn[IDEAL],
@@ -257,6 +258,7 @@ def higher_order_cancels(results: Results) -> Numbers:
 
     return numbers(
         found,
+        compared=["slip length 0 um", "worst decile"],
         notch=left_mn(NOTCH, MEDIAN),
         notch_worst=left_mn(NOTCH, WORST),
         pi_worst=left_mn(RETUNED_GAINS, WORST),

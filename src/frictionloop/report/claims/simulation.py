@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
+from frictionloop.loop.reference_runs import disturbance_left
 from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.claims.claim import Numbers, numbers
@@ -62,6 +63,15 @@ def kp_optimum(results: Results) -> Numbers:
     )
 
 
+def ki_optimum(results: Results) -> Numbers:
+    """Return the middle of the best integral gains at Kp = 10, in both units of a printed Ki."""
+    ranges = {name: useful_range(cut["r2_identity"]) for name, cut in results.over_ki.items()}
+    best = {name: middle(found) for name, found in ranges.items()}
+    rate_hz = results.systems[WORKING].controller.rate_hz
+    sampled = {f"{name}, {PER_SAMPLE}": ki and ki / rate_hz for name, ki in best.items()}
+    return numbers(best | sampled, low=ranges[FEASIBLE].low, high=ranges[FEASIBLE].high)
+
+
 def ki_influence(results: Results) -> Numbers:
     """Return how much the integral gain changes the fidelity at Kp = 10."""
     cuts = {name: cut["r2_identity"] for name, cut in results.over_ki.items()}
@@ -86,10 +96,12 @@ def close_to_possible(results: Results) -> Numbers:
 
 
 def kp_1_unsatisfactory(results: Results) -> Numbers:
-    """Return how much fidelity is lost from Kp = 10 to 1."""
-    r2 = _fidelity(results)
-    lost = {name: at(each, 10.0) - at(each, 1.0) for name, each in r2.items()}
-    return numbers(lost, at_1=at(r2[FEASIBLE], 1.0), at_10=at(r2[FEASIBLE], 10.0))
+    """Return how much more of the disturbance is left at Kp = 1 than at 10."""
+    systems = in_both_units(results.systems)
+    at_1, at_10 = (
+        {name: disturbance_left(tracking_run(system, kp)) for name, system in systems.items()} for kp in (1.0, 10.0)
+    )
+    return numbers({name: at_1[name] / at_10[name] for name in systems}, at_1=at_1[FEASIBLE], at_10=at_10[FEASIBLE])
 
 
 def kp_40_saturated(results: Results) -> Numbers:
