@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from frictionloop.figures.style import inline, write_both
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.parameters import RETUNED
-from frictionloop.physics.reach import capable
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import protocol
@@ -28,7 +27,6 @@ from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import COUNTED, Claim, Group, all_claims, others, statements
 from frictionloop.report.claims.device import LOAD_MOVES
-from frictionloop.report.claims.worded import SYMBOLS, accepted
 from frictionloop.report.numbers import milli, shown, with_unit
 from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.people import bench_systems, the_finger
@@ -163,7 +161,6 @@ def render(
     by_id = {claim.id: claim for claim in claims}
     environment.filters |= {
         "maths": maths,
-        "accepted": accepted,
         "number": shown,
         "milli": milli,
         "percent": "{:.0%}".format,
@@ -177,7 +174,6 @@ def render(
         "told": lambda id, name: by_id[id].told[name],
         "with_unit": with_unit,
         "shown": shown,
-        "symbols": SYMBOLS,
         "rules": RULES,
         "docs_link": partial(docs_link, folder=folder),
     }
@@ -189,7 +185,6 @@ def render(
         retuned=RETUNED,
         built=docs_link("glossary", folder).endswith(".html"),
         finger=the_finger(),
-        finger_moving=_given_while_load_moves(),
         finger_number=protocol.chosen(protocol.population()),
         study=results.beyond,
         laws=beyond_rows(results.beyond),
@@ -199,13 +194,6 @@ def render(
         moving=LOAD_MOVES,
         checked=results.checked,
     )
-
-
-def _given_while_load_moves() -> bool:
-    """Return whether the finger that is shown can be given the paper's forces while its load drifts and trembles."""
-    low_n, high_n = protocol.LOW_N, protocol.HIGH_N
-    found = capable([the_finger()], low_n, high_n, contact_s=protocol.SCORED_S, load_moves=True)
-    return bool(found["capable"].values[0])
 
 
 def _citation(command: str, seeds: str) -> Markup:

@@ -18,7 +18,6 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
 from frictionloop.report.claims import (
     COUNTED,
-    THESIS,
     Claim,
     Statement,
     claim_ids,
@@ -27,7 +26,6 @@ from frictionloop.report.claims import (
     statements,
     within,
 )
-from frictionloop.report.claims.worded import accepted, paper_and_ours
 from frictionloop.report.closed_loop import Table
 from frictionloop.report.numbers import with_unit
 from frictionloop.report.page import build_report, prepare
@@ -99,7 +97,7 @@ class Reproduction(Result):
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return how many have each verdict, and claims with paper's and own value; of some alone their numbers."""
         if self.page is not None:
-            judged = {
+            judged: dict[str, Iterable[Claim | Statement]] = {
                 "statements": self.statements,
                 "their claims": within(self.statements),
                 "others": others(self.claims),
@@ -110,9 +108,9 @@ class Reproduction(Result):
 
 
 def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
-    paper, ours = paper_and_ours(claim)
+    paper, ours = claim.paper_and_ours
     yield claim.id, f"{claim.said}: {claim.title} ({claim.place})"
-    yield "paper", f"{paper}; here {ours}, {claim.quantity}; accepted {accepted(claim)}"
+    yield "paper", f"{paper}; here {ours}, {claim.quantity}; accepted {claim.accepts}"
     yield "cite", " · ".join(cited(claim.command, claim.seeds))
 
 
@@ -123,13 +121,13 @@ def _figure_rows(figure: FigureMade) -> Iterator[tuple[str, str]]:
     yield "cite", " · ".join(cited(figure.command, figure.seeds))
 
 
-def _verdicts(judged: Mapping[str, Sequence[Claim | Statement]]) -> pd.DataFrame:
+def _verdicts(judged: Mapping[str, Iterable[Claim | Statement]]) -> pd.DataFrame:
     counts = {name: [sum(each.verdict is word for each in some) for word in COUNTED] for name, some in judged.items()}
     return frame(counts, "", list(COUNTED))
 
 
 def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
-    rows = {claim.id: (*paper_and_ours(claim), accepted(claim), claim.said) for claim in claims}
+    rows = {claim.id: (*claim.paper_and_ours, claim.accepts, claim.said) for claim in claims}
     return frame(rows, "", ["paper", "here", "accepted", "verdict"])
 
 
@@ -215,7 +213,7 @@ def _check_names(names: Iterable[str]) -> None:
     known = [*FIGURES, *claim_ids()]
     for name in names:
         if name not in known:
-            near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
+            near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", "kp-optimum"]
             said = f"only = {name!r}: is neither figure nor claim; near are {', '.join(near)}"
             raise FrictionloopError(said, "UNKNOWN-NAME")
 

@@ -94,7 +94,7 @@ _FORCE = f"measured force: factor {RMS_FACTOR:g} (assumed)"
 _LEVEL = f"noise level: factor {RMS_FACTOR:g} (assumed)"
 YARDSTICKS = {
     "rounding": Yardstick("printed number: its rounding (assumed)", as_printed),
-    "gain": Yardstick("gain: rounding in 1–2–5", nearest_125),
+    "gain": Yardstick(f"gain: rounding in 1–2–5; useful: R² within {R2_STEP:g} of the largest", nearest_125),
     "power of ten": Yardstick(_DECADE, half_decade),
     "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
     "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),

@@ -13,7 +13,6 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.quantities.version import cited_version
-from frictionloop.report.claims import THESIS
 
 VERBS = ("reproduce", "simulate", "sweep", "compare")
 
@@ -92,7 +91,13 @@ def test_ctrl_c_is_quiet(frictionloop, monkeypatch):
 def report(monkeypatch):
     """Put a small report in place of the paper's."""
     (claim,) = fl.reproduce(only=["resonance"]).claims
-    thesis = replace(claim, id=THESIS, group=None, readings={"re-tuned gains, one finger": 3.0}, accepted=(1.0, 9.0))
+    thesis = replace(
+        claim,
+        id="pi-reduces-variability",
+        group=None,
+        readings={"re-tuned gains, one finger": 3.0},
+        accepted=(1.0, 9.0),
+    )
     monkeypatch.setattr("frictionloop.report.reproduction.build_report", lambda folder, progress: [thesis, claim])
 
 
@@ -103,8 +108,10 @@ def test_reproduce_prints_the_verdict_and_where_the_page_is(frictionloop, report
     assert "(spread of one finger ÷ 3)" in answer.out
     assert "report/index.html" in answer.out
     found = frictionloop("reproduce", "--out", "deep/er", "--json").json()
-    assert [each["id"] for each in found["claims"]] == [THESIS, "resonance"] and found["page"] == "deep/er/index.html"
-    assert found["statements"][0]["claims"] == [THESIS]
+    assert [each["id"] for each in found["claims"]] == ["pi-reduces-variability", "resonance"] and found[
+        "page"
+    ] == "deep/er/index.html"
+    assert found["statements"][0]["claims"] == ["pi-reduces-variability"]
 
 
 def test_reproduce_makes_a_claim_alone(frictionloop):

@@ -1,4 +1,4 @@
-"""A claim of the paper as data: what is printed, what comes out here, what counts as agreement, and the verdict."""
+"""A claim of the paper as data: what is printed, the number here, what counts as agreement, and the verdict."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ from importlib.resources import files
 from typing import Any, TypeVar
 
 from frictionloop.report.beyond import ORACLE
-from frictionloop.report.numbers import number
+from frictionloop.report.numbers import number, shown, with_unit
 from frictionloop.report.protocol import IDEAL, PRINTED
 from frictionloop.report.results import variants
 from frictionloop.report.systems import FEASIBLE
 from frictionloop.report.tolerances import YARDSTICKS
 
-THESIS = "pi-reduces-variability"
-"""The paper's thesis, which comes first."""
 T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""
@@ -37,6 +35,11 @@ class Verdict(StrEnum):
     """A named condition, which the text leaves open, gives one."""
     NO = "no"
     NOT_COUNTED = "not counted"
+
+    @property
+    def sign(self) -> str:
+        """A sign, so that it does not rest on colour."""
+        return "✓◐✗·"[list(Verdict).index(self)]
 
     def under(self, condition: Condition | None) -> str:
         """Return the verdict with what it takes."""
@@ -148,6 +151,26 @@ class Claim:
         """The verdict with its condition."""
         return self.verdict.under(self.condition)
 
+    @property
+    def accepts(self) -> str:
+        """The numbers accepted, in words."""
+        low, high = self.accepted
+        low_text, high_text = (
+            with_unit(end, self.unit, self.digits) if math.isfinite(end) else "" for end in (low, high)
+        )
+        if low == high:
+            return low_text
+        if math.isinf(high):
+            return f"at least {low_text}"
+        if math.isinf(low) or low == 0.0:
+            return f"at most {high_text}"
+        return f"{shown(low, self.digits)} to {high_text}"
+
+    @property
+    def paper_and_ours(self) -> tuple[str, str]:
+        """What is printed and the number here, with units."""
+        return with_unit(self.published, self.unit, self.digits), with_unit(self.ours, self.unit, self.digits)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
         words = ("id", "title", "place", "quote", "published", "ours", "unit", "measure", "quantity")
@@ -196,15 +219,8 @@ class Told(float):
         return number((1e3 if told[2] else 1.0) * self, int(told[1] or 3)) if told else format(float(self), spec)
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """What is computed for a claim."""
-
-    readings: Mapping[str, Value]
-    assumed: Mapping[str, Value]
-    compared: Mapping[str, Value]
-    told: Mapping[str, Told | str]
-    """Numbers that its texts name besides."""
+Numbers = Mapping[str, Any]
+"""What is computed for a claim: readings, assumed, compared and told of `Claim`."""
 
 
 def numbers(values: Mapping[str, Value], *, compared: Collection[str] = (), **told: float | str | None) -> Numbers:
@@ -214,12 +230,12 @@ def numbers(values: Mapping[str, Value], *, compared: Collection[str] = (), **to
     too: ``{reachable set-point}``.
     """
     voting = lacking(values, (*WITHOUT_VOTE, *compared))
-    return Numbers(
-        lacking(voting, OPEN_TO_ASSUME),
-        having(voting, OPEN_TO_ASSUME),
-        having(values, (*WITHOUT_VOTE, *compared)),
-        {name: _told(each) for name, each in told.items()},
-    )
+    return {
+        "readings": lacking(voting, OPEN_TO_ASSUME),
+        "assumed": having(voting, OPEN_TO_ASSUME),
+        "compared": having(values, (*WITHOUT_VOTE, *compared)),
+        "told": {name: _told(each) for name, each in told.items()},
+    }
 
 
 def _told(value: float | str | None) -> Told | str:
@@ -238,8 +254,8 @@ def texts(topic: str) -> Mapping[str, Any]:
 def judged(id: str, text: Mapping[str, Any], found: Numbers, seeds: str) -> Claim:
     """Return the claim of a text and the numbers computed for it."""
     words = {name: value for name, value in text.items() if name not in ("group", "condition", "yardstick", "against")}
-    given = {name: _told(each) for name, each in {**found.readings, **found.assumed, **found.compared}.items()}
-    words |= {name: words[name].format_map({**given, **found.told}) for name in FILLED if name in words}
+    given = {name: _told(each) for kind in found.values() for name, each in kind.items()}
+    words |= {name: words[name].format_map(given) for name in FILLED if name in words}
     rules = [words.pop("tolerance")] if "tolerance" in words else []
     if "yardstick" in text:
         yardstick = YARDSTICKS[text["yardstick"]]
@@ -249,12 +265,9 @@ def judged(id: str, text: Mapping[str, Any], found: Numbers, seeds: str) -> Clai
         id=id,
         group=Group[text["group"].upper()] if "group" in text else None,
         condition=tuple(text["condition"]) if "condition" in text else None,
-        readings=found.readings,
-        assumed=found.assumed,
-        compared=found.compared,
         accepted=tuple(words.pop("accepted")),
         tolerance="; ".join(rules),
         seeds=words.pop("seeds", seeds),
-        told=found.told,
+        **found,
         **words,
     )

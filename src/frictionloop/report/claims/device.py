@@ -97,10 +97,8 @@ def open_loop_r2(results: Results) -> Numbers:
         within=within,
         closed=fit(results.tracked[RETUNED_GAINS]).regression,
         closed_within=_within(results.tracked[RETUNED_GAINS]),
-        identity=fits[first].identity,
         least_over=float(over.min()),
         most_over=float(over.max()),
-        over_at_moments=float((opened["f_a"] / opened["f_r"]).quantile(0.99)),
     )
 
 
@@ -128,21 +126,12 @@ def _within(runs: xr.Dataset) -> float:
 def closed_loop_r2(results: Results) -> Numbers:
     """Return both kinds of fit of the closed loop, levels pooled and within one sine, the mean of the three."""
     fits = {name: fit(results.tracked[name]) for name in CLOSED}
-    errors_mn = {name: 1e3 * found.rms_n for name, found in fits.items()}
     within = {name: _levels(results.tracked[name]) for name in CLOSED}
     one_sine = {f"{name}{ONE_SINE}": value for name, value in _both_fits(within).items()}
     pooled = _both_fits({name: [found] for name, found in fits.items()})
-    low, middle, high = (each.identity for each in within[RETUNED_GAINS])
     return numbers(
         {f"{name}, pooled": value for name, value in pooled.items()} | one_sine,
-        retuned=errors_mn[RETUNED_GAINS],
-        printed=errors_mn[PRINTED],
-        ideal=errors_mn[IDEAL],
-        low=low,
-        middle=middle,
-        high=high,
-        open_pooled=fit(results.tracked[OPEN]).regression,
-        open_within=_within(results.tracked[OPEN]),
+        printed=1e3 * fits[PRINTED].rms_n,
         ringing_spread=fits[PRINTED].spread_n,
         ringing_slope=fits[PRINTED].slope,
     )
@@ -185,8 +174,6 @@ def fluctuations_of_the_finger(results: Results) -> Numbers:
         no_roughness=milli["no roughness"],
         neither=milli["neither"],
         noiseless=milli["no sensor noise"],
-        printed=1e3 * fluctuations[PRINTED]["neither"],
-        ideal=1e3 * fluctuations[IDEAL]["neither"],
     )
 
 

@@ -46,20 +46,11 @@ def kp_optimum(results: Results) -> Numbers:
     """Return the middle of the best gains at Ki = 2, also with the noise and the delay that the text leaves open."""
     cuts = _fidelity(results) | {name: cut["r2_identity"] for name, cut in results.variants.items()}
     ranges = {name: useful_range(r2) for name, r2 in cuts.items()}
-    second, sample, late = (ranges[name] for name in (FEASIBLE, f"{FEASIBLE}, {PER_SAMPLE}", HALF))
-    per_second, per_sample = WORKING, f"{WORKING}, {PER_SAMPLE}"
     return numbers(
         {name: middle(found) for name, found in ranges.items()},
-        printed_low=ranges[per_second].low,
-        printed_low_sample=ranges[per_sample].low,
-        largest=optimum(cuts[per_second]).kp,
-        largest_sample=optimum(cuts[per_sample]).kp,
-        second_low=second.low,
-        second_high=second.high,
-        sample_low=sample.low,
-        sample_high=sample.high,
-        late_low=late.low,
-        late_high=late.high,
+        largest_sample=optimum(cuts[f"{WORKING}, {PER_SAMPLE}"]).kp,
+        late_low=ranges[HALF].low,
+        late_high=ranges[HALF].high,
     )
 
 
