@@ -234,7 +234,7 @@ def figure_overshoot(stepped: Mapping[str, xr.Dataset], names: Sequence[str]) ->
         force.set_title(f"{direction} step, mean of {windows.sizes['step']}")
         amplitude.set(xlabel="time since the step (ms)", xlim=CLOSE_MS)
     panels[0, 0].set_ylabel("friction force $f_a$ (N)")
-    panels[1, 0].set_ylabel("commanded amplitude (µm)")
+    panels[1, 0].set_ylabel("command (µm)")
     panels[1, 0].set_ylim(0, None)
     # At the left and narrow: on a phone the figure is scrolled, and begins with it.
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)

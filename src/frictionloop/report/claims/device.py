@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
-from frictionloop.parameters import paper
+from frictionloop.parameters import RETUNED, paper
 from frictionloop.physics.reach import capable
 from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Numbers, Value, numbers
@@ -65,6 +65,8 @@ def pi_reduces_variability(results: Results) -> Numbers:
         ringing=1e3 * fit(tracked[PRINTED]).rms_n,
         open_spread=opened.spread_n,
         spread=fit(tracked[RETUNED_GAINS]).spread_n,
+        kp=RETUNED["controller.kp"],
+        ki=RETUNED["controller.ki"],
     )
 
 
