@@ -32,9 +32,9 @@ def stepped(response, strokes=2):
     before = np.where(r == 0.8, 0.4, 0.8)
     f = r + (before - r) * (1 - response(since))
     f[time < 0.5] = 0.4
-    run = xr.Dataset(
-        {name: ("time", values) for name, values in {"f_r": r, "f_a": f, "a": 2.5 - f}.items()}, {"time": time}
-    )
+    model = fl.bench().controller.model
+    u = model.nominal_n * np.exp(-model.susceptibility_per_um2 * (2.5 - f) ** 2)  # the table commands a = 2.5 - f
+    run = xr.Dataset({name: ("time", values) for name, values in {"f_r": r, "f_a": f, "u": u}.items()}, {"time": time})
     run.attrs["system"] = fl.bench().evolve({"setpoint": protocol.steps()}).model_dump_json()
     return xr.concat([run] * strokes, "stroke")
 
