@@ -148,7 +148,7 @@ class Soak:
             SOAK.write_text(json.dumps(dict(sorted((kept | self.found).items())), indent=1) + "\n")
 
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
-        """Tell the figures of what was run, how many campaigns are stored, how many of them did not pass, and how many other code has decided."""
+        """Tell the figures of what was run; how many stored campaigns did not pass, and how many other code decided."""
         for name, found in self.found.items():
             for what, figure in found.get("figures", {}).items():
                 terminalreporter.line(f"{name.rpartition('::')[2]}: {what} {figure}")
