@@ -135,6 +135,8 @@ class Soak:
                 "outcome": outcome, "seconds": round(report.duration, 1), "code": deciding_code(report.nodeid),
                 "numba": version("numba"), "numpy": version("numpy"),
             }  # fmt: skip
+            if figures := dict(each for each in report.user_properties if each != SOAKED):
+                self.found[report.nodeid]["figures"] = figures
 
     def pytest_sessionfinish(self) -> None:
         """Write the file."""
@@ -143,7 +145,10 @@ class Soak:
             SOAK.write_text(json.dumps(dict(sorted((kept | self.found).items())), indent=1) + "\n")
 
     def pytest_terminal_summary(self, terminalreporter: Any, config: pytest.Config) -> None:
-        """Tell how many campaigns are stored, how many of them did not pass, and how many other code has decided."""
+        """Tell the figures of what was run; how many stored campaigns did not pass, and how many other code decided."""
+        for name, found in self.found.items():
+            for what, figure in found.get("figures", {}).items():
+                terminalreporter.line(f"{name.rpartition('::')[2]}: {what} {figure}")
         if config.args_source is pytest.Config.ArgsSource.TESTPATHS:
             stored = json.loads(SOAK.read_text(encoding="utf-8"))
             failed = sum(found["outcome"] == "failed" for found in stored.values())

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import bench_facts
@@ -13,6 +15,7 @@ from tables import table
 
 import frictionloop as fl
 
+ROOT = Path(__file__).parents[2]
 GAINS = (1.0, 5.0, 10.0, 20.0, 40.0)
 
 
@@ -53,6 +56,40 @@ def delays() -> str:
         rows.append((f"{delay_s * 1e6:g}", f"{delay_s * 1e6 + 100:g}", phase, f"{fl.kp_limit(loop):.1f}", state))
     header = "`delay_s` (µs)", "with half the hold (µs)", "phase margin at 10, 2", "largest stable $K_p$", "10, 2 is"
     return table(header, rows)
+
+
+WHOLE = "tests/firmware/test_whole_sensors.py"
+SENSOR_FAULTS = {
+    "stuck with a bit of dither": "the force stays, but for its last bit",
+    "random codes": "any code, at random",
+    "reversed sign": "two wires of the force exchanged",
+    "intermittent overload": "the force at an end, 10 ticks on and 10 off",
+    "position jumps": "the position jumps by 60 mm",
+    "no load": "the load is 0",
+    "mains, 50 Hz": "mains of 50 Hz, 0.5 N",
+    "mains, 60 Hz": "mains of 60 Hz, 0.5 N",
+    "mains, strong": "mains of 50 Hz, 1 N",
+    "floating": "the force's cable is off: drift of 1.5 N/s, hum of 0.3 N (assumed)",
+}
+
+
+def sensor_faults() -> str:
+    """Return what the stored campaigns found of sensors that break."""
+    file = "tests/firmware/test_broken_sensors.py"
+    stored, rows = json.loads((ROOT / "tests" / "soak.json").read_text(encoding="utf-8")), []
+    for name, fault in SENSOR_FAULTS.items():
+        found = stored[f"{file}::test_it_is_told_of_many_fingers[{name}]"]["figures"]
+        codes = ", ".join(f"`{code}`" for code in found["faults"].split(", "))
+        of_100 = f"{found['found, of 100']}, {found['in time, of 100']} in time"
+        after = (f"{found[what]:g} ms" for what in ("found after, median, ms", "plate at rest after, worst, ms"))
+        rows.append((fault, codes, of_100, *after, f"`pytest -m soak {file} -k {name.replace(',', ' ').split()[0]}`"))
+    hours = [
+        each["figures"]["false alarms in an hour"] for name, each in stored.items() if "every_finger_raises" in name
+    ]
+    alarms = f"{sum(hours)} false faults in {len(hours)} hours of 1000 fingers"
+    rows.append(("none: the sensors are whole", alarms, "", "", "run goes on", f"`pytest -m soak {WHOLE}`"))
+    heads = "fault", "what happens", "found, of 100 fingers", "found, median", "time to safe, worst", "shown by"
+    return table(heads, rows)
 
 
 def noise_gains() -> str:

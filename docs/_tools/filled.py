@@ -18,10 +18,11 @@ PAGES = (
     "model.md",
     "finger.md",
     "which-law.md",
+    "reliability.md",
     "how-to/reproduce-the-paper.md",
     "../README.md",
 )
-TABLES = facts.readings, facts.delays, facts.noise_gains
+TABLES = facts.readings, facts.delays, facts.noise_gains, facts.sensor_faults
 NUMBER = re.compile(r"[\w.,+−%-]+<!-- n\.(\w+) -->")
 TABLE = re.compile(r"<!-- table_(\w+) -->\n.*?<!-- end -->", re.DOTALL)
 

@@ -1,4 +1,4 @@
-"""Sentences with more numbers than a reader keeps: python docs/_tools/sentences.py [PAGE...].
+"""Sentences with more numbers or words than a reader keeps: python docs/_tools/sentences.py [PAGE...].
 
 Code, tables, equations, links and what is a name, not a quantity (Section 2, Fig. 5a, a year, a version) are left out.
 """
@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 MOST = 2
 """Numbers in a sentence."""
+LONGEST, MEDIAN = 30, 20
+"""Words in any sentence of a page, and in the median one."""
 ROOT = Path(__file__).parents[2]
 NOT_PROSE = re.compile(
     r"^(```|~~~|:::).*?^\1\S*$|\$\$.*?\$\$(\s*\(\w+\))?|^\$ .*?$|<!--.*?-->|^- \[[A-Z]\w+\]:.*?$",
@@ -34,11 +36,13 @@ BREAK = re.compile(r"(?<=[.!?])[*\"')]*\s+(?=[\"'(\[]*(?:[A-Z0-9$]|[*`]+\w))")
 
 
 class Sentence(NamedTuple):
-    """One that has numbers."""
+    """One of a page."""
 
     line: int
     text: str
     numbers: int
+    words: int
+    """A piece of code, a formula or a link's text between its words counts as one."""
 
 
 def sentences(text: str) -> Iterator[Sentence]:
@@ -58,12 +62,15 @@ def _of(paragraph: str, line: int) -> Iterator[Sentence]:
     for sentence in BREAK.split(paragraph):
         prose = FORMULA.sub(lambda found: " ".join(VALUE.findall(found[1])), CODE.sub("", sentence))
         plain = NAMES.sub("", prose)
-        yield Sentence(line, sentence, len(NUMBER.findall(plain)))
+        spoken = re.sub(r"`[^`]*`", "x", FORMULA.sub("x", re.sub(r"\]\([^)]*\)", "", sentence)))
+        words = sum(bool(re.search(r"\w", each)) for each in spoken.split())
+        yield Sentence(line, sentence, len(NUMBER.findall(plain)), words)
 
 
 def crowded(path: Path) -> list[Sentence]:
-    """Return the sentences of a page with more numbers than `MOST`."""
-    return [each for each in sentences(path.read_text(encoding="utf-8")) if each.numbers > MOST]
+    """Return the sentences of a page with more numbers than `MOST`, or more words than `LONGEST`."""
+    found = sentences(path.read_text(encoding="utf-8"))
+    return [each for each in found if each.numbers > MOST or each.words > LONGEST]
 
 
 def read() -> list[Path]:
@@ -77,7 +84,7 @@ def main(names: Iterable[str]) -> None:
     """Print the offenders, the worst first."""
     found = [(path, each) for path in [Path(name) for name in names] or read() for each in crowded(path)]
     for path, each in sorted(found, key=lambda one: -one[1].numbers):
-        print(f"{path.name}:{each.line}: {each.numbers} numbers: {each.text}")
+        print(f"{path.name}:{each.line}: {each.numbers} numbers, {each.words} words: {each.text}")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,13 @@ import frictionloop as fl
 from frictionloop.report import protocol
 from frictionloop.report.people import LOOKUPS, WITHOUT, lookup, stronger, the_finger
 from frictionloop.report.protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
-from frictionloop.report.step_response import overshoot, skin_limit_ms, steady_error_n, step_windows, times_ms
+from frictionloop.report.step_response import (
+    overshoot,
+    skin_limit_ms,
+    steady_error_n,
+    step_windows,
+    times_ms,
+)
 
 RATE_HZ = 5000.0
 
@@ -26,9 +32,9 @@ def stepped(response, strokes=2):
     before = np.where(r == 0.8, 0.4, 0.8)
     f = r + (before - r) * (1 - response(since))
     f[time < 0.5] = 0.4
-    run = xr.Dataset(
-        {name: ("time", values) for name, values in {"f_r": r, "f_a": f, "a": 2.5 - f}.items()}, {"time": time}
-    )
+    model = fl.bench().controller.model
+    u = model.nominal_n * np.exp(-model.susceptibility_per_um2 * (2.5 - f) ** 2)  # the table commands a = 2.5 - f
+    run = xr.Dataset({name: ("time", values) for name, values in {"f_r": r, "f_a": f, "u": u}.items()}, {"time": time})
     run.attrs["system"] = fl.bench().evolve({"setpoint": protocol.steps()}).model_dump_json()
     return xr.concat([run] * strokes, "stroke")
 

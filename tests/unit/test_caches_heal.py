@@ -132,7 +132,7 @@ def test_beside_the_source_is_kept_what_the_cache_cannot_take(folder):
 @pytest.mark.slow
 def test_a_folder_for_the_cache_that_cannot_be_written_is_named_once(folder):
     (folder / "cache").write_text("in the way")
-    says = f"said: NUMBA_CACHE_DIR = {folder / 'cache'}: cannot be written; what is compiled is kept in "
+    says = f"said: NUMBA_CACHE_DIR = {folder / 'cache'}: cannot be written; compiled code is kept in "
     for hits in ("0 6.0", "1 6.0"):
         said, *results = compiled(folder, times=3)
         assert said == says + str(folder / "__pycache__")

@@ -10,6 +10,7 @@ import sys
 from fnmatch import fnmatch
 from pathlib import Path
 
+import numpy as np
 import pytest
 from kinds import kinds_of
 
@@ -200,10 +201,18 @@ HISTORY = re.compile(
 
 
 @pytest.mark.usefixtures("tools")
-def test_a_sentence_has_at_most_two_numbers():
+def test_a_sentence_has_at_most_two_numbers_and_thirty_words():
     from sentences import crowded
 
-    assert {path.stem: found for path in PROSE if path.stem not in NOTES and (found := crowded(path))} == {}
+    assert {path.name: found for path in PROSE if path.stem not in NOTES and (found := crowded(path))} == {}
+
+
+@pytest.mark.usefixtures("tools")
+def test_half_of_the_sentences_of_a_page_are_short():
+    from sentences import MEDIAN, sentences
+
+    lengths = {path.name: [each.words for each in sentences(path.read_text(encoding="utf-8"))] for path in PROSE}
+    assert {name: each for name, each in lengths.items() if each and np.median(each) > MEDIAN} == {}
 
 
 @pytest.mark.usefixtures("tools")
@@ -221,7 +230,8 @@ one, 5e-5 N. A plate of 255 × 140 × 3 mm.
 1 2 3 4
 ```
 """
-    assert [(each.line, each.numbers) for each in sentences(page)] == [(1, 3), (1, 1), (1, 1), (6, 3)]
+    counted = [(each.line, each.numbers, each.words) for each in sentences(page)]
+    assert counted == [(1, 3, 15), (1, 1, 5), (1, 1, 7), (6, 3, 6)]
 
 
 def test_pages_tell_no_history():

@@ -41,6 +41,10 @@ def recovered():
     return fl.device.recover("run.partial-1a2b3c4d.h5")
 
 
+def law():
+    return fl.firmware.law(fl.bench().evolve({"controller.kind": "notch_pi"}), "law.c")
+
+
 def exported():
     strange = {"plate.frequency_hz": 38200.0, "plate.q": 2000.0, "motion.stroke_mm": 80.0, "board.ceiling_um": 0.3}
     return fl.firmware.export(fl.bench().evolve(strange), "table")
@@ -58,6 +62,7 @@ SITUATIONS = {
     "firmware-build": lambda: fl.firmware.build(
         fl.bench(), "image", trace=lambda _: {"as assumed": TICK, "RAM waits a cycle": TICK}
     ),
+    "firmware-law": law,
 }
 
 

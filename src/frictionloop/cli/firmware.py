@@ -16,6 +16,10 @@ EXPORT_EXAMPLES = (
     "my-controller.toml --out my-table",
 )
 BUILD_EXAMPLES = ("--preset bench --controller.kind notch_pi --out my-image",)
+LAW_EXAMPLES = (
+    "my-controller.toml --out law.c",
+    "my-bench.toml --use my_law.py --controller.kind leaky_pi --out law.c",
+)
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
 
@@ -62,3 +66,19 @@ def build(
     with fl.progress.waiting(f"building {board}"):
         found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.cycles)
     shown.show(found.with_findings(given.findings), saved={"image and table": out})
+
+
+def law(
+    file: flags.SystemFile = None,
+    /,
+    *,
+    preset: flags.BenchPreset = None,
+    overrides: flags.Overrides = None,
+    out: Annotated[Path, Parameter(help="File of C to write.", group=flags.RESULT)],
+    shown: screen.Shown = screen.BRIEFLY,
+) -> None:
+    """Write a system's control law as C99 for a board of your own: gains, inverse, overdrive and a bit test in it."""
+    checks.check_output("out", out, (".c",))
+    given = flags.given(file, preset, overrides, "bench")
+    found = fl.firmware.law(given.system, out)
+    shown.show(found.with_findings(given.findings), saved={"law": out})

@@ -124,6 +124,7 @@ app.command(
         {
             "export": Verb(firmware.export, firmware.ARGUMENTS, firmware.EXPORT_EXAMPLES),
             "build": Verb(firmware.build, firmware.ARGUMENTS, firmware.BUILD_EXAMPLES),
+            "law": Verb(firmware.law, "[FILE] --out law.c [OPTIONS]", firmware.LAW_EXAMPLES),
         },
     )
 )

@@ -13,7 +13,7 @@ from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor
 from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import parameter_words, schema
-from frictionloop.sensing.touch import touch_coefficients
+from frictionloop.sensing.touch import board_touch
 
 RANGE_N, ADC_BITS = 2.5, 16
 """Converter where the sensor is described without one (the bench's: paper, Fig. 4a, and assumed)."""
@@ -97,10 +97,8 @@ def _drive(system: System) -> dict[str, Any]:
 def _touch(system: System) -> dict[str, Any]:
     """Return the values ``touch.*`` of `touch_step`; a finger that always slides is valid whatever is measured."""
     board = system.board
-    given = touch_coefficients(system.touch, 1.0 / system.controller.rate_hz)
-    if system.motion.kind == "sliding":
-        given = given._replace(touch_n=0.0, touch_share=0.0, least_speed_m_s=0.0, speed_share=0.0, developed_m=0.0)
-    else:
+    given = board_touch(system)
+    if system.motion.kind != "sliding":
         for name in ("load_n_per_count", "position_m_per_count"):
             if getattr(board, name) == 0:
                 raise must_be(f"board.{name}", 0.0, "other than 0")

@@ -20,33 +20,20 @@ from matplotlib.figure import Figure
 from frictionloop.figures.style import inline, write_both
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.parameters import RETUNED
-from frictionloop.physics.reach import capable
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import protocol
 from frictionloop.report.arrivals import rows as arrival_rows
 from frictionloop.report.beyond import beyond_rows
-from frictionloop.report.claims import THESIS, Claim, all_claims
+from frictionloop.report.claims import COUNTED, Claim, Group, all_claims, others, statements
 from frictionloop.report.claims.device import LOAD_MOVES
-from frictionloop.report.claims.worded import (
-    FIRST,
-    HOLDS,
-    SYMBOLS,
-    accepted,
-    condition,
-    counted,
-    counts,
-    grouped,
-    named,
-    not_counted,
-)
 from frictionloop.report.numbers import milli, shown, with_unit
 from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results, cited, command_of, parts
 from frictionloop.report.tolerances import RULES
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of claims.json."""
 
 
@@ -67,7 +54,11 @@ def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
 
 def claims_json(claims: Sequence[Claim], results: Results) -> str:
     """Return the claims and their provenance as JSON text."""
-    tree = {"schema": SCHEMA, **provenance(results), "claims": [claim.to_dict() for claim in claims]}
+    said = {
+        "statements": [each.to_dict() for each in statements(claims)],
+        "claims": [each.to_dict() for each in claims],
+    }
+    tree = {"schema": SCHEMA, **provenance(results), **said}
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -127,22 +118,6 @@ def maths(text: str) -> Markup:
     return Markup(marked)
 
 
-def holding(claim: Claim) -> str:
-    """Return for which readings a claim comes out, in words that follow "comes out"."""
-    yes = [name for name in claim.readings if claim.holds[name]]
-    no = [name for name in claim.readings if not claim.holds[name]]
-    beside = [name for name in claim.assumed if claim.holds[name]]
-    if not no:
-        return "under every reading"
-    if not yes:
-        return "under no reading" + (f", only for {', '.join(f'“{name}”' for name in beside)}" if beside else "")
-    names = yes if len(yes) <= len(no) else no
-    quoted = ", ".join(f"“{name}”" for name in names)
-    if names is no:
-        return f"except for {quoted}"
-    return f"only for {quoted}" + (f", or assuming {' or '.join(f'“{name}”' for name in beside)}" if beside else "")
-
-
 class Drawn(NamedTuple):
     """A figure as SVG text, and the seeds of the runs that it shows."""
 
@@ -186,8 +161,6 @@ def render(
     by_id = {claim.id: claim for claim in claims}
     environment.filters |= {
         "maths": maths,
-        "accepted": accepted,
-        "holding": holding,
         "number": shown,
         "milli": milli,
         "percent": "{:.0%}".format,
@@ -201,25 +174,17 @@ def render(
         "told": lambda id, name: by_id[id].told[name],
         "with_unit": with_unit,
         "shown": shown,
-        "symbols": SYMBOLS,
         "rules": RULES,
-        "counted": counted,
-        "condition": condition,
         "docs_link": partial(docs_link, folder=folder),
     }
     return environment.get_template("index.html.jinja").render(
-        thesis=by_id[THESIS],
-        holds=HOLDS[by_id[THESIS].verdict],
-        groups=list(grouped(claims).items()),
-        first=[by_id[id] for id in FIRST],
-        counts=counts(claims),
-        named=named(claims),
-        not_counted=not_counted(claims),
+        statements=statements(claims),
+        others=others(claims),
+        counted=COUNTED,
+        left_out={group: [claim for claim in claims if claim.group is group] for group in Group},
         retuned=RETUNED,
-        fingers=results.people[protocol.OPEN].sizes["finger"],
         built=docs_link("glossary", folder).endswith(".html"),
         finger=the_finger(),
-        finger_moving=_given_while_load_moves(),
         finger_number=protocol.chosen(protocol.population()),
         study=results.beyond,
         laws=beyond_rows(results.beyond),
@@ -229,13 +194,6 @@ def render(
         moving=LOAD_MOVES,
         checked=results.checked,
     )
-
-
-def _given_while_load_moves() -> bool:
-    """Return whether the finger that is shown can be given the paper's forces while its load drifts and trembles."""
-    low_n, high_n = protocol.LOW_N, protocol.HIGH_N
-    found = capable([the_finger()], low_n, high_n, contact_s=protocol.SCORED_S, load_moves=True)
-    return bool(found["capable"].values[0])
 
 
 def _citation(command: str, seeds: str) -> Markup:

@@ -140,7 +140,7 @@ CONTROLLERS: dict[str, Mapping[str, Any]] = {
 }
 """What commands the plate. The last is a control: the printed gains, the sensor of Section 2, no computing delay."""
 CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
-KEPT = ("f_r", "f_a", "a", "saturated", "scored")
+KEPT = ("f_r", "f_a", "a", "u", "saturated", "scored")
 
 
 def run_all(jobs: Iterable[Job]) -> list[xr.Dataset]:

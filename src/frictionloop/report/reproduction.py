@@ -10,13 +10,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionloop.figures.style import write_both
-from frictionloop.findings import Result, shown
+from frictionloop.findings import Result
+from frictionloop.findings.result import frame
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import RETUNED, write_toml
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
-from frictionloop.report.claims import THESIS, Claim, claim_ids, one_claim
-from frictionloop.report.claims.worded import FIRST, HOLDS, accepted, counts, not_counted, paper_and_ours
+from frictionloop.report.claims import (
+    COUNTED,
+    Claim,
+    Statement,
+    claim_ids,
+    one_claim,
+    others,
+    statements,
+    within,
+)
 from frictionloop.report.closed_loop import Table
 from frictionloop.report.numbers import with_unit
 from frictionloop.report.page import build_report, prepare
@@ -65,48 +74,43 @@ class FigureMade(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduction(Result):
-    """Claims with their verdicts, and figures that were written."""
+    """Statements and claims with their verdicts, and figures that were written."""
 
-    SCHEMA: ClassVar[str] = "reproduce/1"
+    SCHEMA: ClassVar[str] = "reproduce/2"
     folder: Path
     page: Path | None
     """None of figures and claims alone."""
+    statements: tuple[Statement, ...] = ()
+    """The eight that carry the paper; none of figures and claims alone."""
     claims: tuple[Claim, ...]
     figures: tuple[FigureMade, ...] = ()
     """Those that were asked for alone."""
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return the verdict on the paper's idea and how many claims come out; of some alone each of them."""
+        """Return the statements and where the page is; of claims alone each of them."""
         if self.page is not None:
-            return [*self._counted(), ("page", str(self.page))]
+            said = [(f"{k}", f"{each.said}: {each.title} ({each.number})") for k, each in enumerate(self.statements, 1)]
+            return [*said, ("page", str(self.page))]
         found = [row for claim in self.claims for row in _claim_rows(claim)]
         return found + [row for figure in self.figures for row in _figure_rows(figure)]
 
-    def _counted(self) -> Iterator[tuple[str, str]]:
-        n, thesis = counts(self.claims), next(claim for claim in self.claims if claim.id == THESIS)
-        one, many = (shown(each) for each in thesis.readings.values())
-        yield "idea", f"{HOLDS[thesis.verdict]}: spread / {one} on one finger, / {many} in the median of many"
-        for name, of, keys in (
-            ("simulation", "text", ("printed", "assumed", "not_out")),
-            ("device", "device", ("device out", "device part", "device not")),
-        ):
-            out, part, no = (n[key] for key in keys)
-            yield name, f"of {n[of]} statements {out} come out, {part} in part, {no} do not"
-        yield "not counted", not_counted(self.claims)
-
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Return claims with paper's and own value; of some alone their numbers."""
+        """Return how many have each verdict, and claims with paper's and own value; of some alone their numbers."""
         if self.page is not None:
-            first = [claim for claim in self.claims if claim.id in FIRST]
-            return {"Fig. 5a": _claims_table(first), "claims": _claims_table(self.claims)}
+            judged: dict[str, Iterable[Claim | Statement]] = {
+                "statements": self.statements,
+                "their claims": within(self.statements),
+                "others": others(self.claims),
+            }
+            return {"verdicts": _verdicts(judged), "claims": _claims_table(self.claims)}
         found = {claim.id: _values(claim) for claim in self.claims}
         return found | {figure.name: _numbers(figure.numbers) for figure in self.figures if figure.numbers}
 
 
 def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
-    paper, ours = paper_and_ours(claim)
-    yield claim.id, f"{claim.judged}: {claim.title} ({claim.place})"
-    yield "paper", f"{paper}; here {ours}, {claim.quantity}; accepted {accepted(claim)}"
+    paper, ours = claim.paper_and_ours
+    yield claim.id, f"{claim.said}: {claim.title} ({claim.place})"
+    yield "paper", f"{paper}; here {ours}, {claim.quantity}; accepted {claim.accepts}"
     yield "cite", " · ".join(cited(claim.command, claim.seeds))
 
 
@@ -117,23 +121,24 @@ def _figure_rows(figure: FigureMade) -> Iterator[tuple[str, str]]:
     yield "cite", " · ".join(cited(figure.command, figure.seeds))
 
 
-def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
-    import pandas as pd
+def _verdicts(judged: Mapping[str, Iterable[Claim | Statement]]) -> pd.DataFrame:
+    counts = {name: [sum(each.verdict is word for each in some) for word in COUNTED] for name, some in judged.items()}
+    return frame(counts, "", list(COUNTED))
 
-    rows = {claim.id: (*paper_and_ours(claim), accepted(claim), claim.judged) for claim in claims}
-    return pd.DataFrame.from_dict(rows, orient="index", columns=["paper", "here", "accepted", "verdict"])
+
+def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
+    rows = {claim.id: (*claim.paper_and_ours, claim.accepts, claim.said) for claim in claims}
+    return frame(rows, "", ["paper", "here", "accepted", "verdict"])
 
 
 def _values(claim: Claim) -> pd.DataFrame:
     """Return each number of a claim, whether it is accepted, and whether it has a vote."""
-    import pandas as pd
-
     votes = dict.fromkeys(claim.readings, "reading") | dict.fromkeys(claim.assumed, "assumption")
     rows = {
         name: (with_unit(value, claim.unit, claim.digits), claim.holds[name], votes.get(name, "no vote"))
         for name, value in claim.all_values.items()
     }
-    return pd.DataFrame.from_dict(rows, orient="index", columns=["value", "accepted", "as"])
+    return frame(rows, "", ["value", "accepted", "as"])
 
 
 def _numbers(numbers: Table) -> pd.DataFrame:
@@ -188,7 +193,8 @@ def reproduce(
     if not only:
         prepare(target)
         claims = build_report(target, progress)
-        return Reproduction(folder=target, page=target / "index.html", claims=tuple(claims))
+        eight = tuple(statements(claims))
+        return Reproduction(folder=target, page=target / "index.html", claims=tuple(claims), statements=eight)
     _check_names(only)
     wanted = [name for name in FIGURES if name in only]
     if wanted:
@@ -207,7 +213,7 @@ def _check_names(names: Iterable[str]) -> None:
     known = [*FIGURES, *claim_ids()]
     for name in names:
         if name not in known:
-            near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", THESIS]
+            near = difflib.get_close_matches(name, known, cutoff=0.4) or ["fig-5a", "kp-optimum"]
             said = f"only = {name!r}: is neither figure nor claim; near are {', '.join(near)}"
             raise FrictionloopError(said, "UNKNOWN-NAME")
 

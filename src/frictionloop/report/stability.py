@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import xarray as xr
-
 from frictionloop.analysis import linearise
 from frictionloop.analysis.linear import operating_band
 from frictionloop.analysis.operating import reach_at
@@ -15,7 +13,7 @@ from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
 from frictionloop.report import protocol
 from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, stepping, tracking
+from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
 
 
 class Stability(NamedTuple):
@@ -110,8 +108,6 @@ class Held(NamedTuple):
     """An integral alone that holds at all places, as overrides."""
     instead_n: float
     """Error in N of it."""
-    instead_stepped: xr.Dataset
-    """Steps under it, as `device.stepping` has them."""
 
 
 def held() -> Held:
@@ -123,6 +119,5 @@ def held() -> Held:
     places, instead = places_of(found), {"controller.kp": 0.0, **found.would_hold}
     instead_n = fit(tracking(finger, instead)).rms_n
     return Held(
-        peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead, instead_n,
-        stepping(finger, instead),
+        peak, shown.sensitivity_peak, shown.sensitivity_peak_moist, ideal.stable_from_n, places, instead, instead_n
     )  # fmt: skip

@@ -11,8 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, new_figure, styled
+from frictionloop.loop.record import system_of
 from frictionloop.loop.transients import StepTime, step_times
-from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.parameters import Friction, Skin, Strokes, System
+from frictionloop.physics.friction import amplitude_for
 from frictionloop.report.people import the_finger
 from frictionloop.report.protocol import IDEAL, OPEN, PRINTED, RETUNED_GAINS, STEP_LEVELS_N, finger_system
 
@@ -90,12 +92,19 @@ def step_windows(runs: xr.Dataset, direction: str) -> xr.Dataset:
     return xr.concat(windows, "step").rename(time="since").assign_coords(since=since)
 
 
+def commanded_um(runs: xr.Dataset) -> xr.DataArray:
+    """Return the amplitude that the lookup table makes of the force command, um, before the plate's low-pass."""
+    model = system_of(runs).controller.model
+    table = Friction(nominal_n=model.nominal_n, susceptibility_per_um2=model.susceptibility_per_um2)
+    return runs["u"].copy(data=amplitude_for(runs["u"].values, table))
+
+
 def overshoot(runs: xr.Dataset, direction: str) -> float:
-    """Return how far the amplitude goes beyond where it settles after a step, over the step that it makes.
+    """Return how far the commanded amplitude goes beyond where it settles after a step, over the step that it makes.
 
     Of the mean over all steps, so that what differs from step to step does not count.
     """
-    amplitude = step_windows(runs, direction)["a"].mean("step")
+    amplitude = step_windows(runs.assign(a=commanded_um(runs)), direction)["a"].mean("step")
     start = float(amplitude.sel(since=slice(-BEFORE_MS, -1)).mean())
     end = float(amplitude.sel(since=slice(SETTLED_MS, None)).mean())
     way = (amplitude.sel(since=slice(0, SETTLED_MS)) - start) / (end - start)
@@ -207,14 +216,15 @@ def _times(axes: Axes, stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, 
 
 @styled
 def figure_overshoot(stepped: Mapping[str, xr.Dataset], names: Sequence[str]) -> Figure:
-    """Return the mean of force and amplitude over all steps of a direction, close up."""
+    """Return the mean of force and commanded amplitude over all steps of a direction, close up."""
     figure = new_figure(9.2, 4.2)
     panels = figure.subplots(2, 2, sharex=True, sharey="row")
     for column, direction in enumerate(PRINTED_MS):
         force, amplitude = panels[:, column]
         for name in names:
             color, dashes = LOOKS[name]
-            windows = step_windows(stepped[name], direction).sel(since=slice(*CLOSE_MS))
+            runs = stepped[name].assign(a=commanded_um(stepped[name]))
+            windows = step_windows(runs, direction).sel(since=slice(*CLOSE_MS))
             for axes, variable in ((force, "f_a"), (amplitude, "a")):
                 mean, sd = windows[variable].mean("step"), windows[variable].std("step")
                 if name == RETUNED_GAINS:
@@ -224,7 +234,7 @@ def figure_overshoot(stepped: Mapping[str, xr.Dataset], names: Sequence[str]) ->
         force.set_title(f"{direction} step, mean of {windows.sizes['step']}")
         amplitude.set(xlabel="time since the step (ms)", xlim=CLOSE_MS)
     panels[0, 0].set_ylabel("friction force $f_a$ (N)")
-    panels[1, 0].set_ylabel("amplitude $a$ (µm)")
+    panels[1, 0].set_ylabel("command (µm)")
     panels[1, 0].set_ylim(0, None)
     # At the left and narrow: on a phone the figure is scrolled, and begins with it.
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)

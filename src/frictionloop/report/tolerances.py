@@ -94,18 +94,16 @@ _FORCE = f"measured force: factor {RMS_FACTOR:g} (assumed)"
 _LEVEL = f"noise level: factor {RMS_FACTOR:g} (assumed)"
 YARDSTICKS = {
     "rounding": Yardstick("printed number: its rounding (assumed)", as_printed),
-    "gain": Yardstick("gain: rounding in 1–2–5", nearest_125),
+    "gain": Yardstick(f"gain: rounding in 1–2–5; useful: R² within {R2_STEP:g} of the largest", nearest_125),
     "power of ten": Yardstick(_DECADE, half_decade),
     "beyond a power of ten": Yardstick(_DECADE, _between(DECADE_FACTOR, math.inf)),
     "same R²": Yardstick(_R2, _between(0.0, R2_STEP)),
-    "much other R²": Yardstick(f"unsatisfactory: R² lower by {R2_MUCH:g} (assumed)", _between(R2_MUCH, math.inf)),
-    "moderately other R²": Yardstick(
-        f"moderate: R² by {R2_STEP:g} to {R2_MUCH:g} (assumed)", _between(R2_STEP, R2_MUCH)
-    ),
+    "moderately other R²": Yardstick(f"moderate: R² by at most {R2_MUCH:g} (assumed)", _between(0.0, R2_MUCH)),
     "more saturated": Yardstick(
         f"same saturation index: within {SATURATION_STEP:g} (assumed)", _between(SATURATION_STEP, math.inf)
     ),
     "louder": Yardstick(f"larger force: rms × {RMS_FACTOR:g} (assumed)", _between(RMS_FACTOR, math.inf)),
+    "not louder": Yardstick(f"larger force: rms × {RMS_FACTOR:g} (assumed)", _between(0.0, RMS_FACTOR)),
     "same number": Yardstick(_NUMBERS, _between(1.0 - SAME, 1.0 + SAME)),
     "larger number": Yardstick(_NUMBERS, _between(1.0 / (1.0 - SAME), math.inf)),
     "smaller number": Yardstick(_NUMBERS, _between(0.0, 1.0 - SAME)),

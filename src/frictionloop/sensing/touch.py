@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from frictionloop.parameters import System
 from frictionloop.parameters.motion import Sliding, Strokes, Touch
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import fma, step
@@ -119,6 +120,16 @@ def touch_coefficients(touch: Touch, dt: float) -> TouchCoefficients:
         turn_m=1e-3 * touch.load.turn_mm,
         speed_share=touch.load.speed_share,
     )
+
+
+def board_touch(system: System) -> TouchCoefficients:
+    """Return the coefficients of a board, whose readings have their own noise; what always slides is always valid."""
+    given = touch_coefficients(system.touch, 1.0 / system.controller.rate_hz)._replace(
+        position_noise_m=0.0, position_step_m=0.0, position_per_m=0.0, load_noise_n=0.0
+    )
+    if isinstance(system.motion, Strokes):
+        return given
+    return given._replace(touch_n=0.0, touch_share=0.0, least_speed_m_s=0.0, speed_share=0.0, developed_m=0.0)
 
 
 def check_follows(motion: Sliding | Strokes, touch: Touch) -> None:

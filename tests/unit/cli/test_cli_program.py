@@ -13,7 +13,6 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.quantities.version import cited_version
-from frictionloop.report.claims import THESIS
 
 VERBS = ("reproduce", "simulate", "sweep", "compare")
 
@@ -92,17 +91,28 @@ def test_ctrl_c_is_quiet(frictionloop, monkeypatch):
 def report(monkeypatch):
     """Put a small report in place of the paper's."""
     (claim,) = fl.reproduce(only=["resonance"]).claims
-    thesis = replace(claim, id=THESIS, of=None, readings={"one finger": 3.0, "many": 2.0}, accepted=(1.0, 9.0))
+    thesis = replace(
+        claim,
+        id="pi-reduces-variability",
+        group=None,
+        readings={"re-tuned gains, one finger": 3.0},
+        accepted=(1.0, 9.0),
+        told={"kp": 0, "ki": 111},
+    )
     monkeypatch.setattr("frictionloop.report.reproduction.build_report", lambda folder, progress: [thesis, claim])
 
 
 def test_reproduce_prints_the_verdict_and_where_the_page_is(frictionloop, report):
     answer = frictionloop("reproduce")
     assert (answer.code, answer.err) == (0, "")
-    assert answer.out.splitlines()[0].endswith("comes out: spread / 3 on one finger, / 2 in the median of many")
+    assert answer.out.startswith("1     yes, if the gains are re-tuned: A PI reduces the variability of friction")
+    assert "(spread ÷ 3 with Kp = 0, Ki = 111 1/s)" in answer.out
     assert "report/index.html" in answer.out
     found = frictionloop("reproduce", "--out", "deep/er", "--json").json()
-    assert [each["id"] for each in found["claims"]] == [THESIS, "resonance"] and found["page"] == "deep/er/index.html"
+    assert [each["id"] for each in found["claims"]] == ["pi-reduces-variability", "resonance"] and found[
+        "page"
+    ] == "deep/er/index.html"
+    assert found["statements"][0]["claims"] == ["pi-reduces-variability"]
 
 
 def test_reproduce_makes_a_claim_alone(frictionloop):

@@ -201,7 +201,9 @@ def compare_effects(
     laws, count, seed, speeds_mm_s, given
         As of `compare`; without ``laws``, all that can run on this bench and need not know a set-point ahead.
     kept
-        Cells that are there already; new ones are added, and ``save()`` is called after each.
+        Cells that are there already; new ones are added.
+    save
+        Called after each cell.
     progress
         As of `sweep`.
 

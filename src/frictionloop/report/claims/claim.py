@@ -1,4 +1,4 @@
-"""A claim of the paper as data: what is printed, what comes out here, what counts as agreement, and the verdict."""
+"""A claim of the paper as data: what is printed, the number here, what counts as agreement, and the verdict."""
 
 from __future__ import annotations
 
@@ -13,52 +13,49 @@ from importlib.resources import files
 from typing import Any, TypeVar
 
 from frictionloop.report.beyond import ORACLE
-from frictionloop.report.numbers import number
+from frictionloop.report.numbers import number, shown, with_unit
 from frictionloop.report.protocol import IDEAL, PRINTED
 from frictionloop.report.results import variants
 from frictionloop.report.systems import FEASIBLE
 from frictionloop.report.tolerances import YARDSTICKS
 
-THESIS = "pi-reduces-variability"
-"""The paper's thesis, which comes first."""
-SOME_READINGS = "under some readings"
-"""Words for a verdict ASSUMED that some readings of the text give, and others do not."""
 T = TypeVar("T")
 Value = float | None
 """A computed number; None where what was looked for does not exist."""
+Condition = tuple[str, str]
+"""A name of numbers, or a part of names, and in words what then holds."""
 
 
 class Verdict(StrEnum):
-    """What the numbers say about a claim."""
+    """What the numbers say of a claim or a statement; these are its words everywhere."""
 
-    COMES_OUT = "comes out"
+    YES = "yes"
     """Every reading of the text gives an accepted number."""
-    ASSUMED = "under an assumption"
-    """Some reading does, or something assumed where the text is silent."""
-    NOT_OUT = "does not come out"
-    """Nothing does."""
+    YES_IF = "yes, if"
+    """A named condition, which the text leaves open, gives one."""
+    NO = "no"
     NOT_COUNTED = "not counted"
+
+    @property
+    def sign(self) -> str:
+        """A sign, so that it does not rest on colour."""
+        return "✓◐✗·"[list(Verdict).index(self)]
+
+    def under(self, condition: Condition | None) -> str:
+        """Return the verdict with what it takes."""
+        return f"{self} {condition[1]}" if self is Verdict.YES_IF and condition else str(self)
+
+
+COUNTED = (Verdict.YES, Verdict.YES_IF, Verdict.NO)
 
 
 class Group(StrEnum):
-    """Where a claim is counted (docs/paper-notes, "How a verdict is given"), in the order of the page."""
+    """Why a claim is not counted, in the order of the page."""
 
-    PRINTED = "come out of the text as printed"
-    ASSUMED = "come out under some readings or an assumption"
-    NOT_OUT = "do not come out"
-    DEVICE = "about the device, on an assumed bench"
     CONSTRUCTION = "decided by construction"
     ARITHMETIC = "arithmetic of the text"
     SLIP = "slips of the text"
     QUESTION = "questions of our own"
-
-
-COUNTED = (Group.PRINTED, Group.ASSUMED, Group.NOT_OUT, Group.DEVICE)
-OF_TEXT = {
-    Verdict.COMES_OUT: Group.PRINTED,
-    Verdict.ASSUMED: Group.ASSUMED,
-    Verdict.NOT_OUT: Group.NOT_OUT,
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +74,10 @@ class Claim:
     unit: str = ""
     measure: str
     """What the number is, where title and unit do not say."""
-    of: Group | None = None
-    """Group of a claim that is not of the simulation, where the verdict decides."""
+    group: Group | None = None
+    """Why it is not counted."""
+    condition: Condition | None = None
+    """What it takes; without one the verdict is yes or no."""
     note: int
     """Note of docs/paper-notes that says how the text was read."""
     quantity: str
@@ -94,19 +93,16 @@ class Claim:
     """Where ``accepted`` comes from."""
     explanation: str
     assumed: Mapping[str, Value] = field(default_factory=dict)
-    """The number for what the text leaves open: a reachable set-point, a delay, an ideal sensor without delay.
-
-    These can help a claim, not harm it.
-    """
+    """The number for what the text leaves open, such as a reachable set-point: a condition may name it."""
     compared: Mapping[str, Value] = field(default_factory=dict)
-    """The number of what is shown beside them and has no vote, such as gains that ring on the bench."""
+    """The number of what is shown beside them and has no vote, such as what the text contradicts."""
     meant: str = ""
     """Of a slip: what must have been meant."""
     digits: int = 3
     """Digits of the numbers where they are shown."""
     seeds: str = ""
     """Of the runs that its numbers come from."""
-    told: Mapping[str, float | str] = field(default_factory=dict)
+    told: Mapping[str, Told | str] = field(default_factory=dict)
     """Numbers that the explanation, or the page's text, names besides."""
 
     @property
@@ -131,43 +127,59 @@ class Claim:
         return {**self.readings, **self.assumed, **self.compared}
 
     @property
-    def under(self) -> list[str]:
-        """Readings and assumptions whose numbers are accepted."""
-        return [name for name in (*self.readings, *self.assumed) if self.holds[name]]
+    def in_texts(self) -> dict[str, Told | str]:
+        """Numbers as texts name them."""
+        return {name: _told(value) for name, value in {**self.all_values, **self.told}.items()}
 
-    @property
-    def result(self) -> Verdict:
-        """What readings and assumptions decide, whether it is counted or not."""
-        if all(self.holds[name] for name in self.readings):
-            return Verdict.COMES_OUT
-        return Verdict.ASSUMED if self.under else Verdict.NOT_OUT
-
-    @property
-    def judged(self) -> str:
-        """The verdict in words, which tell readings of the text from assumptions where it is silent."""
-        read = self.verdict is Verdict.ASSUMED and set(self.under) & set(self.readings)
-        return SOME_READINGS if read else str(self.verdict)
+    def holds_under(self, part: str) -> bool:
+        """Return whether numbers of this name, or all with this part in their names, are there and accepted."""
+        votes = {**self.readings, **self.assumed}
+        names = [part] if part in votes else list(having(votes, [part]))
+        return bool(names) and all(self.holds[name] for name in names)
 
     @property
     def verdict(self) -> Verdict:
         """What is told of the claim."""
-        return self.result if self.group in COUNTED else Verdict.NOT_COUNTED
+        if self.group is not None:
+            return Verdict.NOT_COUNTED
+        if self.condition is not None:
+            return Verdict.YES_IF if self.holds_under(self.condition[0]) else Verdict.NO
+        return Verdict.YES if all(self.holds[name] for name in self.readings) else Verdict.NO
 
     @property
-    def group(self) -> Group:
-        """Where it is counted."""
-        return self.of or OF_TEXT[self.result]
+    def said(self) -> str:
+        """The verdict with its condition."""
+        return self.verdict.under(self.condition)
+
+    @property
+    def accepts(self) -> str:
+        """The numbers accepted, in words."""
+        low, high = self.accepted
+        low_text, high_text = (
+            with_unit(end, self.unit, self.digits) if math.isfinite(end) else "" for end in (low, high)
+        )
+        if low == high:
+            return low_text
+        if math.isinf(high):
+            return f"at least {low_text}"
+        if math.isinf(low) or low == 0.0:
+            return f"at most {high_text}"
+        return f"{shown(low, self.digits)} to {high_text}"
+
+    @property
+    def paper_and_ours(self) -> tuple[str, str]:
+        """What is printed and the number here, with units."""
+        return with_unit(self.published, self.unit, self.digits), with_unit(self.ours, self.unit, self.digits)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
         words = ("id", "title", "place", "quote", "published", "ours", "unit", "measure", "quantity")
-        more = ("under", "meant", "note", "explanation", "seeds", "command")
+        more = ("group", "meant", "note", "explanation", "seeds", "command")
         return {
             **{name: getattr(self, name) for name in words},
             **{name: dict(getattr(self, name)) for name in ("readings", "assumed", "compared")},
             "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
-            "group": str(self.group),
-            "verdict": self.judged,
+            "verdict": self.said,
             **{name: getattr(self, name) for name in more},
         }
 
@@ -187,10 +199,10 @@ def _finite(value: float) -> Value:
     return value if math.isfinite(value) else None
 
 
-OPEN_TO_ASSUME = (FEASIBLE, *variants(), IDEAL)
+OPEN_TO_ASSUME = (FEASIBLE, *variants())
 """What the text leaves open: numbers with one of these in their name vote as assumptions."""
-WITHOUT_VOTE = (PRINTED, ORACLE)
-"""On the bench: gains that ring there, and a law that nobody can build."""
+WITHOUT_VOTE = (PRINTED, IDEAL, ORACLE)
+"""On the bench: gains that ring there, a device without what the text says of it, a law that nobody can build."""
 FILLED = ("measure", "explanation", "meant")
 """Texts in which ``{name}`` stands for a number."""
 
@@ -207,37 +219,23 @@ class Told(float):
         return number((1e3 if told[2] else 1.0) * self, int(told[1] or 3)) if told else format(float(self), spec)
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """What is computed for a claim."""
-
-    readings: Mapping[str, Value]
-    assumed: Mapping[str, Value]
-    compared: Mapping[str, Value]
-    told: Mapping[str, Told | str]
-    """Numbers that its texts name besides."""
+Numbers = Mapping[str, Any]
+"""What is computed for a claim: readings, assumed, compared and told of `Claim`."""
 
 
-def numbers(
-    values: Mapping[str, Value],
-    *,
-    assumed: Collection[str] = (),
-    compared: Collection[str] = (),
-    **told: float | str | None,
-) -> Numbers:
+def numbers(values: Mapping[str, Value], *, compared: Collection[str] = (), **told: float | str | None) -> Numbers:
     """Return the numbers of a claim, sorted by what is in their names: readings, assumptions, mere comparisons.
 
-    ``assumed`` and ``compared`` are parts of names that this claim alone sorts so; ``told`` is for its texts, which may
-    name the values too: ``{reachable set-point}``.
+    ``compared`` are parts of names that this claim alone sorts so; ``told`` is for its texts, which may name the values
+    too: ``{reachable set-point}``.
     """
     voting = lacking(values, (*WITHOUT_VOTE, *compared))
-    open_ends = (*OPEN_TO_ASSUME, *assumed)
-    return Numbers(
-        lacking(voting, open_ends),
-        having(voting, open_ends),
-        having(values, (*WITHOUT_VOTE, *compared)),
-        {name: _told(each) for name, each in told.items()},
-    )
+    return {
+        "readings": lacking(voting, OPEN_TO_ASSUME),
+        "assumed": having(voting, OPEN_TO_ASSUME),
+        "compared": having(values, (*WITHOUT_VOTE, *compared)),
+        "told": {name: _told(each) for name, each in told.items()},
+    }
 
 
 def _told(value: float | str | None) -> Told | str:
@@ -245,9 +243,9 @@ def _told(value: float | str | None) -> Told | str:
 
 
 @cache
-def texts(topic: str) -> Mapping[str, dict[str, Any]]:
+def texts(topic: str) -> Mapping[str, Any]:
     """Return the texts of a topic's claims, by their ids, in order."""
-    found: dict[str, dict[str, Any]] = tomllib.loads(
+    found: dict[str, Any] = tomllib.loads(
         (files("frictionloop.report.claims") / f"{topic}.toml").read_text(encoding="utf-8")
     )
     return found
@@ -255,9 +253,9 @@ def texts(topic: str) -> Mapping[str, dict[str, Any]]:
 
 def judged(id: str, text: Mapping[str, Any], found: Numbers, seeds: str) -> Claim:
     """Return the claim of a text and the numbers computed for it."""
-    words = {name: value for name, value in text.items() if name not in ("group", "yardstick", "against")}
-    given = {name: _told(each) for name, each in {**found.readings, **found.assumed, **found.compared}.items()}
-    words |= {name: words[name].format_map({**given, **found.told}) for name in FILLED if name in words}
+    words = {name: value for name, value in text.items() if name not in ("group", "condition", "yardstick", "against")}
+    given = {name: _told(each) for kind in found.values() for name, each in kind.items()}
+    words |= {name: words[name].format_map(given) for name in FILLED if name in words}
     rules = [words.pop("tolerance")] if "tolerance" in words else []
     if "yardstick" in text:
         yardstick = YARDSTICKS[text["yardstick"]]
@@ -265,13 +263,11 @@ def judged(id: str, text: Mapping[str, Any], found: Numbers, seeds: str) -> Clai
         rules.insert(0, yardstick.rule)
     return Claim(
         id=id,
-        of=Group[text["group"].upper()] if "group" in text else None,
-        readings=found.readings,
-        assumed=found.assumed,
-        compared=found.compared,
+        group=Group[text["group"].upper()] if "group" in text else None,
+        condition=tuple(text["condition"]) if "condition" in text else None,
         accepted=tuple(words.pop("accepted")),
         tolerance="; ".join(rules),
         seeds=words.pop("seeds", seeds),
-        told=found.told,
+        **found,
         **words,
     )

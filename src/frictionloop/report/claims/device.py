@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
-from frictionloop.parameters import paper
+from frictionloop.parameters import RETUNED, paper
 from frictionloop.physics.reach import capable
 from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Numbers, Value, numbers
@@ -65,6 +65,8 @@ def pi_reduces_variability(results: Results) -> Numbers:
         ringing=1e3 * fit(tracked[PRINTED]).rms_n,
         open_spread=opened.spread_n,
         spread=fit(tracked[RETUNED_GAINS]).spread_n,
+        kp=RETUNED["controller.kp"],
+        ki=RETUNED["controller.ki"],
     )
 
 
@@ -75,7 +77,7 @@ def printed_gains_stable(results: Results) -> Numbers:
     slider = the_bench().evolve({**BENCHES["without either"], "finger.slip_length_um": 0.0})
     return numbers(
         limits,
-        assumed=list(BENCHES)[1:],
+        compared=list(BENCHES)[1:],
         rigid=kp_limit(paper()),
         slider=kp_limit(slider),
         stable_from=results.checked.ideal_from_n,
@@ -89,7 +91,7 @@ def open_loop_r2(results: Results) -> Numbers:
     opened = results.tracked[OPEN]
     within, over = _within(opened), opened["f_a"].mean(("stroke", "time")) / opened["f_r"].mean(("stroke", "time"))
     found = {f"{name}, pooled": each.regression for name, each in fits.items()}
-    found |= {f"{first}, mean of the levels": within, f"{first}, to f_a = f_r": fits[first].identity}
+    found |= {f"{first}{ONE_SINE}": within, f"{first}, to f_a = f_r": fits[first].identity}
     return numbers(
         found,
         compared=["to f_a = f_r"],
@@ -97,10 +99,8 @@ def open_loop_r2(results: Results) -> Numbers:
         within=within,
         closed=fit(results.tracked[RETUNED_GAINS]).regression,
         closed_within=_within(results.tracked[RETUNED_GAINS]),
-        identity=fits[first].identity,
         least_over=float(over.min()),
         most_over=float(over.max()),
-        over_at_moments=float((opened["f_a"] / opened["f_r"]).quantile(0.99)),
     )
 
 
@@ -128,20 +128,12 @@ def _within(runs: xr.Dataset) -> float:
 def closed_loop_r2(results: Results) -> Numbers:
     """Return both kinds of fit of the closed loop, levels pooled and within one sine, the mean of the three."""
     fits = {name: fit(results.tracked[name]) for name in CLOSED}
-    errors_mn = {name: 1e3 * found.rms_n for name, found in fits.items()}
     within = {name: _levels(results.tracked[name]) for name in CLOSED}
     one_sine = {f"{name}{ONE_SINE}": value for name, value in _both_fits(within).items()}
-    low, middle, high = (each.identity for each in within[RETUNED_GAINS])
+    pooled = _both_fits({name: [found] for name, found in fits.items()})
     return numbers(
-        _both_fits({name: [found] for name, found in fits.items()}) | one_sine,
-        retuned=errors_mn[RETUNED_GAINS],
-        printed=errors_mn[PRINTED],
-        ideal=errors_mn[IDEAL],
-        low=low,
-        middle=middle,
-        high=high,
-        open_pooled=fit(results.tracked[OPEN]).regression,
-        open_within=_within(results.tracked[OPEN]),
+        {f"{name}, pooled": value for name, value in pooled.items()} | one_sine,
+        printed=1e3 * fits[PRINTED].rms_n,
         ringing_spread=fits[PRINTED].spread_n,
         ringing_slope=fits[PRINTED].slope,
     )
@@ -184,8 +176,6 @@ def fluctuations_of_the_finger(results: Results) -> Numbers:
         no_roughness=milli["no roughness"],
         neither=milli["neither"],
         noiseless=milli["no sensor noise"],
-        printed=1e3 * fluctuations[PRINTED]["neither"],
-        ideal=1e3 * fluctuations[IDEAL]["neither"],
     )
 
 
@@ -257,6 +247,7 @@ def higher_order_cancels(results: Results) -> Numbers:
 
     return numbers(
         found,
+        compared=["slip length 0 um", "worst decile"],
         notch=left_mn(NOTCH, MEDIAN),
         notch_worst=left_mn(NOTCH, WORST),
         pi_worst=left_mn(RETUNED_GAINS, WORST),

@@ -43,8 +43,6 @@ def _knee(results: Results, metric: str, step: float) -> Numbers:
         step=step,
         reachable_mn=1e3 * reachable_n,
         times=reachable_n / 1e-4,
-        variance=NOISE_READINGS["variance"].level(reachable_n),
-        density=NOISE_READINGS["amplitude density"].level(reachable_n),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import xarray as xr
 
 from frictionloop.analysis import kp_limit
+from frictionloop.loop.reference_runs import disturbance_left
 from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.claims.claim import Numbers, numbers
@@ -45,21 +46,21 @@ def kp_optimum(results: Results) -> Numbers:
     """Return the middle of the best gains at Ki = 2, also with the noise and the delay that the text leaves open."""
     cuts = _fidelity(results) | {name: cut["r2_identity"] for name, cut in results.variants.items()}
     ranges = {name: useful_range(r2) for name, r2 in cuts.items()}
-    second, sample, late = (ranges[name] for name in (FEASIBLE, f"{FEASIBLE}, {PER_SAMPLE}", HALF))
-    per_second, per_sample = WORKING, f"{WORKING}, {PER_SAMPLE}"
     return numbers(
         {name: middle(found) for name, found in ranges.items()},
-        printed_low=ranges[per_second].low,
-        printed_low_sample=ranges[per_sample].low,
-        largest=optimum(cuts[per_second]).kp,
-        largest_sample=optimum(cuts[per_sample]).kp,
-        second_low=second.low,
-        second_high=second.high,
-        sample_low=sample.low,
-        sample_high=sample.high,
-        late_low=late.low,
-        late_high=late.high,
+        largest_sample=optimum(cuts[f"{WORKING}, {PER_SAMPLE}"]).kp,
+        late_low=ranges[HALF].low,
+        late_high=ranges[HALF].high,
     )
+
+
+def ki_optimum(results: Results) -> Numbers:
+    """Return the middle of the best integral gains at Kp = 10, in both units of a printed Ki."""
+    ranges = {name: useful_range(cut["r2_identity"]) for name, cut in results.over_ki.items()}
+    best = {name: middle(found) for name, found in ranges.items()}
+    rate_hz = results.systems[WORKING].controller.rate_hz
+    sampled = {f"{name}, {PER_SAMPLE}": ki and ki / rate_hz for name, ki in best.items()}
+    return numbers(best | sampled, low=ranges[FEASIBLE].low, high=ranges[FEASIBLE].high)
 
 
 def ki_influence(results: Results) -> Numbers:
@@ -86,10 +87,12 @@ def close_to_possible(results: Results) -> Numbers:
 
 
 def kp_1_unsatisfactory(results: Results) -> Numbers:
-    """Return how much fidelity is lost from Kp = 10 to 1."""
-    r2 = _fidelity(results)
-    lost = {name: at(each, 10.0) - at(each, 1.0) for name, each in r2.items()}
-    return numbers(lost, at_1=at(r2[FEASIBLE], 1.0), at_10=at(r2[FEASIBLE], 10.0))
+    """Return how much more of the disturbance is left at Kp = 1 than at 10."""
+    systems = in_both_units(results.systems)
+    at_1, at_10 = (
+        {name: disturbance_left(tracking_run(system, kp)) for name, system in systems.items()} for kp in (1.0, 10.0)
+    )
+    return numbers({name: at_1[name] / at_10[name] for name in systems}, at_1=at_1[FEASIBLE], at_10=at_10[FEASIBLE])
 
 
 def kp_40_saturated(results: Results) -> Numbers:

@@ -1,0 +1,93 @@
+"""Scalar steps as C99: straight-line functions of numbers and named tuples, each specialised on its arguments' types.
+
+What Numba compiles for the simulator is translated here for the board, line by line and with the same names: both give
+the same bits in double (tests/firmware/test_translation). What has no C is refused by function, line and text.
+
+=====================  ================================================================
+Python                 C
+=====================  ================================================================
+bool, int, float       ``bool``, ``int64_t`` (wraps), ``double``
+named tuple, tuple     ``struct``, passed by value; a call that returns one is evaluated once
+``min``, ``max``       the later one only if it is less, or greater: as Numba with NaN
+``math.floor``         ``int64_t``, as Numba's; ``np.floor`` a double
+``x ** 2``             ``x * x``; no other power
+``fma``                ``fma``, rounded once; nothing else is contracted
+=====================  ================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from frictionloop.firmware.c_functions import FunctionInC
+from frictionloop.firmware.c_source import HELPERS, INT, REAL, Kind, Struct, identifier, no_c, numbered
+from frictionloop.quantities import trees
+
+INCLUDES = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
+"""What the text of a translation needs above it."""
+
+
+@dataclass
+class Translation:
+    """C of functions, with the structs and helpers they need, in the order in which C wants them."""
+
+    structs: dict[Any, Struct] = field(default_factory=dict)
+    functions: list[str] = field(default_factory=list)
+    helpers: set[str] = field(default_factory=set)
+    _named: dict[Any, tuple[str, Kind] | None] = field(default_factory=dict)
+
+    def struct(self, shape: type) -> Struct:
+        """Return the struct of a named tuple class, its numbers all doubles."""
+        if shape not in self.structs:
+            parts = tuple((name, REAL if inner is None else self.struct(inner)) for name, inner in trees.parts(shape))
+            names = {each.name for each in self.structs.values()}
+            name = next(filter(lambda each: each not in names, numbered(shape.__name__)))
+            self.structs[shape] = Struct(name, parts)
+        return self.structs[shape]
+
+    def plain(self, kinds: Sequence[Kind]) -> Struct:
+        """Return the struct of a tuple without names."""
+        key = tuple(kinds)
+        if key not in self.structs:
+            name = "tuple_" + "_".join("int" if kind == INT else str(kind) for kind in kinds)
+            self.structs[key] = Struct(name, tuple((f"of{i}", kind) for i, kind in enumerate(kinds)))
+        return self.structs[key]
+
+    def function(self, function: Any, kinds: Sequence[Kind]) -> tuple[str, Kind]:
+        """Return name and result of a function for arguments of these kinds, translated at its first call.
+
+        Raises
+        ------
+        FrictionloopError
+            For what has no C: NO-C, with function, line and text.
+        """
+        python = getattr(function, "py_func", function)
+        key = python, tuple(kinds)
+        if key not in self._named:
+            names = {each[0] for each in self._named.values() if each}
+            name = next(filter(lambda each: each not in names, numbered(identifier(python.__name__))))
+            self._named[key] = None
+            body = FunctionInC(self, python, kinds)
+            self.functions.append(body.text(name))
+            self._named[key] = name, body.result or "void"
+        found = self._named[key]
+        if found is None:
+            raise no_c(f"{python.__name__}: calls itself")
+        return found
+
+    def text(self) -> str:
+        """Return all of it, without includes."""
+        structs = [
+            "".join(
+                [
+                    "typedef struct {\n",
+                    *(f"    {kind} {identifier(name)};\n" for name, kind in each.parts),
+                    f"}} {each};\n",
+                ]
+            )
+            for each in self.structs.values()
+        ]
+        helpers = [each + "\n" for name, each in HELPERS.items() if name in self.helpers]
+        return "\n".join(["".join(helpers), *structs, *self.functions])
