@@ -13,6 +13,10 @@ def share_gaussian(a):
     return np.exp(-0.45 * a**2)
 
 
+def share_exponential(a):
+    return np.exp(-0.8 * a)
+
+
 def share_threshold(a):
     return 1 - 0.4 * np.maximum(a - 0.8, 0)
 

@@ -10,12 +10,13 @@ import pytest
 import frictionloop as fl
 from frictionloop.loop.simulate import check_memory, periods_in
 
+BENCH = fl.bench()
 CONSTANT = fl.paper().evolve({"setpoint": fl.Constant(offset_n=0.5)})
 
 
-def complaint(system, *arguments, **options):
+def only_line(call, *arguments, **options):
     with pytest.raises(fl.FrictionloopError) as failure:
-        fl.simulate(system, *arguments, **options)
+        call(*arguments, **options)
     assert "\n" not in str(failure.value)
     return str(failure.value)
 
@@ -31,7 +32,7 @@ def test_whole_numbers_of_periods_are_counted_past_rounding(rate_hz, duration_s,
 @pytest.mark.parametrize("name", ["setpoint", "disturbance"])
 def test_past_the_end_of_a_sweep(name):
     system = CONSTANT.evolve({name: fl.LogSweep(sweep_s=2.0)})
-    assert f"{name}.sweep_s = 2" in complaint(system, 3.0)
+    assert f"{name}.sweep_s = 2" in only_line(fl.simulate, system, 3.0)
     assert fl.simulate(system, 2.0).sizes["time"] == 10_000
 
 
@@ -41,7 +42,7 @@ def test_past_the_end_of_a_recording(tmp_path, name):
     np.savetxt(path, np.linspace(0.0, 0.1, 101))  # 100 periods and both their ends; the last is held for one more
     system = CONSTANT.evolve({name: fl.Recording(path=str(path), rate_hz=5000.0)})
     assert fl.simulate(system, 0.0202).sizes["time"] == 101
-    told = complaint(system, 0.0204)
+    told = only_line(fl.simulate, system, 0.0204)
     assert told.startswith(f"{path}: duration_s ") and "0.0202 s" in told
 
 
@@ -52,19 +53,6 @@ def test_memory_is_only_refused_when_it_is_short():
 def test_numpy_seeds_are_seeds():
     one, other = fl.simulate(CONSTANT, 0.01, seed=np.uint64(7)), fl.simulate(CONSTANT, 0.01, seed=7)
     assert one.identical(other)
-
-
-# Bad input to a bench: one line that names the parameter, what was given and what would be accepted.
-
-
-BENCH = fl.bench()
-
-
-def only_line(call, *arguments, **options):
-    with pytest.raises(fl.FrictionloopError) as failure:
-        call(*arguments, **options)
-    assert "\n" not in str(failure.value)
-    return str(failure.value)
 
 
 GRIDS = {
@@ -117,6 +105,3 @@ def test_where_nothing_is_scored_there_is_no_number():
     grid = fl.sweep(BENCH, [{}], 0.02, metrics=["rms_error", "saturation_index", "perceptual_index", "r2_bound"])
     assert all(math.isnan(float(grid[name].squeeze())) for name in grid.data_vars)
     assert "mask" in only_line(fl.rms_error, fl.simulate(BENCH, 0.02))
-
-
-# What is no run, and what are no points, is refused in one line.
