@@ -77,8 +77,8 @@ MUTATIONS = [
     Mutation(
         "Stribeck's speed 20 % off",
         SRC + "physics/friction_limit.py",
-        "math.sqrt(math.log2(math.e))",
-        "1.0",
+        "(1e-3 * friction.slow_mm_s) ** 2",
+        "(1.2e-3 * friction.slow_mm_s) ** 2",
         "unit/test_friction_limit.py unit/test_stick_slip.py",
     ),
     Mutation(
@@ -161,7 +161,7 @@ MUTATIONS = [
     ),
     Mutation(
         "converter's rms over sqrt 6",
-        SRC + "analysis/noise.py",
+        SRC + "analysis/disturbance.py",
         "/ math.sqrt(12.0)",
         "/ math.sqrt(6.0)",
         "reference/test_linear_noise.py reference/test_linear_bench.py",
