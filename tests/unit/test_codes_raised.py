@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import simulated_lab
 import xarray as xr
-from own_laws import register_both
+from own_laws import Integral, IntegralGains, State, register_both
 from PIL import Image
 
 import frictionloop as fl
@@ -124,6 +124,25 @@ def law_of_ones_own():
     register_both()
     try:
         yield D.check(BENCH.evolve({"controller.kind": "dead_band_pi", **LEVEL}), ONE)
+    finally:
+        forget()
+
+
+@fl.step
+def halving(state, measured, setpoint_n, gains, dt):
+    u = setpoint_n
+    while u > gains.high:
+        u = u / 2.0
+    return state, fl.ForceCommand(u, 0.0)
+
+
+@raises("NO-C")
+def law_without_c():
+    fl.register(fl.Law("integral", halving, State, IntegralGains), Integral)
+    try:
+        with pytest.raises(fl.FrictionloopError) as refused:
+            fl.firmware.law(BENCH.evolve({"controller.kind": "integral"}), "law.c")
+        yield refused.value
     finally:
         forget()
 

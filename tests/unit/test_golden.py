@@ -42,6 +42,10 @@ def controller() -> Result:
     return fl.design.controller(fl.bench(), "pi")
 
 
+def limits() -> Result:
+    return fl.design.limits(fl.bench(), "pi")
+
+
 def plate() -> Result:
     return fl.design.plate(frequency_hz=40e3, bandwidth_hz=150.0)
 
@@ -73,6 +77,7 @@ SITUATIONS: dict[str, Callable[[], Result]] = {
     "design-check": check,
     "design-check-people": check_of_people,
     "design-controller": controller,
+    "design-limits": limits,
     "design-plate": plate,
     "design-sensor": sensor,
     "simulate": simulate,
@@ -80,7 +85,7 @@ SITUATIONS: dict[str, Callable[[], Result]] = {
     "simulate-recorded": simulate_recorded,
 }
 """By the name of a file in tests/golden. Another verb is one more function, and its name here."""
-SLOW = {"design-controller"}
+SLOW = {"design-controller", "design-limits"}
 named = pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in SITUATIONS]
 )
