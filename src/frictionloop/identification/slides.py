@@ -1,4 +1,4 @@
-"""Slides of a finger in a long record: where they are, friction over load, how it falls off over frequency."""
+"""Slides of a finger in a long record: where they are, friction over load."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.signal import butter, savgol_filter, sosfiltfilt, welch
+from scipy.signal import savgol_filter
 from scipy.stats import linregress
 
 from frictionloop.findings import Condition, Finding
@@ -44,11 +43,6 @@ SLOWEST_M_S = 2e-3
 SHORTEST_S = 0.3
 LEAST_LOADS = 0.05
 """Relative spread of the load below which its exponent cannot be told (assumed)."""
-BAND_HZ = (5.0, 100.0)
-"""Band of the spectrum's slope: above the stroke, below the sensor."""
-TREMOR_HZ = (6.0, 14.0)
-"""Smith and others: a hand trembles at 8 to 12 Hz."""
-
 
 class Slide(NamedTuple):
     """One slide."""
@@ -65,15 +59,6 @@ class Slide(NamedTuple):
     """Of the last third over that of the first."""
     exponent: Estimate
     """n of friction ~ load^n within the slide; NaN where the load hardly changes."""
-    slope_welch: float
-    """Exponent of the power spectrum from 5 to 100 Hz, by a line through Welch's."""
-    slope_whittle: float
-    """The same by Whittle's likelihood of the periodogram."""
-    tremor_n: float
-    """rms of the friction from 6 to 14 Hz."""
-    onset: float
-    """Largest friction in the 0.2 s before the slide over its mean: stick before slip."""
-
 
 @dataclass(frozen=True)
 class Friction:
@@ -158,7 +143,6 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
     f, n = against[a:b], load[a:b]
     third = (b - a) // 3
     ratios = [float(f[part].mean() / n[part].mean()) for part in (slice(0, third), slice(-third, None))]
-    before = against[max(a - int(0.2 * rate_hz), 0) : a]
     return Slide(
         start_s=a / rate_hz,
         stop_s=b / rate_hz,
@@ -168,10 +152,6 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
         mu=float(f.mean() / n.mean()),
         mu_change=ratios[1] / ratios[0],
         exponent=load_exponent(f, n, rate_hz),
-        slope_welch=welch_slope(f, rate_hz),
-        slope_whittle=whittle_slope(f, rate_hz),
-        tremor_n=tremor(f, rate_hz),
-        onset=float(before.max() / f.mean()) if before.size else math.nan,
     )
 
 
@@ -225,38 +205,6 @@ def load_exponent(f: Array, n: Array, rate_hz: float) -> Estimate:
     return Estimate(float(line.slope), float(line.stderr), "", len(good) - 2.0)
 
 
-def welch_slope(f: Array, rate_hz: float) -> float:
-    """Return the exponent of the power spectrum by a line through Welch's, on logarithmic axes."""
-    hertz, power = welch(f - f.mean(), rate_hz, nperseg=min(f.size, int(0.5 * rate_hz)), detrend="linear")
-    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
-    # Equal weight to each octave, as the eye gives a line on logarithmic axes.
-    return float(np.polyfit(np.log(hertz[inside]), np.log(power[inside]), 1, w=1 / np.sqrt(hertz[inside]))[0])
-
-
-def whittle_slope(f: Array, rate_hz: float) -> float:
-    """Return the exponent p of S = c f^p that is likeliest for a periodogram I: least sum of log S + I/S."""
-    size = f.size
-    # A Hann window: a boxcar's leakage would hide slopes steeper than -2.
-    window = np.hanning(size)
-    line = np.polyval(np.polyfit(np.arange(size), f, 1), np.arange(size))
-    power = np.abs(np.fft.rfft(window * (f - line))) ** 2
-    hertz = np.fft.rfftfreq(size, 1 / rate_hz)
-    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
-    x, seen = hertz[inside], power[inside]
-
-    def unlikely(p: float) -> float:
-        shape = x**p
-        return float(np.log(np.mean(seen / shape)) + np.mean(np.log(shape)))
-
-    return float(minimize_scalar(unlikely, bounds=(-5, 2), method="bounded").x)
-
-
-def tremor(f: Array, rate_hz: float) -> float:
-    """Return the rms in N from 6 to 14 Hz."""
-    sos = butter(2, TREMOR_HZ, "bandpass", fs=rate_hz, output="sos")
-    return float(np.std(sosfiltfilt(sos, f - f.mean(), padlen=min(f.size - 1, int(0.3 * rate_hz)))))
-
-
 def refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
     """Refuse a recording whose friction rises with its ``amplitude``."""
     if "amplitude" not in recording:
@@ -280,10 +228,10 @@ def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
     how = f"slides, {len(loads)}, at {REFERENCE_LOAD_N:g} N"
     value = measured("friction.nominal_n", levels, off, how, take.files, date)
-    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
+    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu")]
     for s in (slide for each in found for slide in each.slides):
         row = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
-        rows.append((*row, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
+        rows.append((*row, f"{s.friction_n:.3f}", f"{s.mu:.3f}"))
     slides = found[0].slides
     curves: dict[str, Any] = {
         "slides": {
@@ -301,7 +249,5 @@ def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     numbers: dict[str, Any] = {"mu": found[0].mu, "speeds_mm_s": [1e3 * s.speed_m_s for s in every]}
     numbers |= {"slides": len(every), "seconds": sum(s.stop_s - s.start_s for s in every)}
     numbers["mu_change_percent"] = [100 * (s.mu_change - 1) for s in every]
-    if len(every) == 1:
-        numbers |= {"tremor_n": every[0].tremor_n, "onset_over_mean": every[0].onset}
     doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
     return EntryResult([value], doubts, numbers, rows, curves)
