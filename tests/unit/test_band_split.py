@@ -13,8 +13,6 @@ from frictionloop.loop.band_split import (
     amplified_from_hz,
     by_band,
     disturbance_split,
-    error_by_band,
-    followed_to_hz,
     of_bands,
     split_edges,
 )
@@ -96,37 +94,3 @@ def test_a_tone_that_is_too_near_to_an_edge_is_found(tones_hz, mixed):
     found = list(of_bands(run, mask, by_band(run, mask, split_edges((8,), RATE_HZ))))
     assert [each.more["edges"] for each in found] == ([mixed] if mixed else [])
     assert all(each.value == pytest.approx(2.0 / 1.5, rel=1e-3) for each in found)
-
-
-def following(*tones_hz, **changes):
-    values_n = 0.5 + np.array(tones(*tones_hz).values_n)
-    gains = {"controller.kp": 10.0, "controller.ki": 100.0}
-    signals = gains | {"setpoint": fl.Samples(values_n=values_n, rate_hz=RATE_HZ), "disturbance": fl.Constant()}
-    run = fl.simulate(fl.feasible().evolve(signals | changes), 3.0)
-    return run, run.time.values >= 2.5  # the integrator has settled
-
-
-@pytest.mark.parametrize(("kp", "ki"), [(10.0, 100.0), (3.0, 50.0)])
-def test_how_a_set_point_is_followed_is_that_of_the_linear_loop(kp, ki):
-    low_hz, high_hz = 20.0, 1000.0
-    gains = {"controller.kp": kp, "controller.ki": ki}
-    (low, settled), (high, _) = following(low_hz, **gains), following(high_hz, **gains)
-    to_hz = followed_to_hz(low, settled)
-    loop = operating_band(fl.feasible().evolve({**LEVEL, "disturbance": fl.Constant(), **gains}))[0]
-    response = loop.frequency_response([low_hz, 0.98 * to_hz, 1.02 * to_hz, high_hz])["f_a_from_f_r"].values
-    decibels = np.abs(20 * np.log10(np.abs(response[[1, 2]])))
-    assert decibels[0] < 20 * np.log10(np.sqrt(2)) < decibels[1]
-    below, above = error_by_band(low, settled, to_hz), error_by_band(high, settled, to_hz)
-    shares = below.rms_error_below_n / below.asked_below_n, above.rms_error_above_n / above.asked_above_n
-    assert shares == pytest.approx(tuple(np.abs(1 - response[[0, 3]])), rel=0.05)
-
-
-def test_the_error_is_not_that_of_rows_that_are_not_scored():
-    run, settled = following(20.0)
-    to_hz = followed_to_hz(run, settled)
-    kept = settled & ~((run.time.values > 2.7) & (run.time.values < 2.71))
-    lifted = run.assign(f_a=run.f_a.where(kept, 0.0))
-    found, plain = (error_by_band(each, kept, to_hz).rms_error_below_n for each in (lifted, run))
-    assert found == pytest.approx(plain, rel=0.05)
-    ringing, settled = following(20.0, **{"controller.kp": 100.0, "controller.ki": 0.0})
-    assert followed_to_hz(ringing, settled) is None

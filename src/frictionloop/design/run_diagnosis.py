@@ -19,11 +19,9 @@ from frictionloop.loop import run_findings
 from frictionloop.loop.band_split import (
     Band,
     DisturbanceSplit,
-    SetpointSplit,
     by_band,
     disturbance_split,
     of_bands,
-    setpoint_split,
     split_edges,
 )
 from frictionloop.loop.metrics import rms_error, scored_from
@@ -95,8 +93,6 @@ class Diagnosis(Result):
     """The disturbance between the frequencies that were named."""
     disturbance_split: DisturbanceSplit | None = None
     """Of a recorded disturbance."""
-    setpoint_split: SetpointSplit | None = None
-    """Of a recorded set-point."""
     recorded: Mapping[str, Any] = field(default_factory=dict)
     """What was read of recorded signals, by their names."""
     unscored_s: tuple[tuple[float, float], ...] = ()
@@ -162,10 +158,8 @@ class Diagnosis(Result):
         if self.steps:
             found["steps"] = frame([each._asdict() for each in self.steps], "start_s")
         found["metrics"] = frame(self.metrics, "metric", ["value"])
-        splits = {"recorded disturbance": self.disturbance_split, "recorded setpoint": self.setpoint_split}
-        for name, each in splits.items():
-            if each is not None:
-                found[name] = frame(vars(each), "split", ["value"])
+        if self.disturbance_split is not None:
+            found["recorded disturbance"] = frame(vars(self.disturbance_split), "split", ["value"])
         blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
         found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
@@ -281,11 +275,8 @@ def _of_scored(
     told += of_bands(run, mask, found["bands"])
     if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)
-    if not unclear and split.beyond <= SPLIT_MOST:
-        if system.disturbance.kind in RECORDED:
-            found["disturbance_split"] = disturbance_split(run, mask)
-        if system.setpoint.kind in RECORDED:
-            found["setpoint_split"] = setpoint_split(run, mask)
+    if not unclear and split.beyond <= SPLIT_MOST and system.disturbance.kind in RECORDED:
+        found["disturbance_split"] = disturbance_split(run, mask)
     if system.setpoint.kind == "steps":
         late = run["time"].values >= run["time"].values[mask][0]
         starts = (np.diff(run["f_r"].values) != 0) & late[1:]

@@ -44,6 +44,7 @@ SHORTEST_S = 0.3
 LEAST_LOADS = 0.05
 """Relative spread of the load below which its exponent cannot be told (assumed)."""
 
+
 class Slide(NamedTuple):
     """One slide."""
 
@@ -59,6 +60,7 @@ class Slide(NamedTuple):
     """Of the last third over that of the first."""
     exponent: Estimate
     """n of friction ~ load^n within the slide; NaN where the load hardly changes."""
+
 
 @dataclass(frozen=True)
 class Friction:

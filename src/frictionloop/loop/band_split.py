@@ -97,8 +97,6 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
 
 START_S = 0.1
 """Time in which a loop begins (chosen)."""
-WITHIN = math.sqrt(2.0)
-"""Factor up or down up to which an amplitude is followed: 3 dB."""
 MUCH = 0.5
 """Share of what varies in a band (rms) from which on it is told that it lies close to its end (chosen)."""
 
@@ -135,20 +133,6 @@ class DisturbanceSplit:
     force_varies_n: float
     force_mean_n: float
     """The force, likewise."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SetpointSplit:
-    """How a recorded set-point is followed."""
-
-    to_hz: float
-    """Up to which |f_a / f_r| of the linear loop is within 3 dB."""
-    asked_below_n: float
-    asked_above_n: float
-    """What f_r varies by, rms."""
-    rms_error_below_n: float
-    rms_error_above_n: float
-    """What f_a - f_r varies by."""
 
 
 def split_edges(split_hz: Sequence[float], rate_hz: float) -> list[float]:
@@ -206,10 +190,10 @@ def _mixed(run: xr.Dataset, mask: np.ndarray, band: Band, inside: list[float]) -
     return bool(near_n > MUCH * band.disturbance_n)
 
 
-def _searched(run: xr.Dataset, mask: np.ndarray, response: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return frequencies in Hz and the size of a response there, of the loop at the mean of what is asked.
+def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
+    """Return the lowest frequency at which |S| of the loop at the mean of what is asked is 1; None without one.
 
-    None of a loop that has no linear analysis, or is not stable in it.
+    Nor is there one of a loop that has no linear analysis, or is not stable in it.
     """
     from frictionloop.analysis import operating_band
 
@@ -217,30 +201,11 @@ def _searched(run: xr.Dataset, mask: np.ndarray, response: str) -> tuple[np.ndar
         points = operating_band(at_levels(system_of(run), run, mask))
         loop = points[len(points) // 2]
         grid = loop.search_grid(0.1)
-        size = np.abs(loop.frequency_response(grid)[response].values)
+        size = np.abs(loop.frequency_response(grid)["S"].values)
     except (FrictionloopError, KeyError):  # a law that has no linear analysis
         return None
-    return (grid, size) if loop.is_stable() else None
-
-
-def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
-    """Return the lowest frequency at which |S| is 1; None without one."""
-    found = _searched(run, mask, "S")
-    if found is None:
-        return None
-    grid, size = found
     over = np.flatnonzero((size[1:] >= 1.0) & (size[:-1] < 1.0))
-    return float(grid[over[0] + 1]) if over.size else None
-
-
-def followed_to_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
-    """Return the frequency up to which the linear loop's |f_a / f_r| is within 3 dB; None without one."""
-    found = _searched(run, mask, "f_a_from_f_r")
-    if found is None:
-        return None
-    grid, size = found
-    off = np.flatnonzero((size > WITHIN) | (size < 1 / WITHIN))
-    return float(grid[off[0]]) if off.size and off[0] else None
+    return float(grid[over[0] + 1]) if over.size and loop.is_stable() else None
 
 
 def disturbance_split(run: xr.Dataset, mask: np.ndarray) -> DisturbanceSplit:
@@ -272,25 +237,3 @@ def ends_at_hz(system: System) -> float:
 
     rate_hz = found(system.disturbance).rate_hz
     return rate_hz / 2.0 if rate_hz < system.controller.rate_hz else math.inf
-
-
-def setpoint_split(run: xr.Dataset, mask: np.ndarray) -> SetpointSplit | None:
-    """Return how a set-point is followed below and above a frequency; None without a stable linear loop.
-
-    As `rms_by_band` has them. An error that stays is none of a frequency, and does not count.
-    """
-    to_hz = followed_to_hz(run, mask)
-    return None if to_hz is None else error_by_band(run, mask, to_hz)
-
-
-def error_by_band(run: xr.Dataset, mask: np.ndarray, to_hz: float) -> SetpointSplit:
-    """Return what f_r and f_a - f_r vary by (rms) below and above a frequency."""
-    signals = (run["f_r"].values, (run["f_a"] - run["f_r"]).values)
-    asked, error = (rms_by_band(each, run["time"].values, mask, (0.0, to_hz, math.inf)).tolist() for each in signals)
-    return SetpointSplit(
-        to_hz=to_hz,
-        asked_below_n=asked[0],
-        asked_above_n=asked[1],
-        rms_error_below_n=error[0],
-        rms_error_above_n=error[1],
-    )
