@@ -92,6 +92,8 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
         share[there] = left[there] / of[there]
     ends = {"low_hz": ("band", edges[:-1]), "high_hz": ("band", edges[1:])}
     ends |= {"disturbance_n": ("band", of), "left_n": ("band", left)}
+    import xarray as xr
+
     return xr.DataArray(share, dims="band", coords=ends, name="disturbance_left", attrs={"units": "1"})
 
 
