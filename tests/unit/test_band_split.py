@@ -1,4 +1,4 @@
-"""What a loop leaves of a signal below and above a frequency, against the linear loop."""
+"""What a loop leaves of a disturbance by bands of frequency."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis import operating_band
 from frictionloop.loop.band_split import (
-    amplified_from_hz,
     by_band,
-    disturbance_split,
     of_bands,
     split_edges,
 )
@@ -39,25 +36,6 @@ def test_frequencies_that_do_not_rise_within_the_loops_are_refused(split_hz):
     assert split_edges((8, 20), RATE_HZ) == [0.0, 8.0, 20.0, math.inf]
 
 
-@pytest.mark.parametrize(("kp", "ki"), [(10.0, 2.0), (3.0, 50.0)])
-def test_the_parts_of_a_disturbance_are_those_of_the_linear_loop(kp, ki):
-    low_hz, high_hz = 20.0, 1000.0
-    gains = {"controller.kp": kp, "controller.ki": ki}
-    run = disturbed(low_hz, high_hz, **gains)
-    settled = run.time.values >= 0.2
-    split = disturbance_split(run, settled)
-    assert low_hz < split.amplified_from_hz < high_hz and split.amplified_from_hz == amplified_from_hz(run, settled)
-    loop = operating_band(fl.feasible().evolve({**LEVEL, "disturbance": fl.Constant(), **gains}))[0]
-    at_hz = [low_hz, 0.98 * split.amplified_from_hz, 1.02 * split.amplified_from_hz, high_hz]
-    response = loop.frequency_response(at_hz)
-    size = np.abs(response["f_a_from_d"].values)[[0, -1]]
-    assert (split.left_below, split.left_above) == pytest.approx(tuple(size), rel=0.05)
-    below, above = np.abs(response["S"].values)[[1, 2]]
-    assert below < 1.0 < above
-    assert split.varies_n == pytest.approx(2e-3, rel=0.01)
-    assert split.force_varies_n == pytest.approx(float(run.f_a.values[settled].std()))
-
-
 def test_the_bands_add_up_to_the_whole():
     run = disturbed(20.0, 1000.0)
     everything = np.ones(run.sizes["time"], bool)
@@ -68,23 +46,6 @@ def test_the_bands_add_up_to_the_whole():
     calm = fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 1.0)
     assert all(math.isnan(each.disturbance_left) for each in by_band(calm, everything, split_edges((8,), RATE_HZ)))
     assert by_band(calm, ~everything, split_edges((8,), RATE_HZ)) == ()
-
-
-def test_without_feedback_all_is_left_and_no_frequency_is_known():
-    run = disturbed(20.0, **{"controller.kind": "lookup"})
-    split = disturbance_split(run, np.ones(run.sizes["time"], bool))
-    assert math.isnan(split.amplified_from_hz) and math.isnan(split.left_below)
-    assert split.left_late == pytest.approx(1.0, abs=1e-9)
-
-
-def test_what_the_start_adds_is_known():
-    # At the first samples the loop has not acted yet, and d is far from its mean there.
-    values_n = 0.02 * np.sin(2 * np.pi * 5.0 * TIME_S) + 0.08 * (TIME_S < 0.01)
-    signals = LEVEL | {"disturbance": fl.Samples(values_n=values_n, rate_hz=RATE_HZ)}
-    run = fl.simulate(fl.feasible().evolve(signals), 0.6)
-    late = fl.metrics(run, run.time.values >= 0.1)["disturbance_left"]
-    split = disturbance_split(run, np.ones(run.sizes["time"], bool))
-    assert split.left_late == pytest.approx(late) and late < fl.metrics(run)["disturbance_left"] / 1.05
 
 
 @pytest.mark.parametrize(("tones_hz", "mixed"), [((7.5,), [8.0]), ((3.0, 90.0), None)])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.analysis.levels import RECORDED, UNCLEAR
+from frictionloop.analysis.levels import UNCLEAR
 from frictionloop.analysis.linear import condition_of
 from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
@@ -18,9 +18,7 @@ from frictionloop.findings.result import Row, frame
 from frictionloop.loop import run_findings
 from frictionloop.loop.band_split import (
     Band,
-    DisturbanceSplit,
     by_band,
-    disturbance_split,
     of_bands,
     split_edges,
 )
@@ -48,8 +46,6 @@ NAMES = {"intercept": "intercept_n", "output_noise": "output_noise_n", "rms_erro
     "turn_peak": "turn_peak_n",
 }
 """Metrics that have a unit, by the field that holds them."""
-SPLIT_MOST = 0.5
-"""Share of the time out of reach from which on no frequency tells what is left."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,8 +87,6 @@ class Diagnosis(Result):
     steps_asked: int = 0
     bands: tuple[Band, ...] = ()
     """The disturbance between the frequencies that were named."""
-    disturbance_split: DisturbanceSplit | None = None
-    """Of a recorded disturbance."""
     recorded: Mapping[str, Any] = field(default_factory=dict)
     """What was read of recorded signals, by their names."""
     unscored_s: tuple[tuple[float, float], ...] = ()
@@ -158,8 +152,6 @@ class Diagnosis(Result):
         if self.steps:
             found["steps"] = frame([each._asdict() for each in self.steps], "start_s")
         found["metrics"] = frame(self.metrics, "metric", ["value"])
-        if self.disturbance_split is not None:
-            found["recorded disturbance"] = frame(vars(self.disturbance_split), "split", ["value"])
         blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
         found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
@@ -275,8 +267,6 @@ def _of_scored(
     told += of_bands(run, mask, found["bands"])
     if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)
-    if not unclear and split.beyond <= SPLIT_MOST and system.disturbance.kind in RECORDED:
-        found["disturbance_split"] = disturbance_split(run, mask)
     if system.setpoint.kind == "steps":
         late = run["time"].values >= run["time"].values[mask][0]
         starts = (np.diff(run["f_r"].values) != 0) & late[1:]

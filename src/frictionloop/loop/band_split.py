@@ -1,22 +1,18 @@
-"""What a loop leaves of a signal in bands of frequency: those it is given, and below and above where it acts."""
+"""What a loop leaves of a disturbance in the bands of frequency that it is given."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.levels import at_levels
 from frictionloop.findings import Finding
 from frictionloop.loop.metrics import counted
-from frictionloop.loop.record import system_of
-from frictionloop.loop.reference_runs import disturbance_left, steady_of
-from frictionloop.parameters import Recording, System
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.loop.reference_runs import steady_of
+from frictionloop.quantities import must_be
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,8 +93,6 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
     return xr.DataArray(share, dims="band", coords=ends, name="disturbance_left", attrs={"units": "1"})
 
 
-START_S = 0.1
-"""Time in which a loop begins (chosen)."""
 MUCH = 0.5
 """Share of what varies in a band (rms) from which on it is told that it lies close to its end (chosen)."""
 
@@ -114,27 +108,6 @@ class Band(NamedTuple):
     """What is left of it."""
     disturbance_left: float
     """Share that is left; NaN where next to nothing varies."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DisturbanceSplit:
-    """What a loop leaves of a recorded disturbance."""
-
-    amplified_from_hz: float
-    """Where |S| of the linear loop first reaches 1; NaN where that is not known."""
-    left_below: float
-    left_above: float
-    """Share that is left below and above it."""
-    left_late: float
-    """Share that is left without the first 0.1 s, in which the loop begins."""
-    ends_at_hz: float
-    """Half the rate of its file; infinite where a run has less."""
-    varies_n: float
-    mean_n: float
-    """The disturbance, rms about its mean."""
-    force_varies_n: float
-    force_mean_n: float
-    """The force, likewise."""
 
 
 def split_edges(split_hz: Sequence[float], rate_hz: float) -> list[float]:
@@ -190,52 +163,3 @@ def _mixed(run: xr.Dataset, mask: np.ndarray, band: Band, inside: list[float]) -
         return False
     (near_n,) = rms_by_band(run["d"].values, run["time"].values, mask, inside)
     return bool(near_n > MUCH * band.disturbance_n)
-
-
-def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
-    """Return the lowest frequency at which |S| of the loop at the mean of what is asked is 1; None without one.
-
-    Nor is there one of a loop that has no linear analysis, or is not stable in it.
-    """
-    from frictionloop.analysis import operating_band
-
-    try:
-        points = operating_band(at_levels(system_of(run), run, mask))
-        loop = points[len(points) // 2]
-        grid = loop.search_grid(0.1)
-        size = np.abs(loop.frequency_response(grid)["S"].values)
-    except (FrictionloopError, KeyError):  # a law that has no linear analysis
-        return None
-    over = np.flatnonzero((size[1:] >= 1.0) & (size[:-1] < 1.0))
-    return float(grid[over[0] + 1]) if over.size and loop.is_stable() else None
-
-
-def disturbance_split(run: xr.Dataset, mask: np.ndarray) -> DisturbanceSplit:
-    """Return what is left of a disturbance below and above where feedback makes it larger."""
-    d, f_a, time_s = run["d"].values[mask], run["f_a"].values[mask], run["time"].values
-    at_hz = math.inf if system_of(run).controller.kind == "lookup" else amplified_from_hz(run, mask)
-    below = above = math.nan
-    if at_hz is not None and math.isfinite(at_hz):
-        below, above = disturbance_left_by_band(run, [0.0, at_hz, math.inf], mask).values.tolist()
-    late = mask & (time_s >= time_s[0] + START_S)
-    return DisturbanceSplit(
-        amplified_from_hz=math.nan if at_hz is None or math.isinf(at_hz) else at_hz,
-        left_below=below,
-        left_above=above,
-        left_late=float(disturbance_left(run, late)) if late.any() else math.nan,
-        ends_at_hz=ends_at_hz(system_of(run)),
-        varies_n=float(np.std(d)),
-        mean_n=float(np.mean(d)),
-        force_varies_n=float(np.std(f_a)),
-        force_mean_n=float(np.mean(f_a)),
-    )
-
-
-def ends_at_hz(system: System) -> float:
-    """Return half the rate of a recorded disturbance, above which its file has nothing; infinite if a run has less."""
-    if not isinstance(system.disturbance, Recording):
-        return math.inf
-    from frictionloop.recordings.told import found
-
-    rate_hz = found(system.disturbance).rate_hz
-    return rate_hz / 2.0 if rate_hz < system.controller.rate_hz else math.inf
