@@ -248,12 +248,8 @@ def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
         for name, f in zip(take.files, found, strict=False)
     ]
     drawn = "sweep" if "frequency" in runs[0] else "decay"
-    numbers: dict[str, Any] = {"misfit_percent": [100 * f.misfit for f in found]}
-    downs = [f.down_hz for f in found if f.down_hz is not None]
-    numbers |= {"down_less_up_hz": downs} if downs else {}
-    return EntryResult(
-        values, [each for f in found for each in f.findings], numbers, rows, {drawn: _drawn(found[0], runs[0])}
-    )
+    numbers = {"misfit_percent": [100 * f.misfit for f in found]}
+    return EntryResult(values, [], numbers, rows, {drawn: _drawn(found[0], runs[0])})
 
 
 def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
