@@ -117,9 +117,7 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     post /= post.sum()
     a, b, lapse, g = (_marginal(post, axis, grid) for axis, grid in enumerate(grids))
     dispersion, limit = _dispersion(x, r, probability(x, a[0], b[0], g[0], lapse[0], shape))
-    return Fit(
-        *a, *b, lapse[0], g[0], dispersion, limit, x.size, a[1] < grids[0][1] or a[2] > grids[0][-2]
-    )
+    return Fit(*a, *b, lapse[0], g[0], dispersion, limit, x.size, a[1] < grids[0][1] or a[2] > grids[0][-2])
 
 
 def _grids(x: Array, guess: float | None, low: float | None) -> tuple[Array, Array, Array, Array]:
