@@ -226,8 +226,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
     doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
     numbers = {"modes_hz": [m.frequency.value for m in modes], "modes_q": [m.q.value for m in modes]}
     fitted = {"fitted_hz": [hertz for hertz, _ in found[0].fitted], "fitted": [size for _, size in found[0].fitted]}
-    curves = {"response": tables[0].drawn() | fitted, **found[0].drawn()}
-    return EntryResult(values, doubts, numbers, rows, curves)
+    return EntryResult(values, doubts, numbers, rows, {"response": tables[0].drawn() | fitted})
 
 
 def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:

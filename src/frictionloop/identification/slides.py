@@ -41,7 +41,7 @@ STEADY = 0.3
 """A finger slides where its speed is within this share of the median of the slide (assumed)."""
 SLOWEST_M_S = 2e-3
 SHORTEST_S = 0.3
-LEAST_LOADS = 0.05
+LEAST_LOADS = 0.1
 """Relative spread of the load below which its exponent cannot be told (assumed)."""
 
 
@@ -58,8 +58,6 @@ class Slide(NamedTuple):
     mu: float
     mu_change: float
     """Of the last third over that of the first."""
-    exponent: Estimate
-    """n of friction ~ load^n within the slide; NaN where the load hardly changes."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ class Friction:
     mu: Estimate
     """Mean over slides; with two or more its error is their scatter."""
     exponent: Estimate
-    """Of the load, over all slides."""
+    """n of friction ~ load^n over all slides; NaN for fewer than four or loads that hardly differ."""
     findings: tuple[Finding, ...]
 
     def level_n(self, load_n: float) -> float:
@@ -153,17 +151,15 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
         load_n=float(n.mean()),
         mu=float(f.mean() / n.mean()),
         mu_change=ratios[1] / ratios[0],
-        exponent=load_exponent(f, n, rate_hz),
     )
 
 
 def _exponent(slides: Sequence[Slide]) -> Estimate:
-    """Return the exponent over slides of different loads, or that within the slide with the least error."""
     loads = np.array([slide.load_n for slide in slides])
-    if loads.size >= 4 and loads.std() > 0.1 * loads.mean():
-        line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
-        return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
-    return min((slide.exponent for slide in slides), key=lambda each: each.standard_error)
+    if loads.size < 4 or loads.std() < LEAST_LOADS * loads.mean():
+        return Estimate(math.nan, math.inf, "", 1.0)
+    line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
+    return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
 
 
 def without_zero(values: Array, free: NDArray[np.bool_], margin: int) -> Array:
@@ -191,20 +187,6 @@ def slide_rows(touching: NDArray[np.bool_], speed: Array, rate_hz: float) -> lis
         if stop - first >= SHORTEST_S * rate_hz:
             runs.append((first, stop))
     return runs
-
-
-def load_exponent(f: Array, n: Array, rate_hz: float) -> Estimate:
-    """Return n of log f = c + n log N over means of a tenth of a second."""
-    pieces = max(int(f.size / (0.1 * rate_hz)), 3)
-    pairs = [
-        (float(a.mean()), float(b.mean()))
-        for a, b in zip(np.array_split(f, pieces), np.array_split(n, pieces), strict=True)
-    ]
-    good = np.array([pair for pair in pairs if min(pair) > 0])
-    if len(good) < 3 or good[:, 1].std() < LEAST_LOADS * good[:, 1].mean():
-        return Estimate(math.nan, math.inf, "", 1.0)
-    line = linregress(np.log(good[:, 1]), np.log(good[:, 0]))
-    return Estimate(float(line.slope), float(line.stderr), "", len(good) - 2.0)
 
 
 def refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
