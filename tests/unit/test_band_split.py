@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.band_split import (
-    by_band,
-    of_bands,
-    split_edges,
-)
+from frictionloop.loop.band_split import by_band, split_edges
 
 RATE_HZ = 5000.0
 TIME_S = np.arange(15000) / RATE_HZ
@@ -46,12 +42,3 @@ def test_the_bands_add_up_to_the_whole():
     calm = fl.simulate(fl.feasible().evolve({"disturbance": fl.Constant()}), 1.0)
     assert all(math.isnan(each.disturbance_left) for each in by_band(calm, everything, split_edges((8,), RATE_HZ)))
     assert by_band(calm, ~everything, split_edges((8,), RATE_HZ)) == ()
-
-
-@pytest.mark.parametrize(("tones_hz", "mixed"), [((7.5,), [8.0]), ((3.0, 90.0), None)])
-def test_a_tone_that_is_too_near_to_an_edge_is_found(tones_hz, mixed):
-    run = disturbed(*tones_hz, duration_s=2.0, disturbance=tones(*tones_hz, size_n=0.02))
-    mask = run.time.values >= 0.5
-    found = list(of_bands(run, mask, by_band(run, mask, split_edges((8,), RATE_HZ))))
-    assert [each.more["edges"] for each in found] == ([mixed] if mixed else [])
-    assert all(each.value == pytest.approx(2.0 / 1.5, rel=1e-3) for each in found)

@@ -16,12 +16,7 @@ from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, frame
 from frictionloop.loop import run_findings
-from frictionloop.loop.band_split import (
-    Band,
-    by_band,
-    of_bands,
-    split_edges,
-)
+from frictionloop.loop.band_split import Band, by_band, split_edges
 from frictionloop.loop.metrics import rms_error, scored_from
 from frictionloop.loop.record import system_of
 from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
@@ -264,7 +259,6 @@ def _of_scored(
     except FrictionloopError as error:  # a law, or a recording beyond the reach, without a linear analysis
         told += unseen(run, mask, error)
     found["bands"] = by_band(run, mask, edges_hz)
-    told += of_bands(run, mask, found["bands"])
     if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)
     if system.setpoint.kind == "steps":

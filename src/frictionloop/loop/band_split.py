@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.findings import Finding
 from frictionloop.loop.metrics import counted
 from frictionloop.loop.reference_runs import steady_of
 from frictionloop.quantities import must_be
@@ -93,10 +92,6 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
     return xr.DataArray(share, dims="band", coords=ends, name="disturbance_left", attrs={"units": "1"})
 
 
-MUCH = 0.5
-"""Share of what varies in a band (rms) from which on it is told that it lies close to its end (chosen)."""
-
-
 class Band(NamedTuple):
     """A band of frequency of the disturbance."""
 
@@ -134,32 +129,3 @@ def by_band(run: xr.Dataset, mask: np.ndarray, edges_hz: Sequence[float]) -> tup
     found = disturbance_left_by_band(run, edges_hz, mask)
     columns = [found[each].values.tolist() for each in ("low_hz", "high_hz", "disturbance_n", "left_n")]
     return tuple(Band(*row) for row in zip(*columns, found.values.tolist(), strict=True))
-
-
-def of_bands(run: xr.Dataset, mask: np.ndarray, bands: Sequence[Band]) -> Iterator[Finding]:
-    """Yield that bands are narrower than the part that is scored can tell apart."""
-    if not bands:
-        return
-    at = run["time"].values[mask]
-    apart_hz = 2.0 / float(at[-1] - at[0]) if at[-1] > at[0] else math.inf
-    mixed = [edge for band, edge, inside in _edges(bands, apart_hz) if _mixed(run, mask, band, inside)]
-    if mixed:
-        yield Finding("BANDS-MIXED", value=apart_hz, unit="Hz", more={"edges": list(dict.fromkeys(mixed))})
-
-
-def _edges(bands: Sequence[Band], apart_hz: float) -> Iterator[tuple[Band, float, list[float]]]:
-    """Yield each band, an end of it, and the part of it that is too near to that end."""
-    for band in bands:
-        low, high = band.low_hz, band.high_hz
-        if low > 0.0:
-            yield band, low, [low, min(low + apart_hz, high)]
-        if math.isfinite(high):
-            yield band, high, [max(high - apart_hz, low), high]
-
-
-def _mixed(run: xr.Dataset, mask: np.ndarray, band: Band, inside: list[float]) -> bool:
-    """Tell whether much of what varies in a band lies in a part of it."""
-    if math.isnan(band.disturbance_left):
-        return False
-    (near_n,) = rms_by_band(run["d"].values, run["time"].values, mask, inside)
-    return bool(near_n > MUCH * band.disturbance_n)
