@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from frictionloop.identification.hits import Hits, hits_of, too_few
+from frictionloop.identification.hits import hits_of, too_few
 from frictionloop.identification.onsets import without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Opened, Run
@@ -83,14 +83,22 @@ def response(
     """
     if isinstance(recording, xr.Dataset):
         channel(recording, "hammer", ("N",))  # hits are found without one, too; a response is not
-    cut = [_pieces(run, found) for run, found in hits_of(recording, segment_s, exclude)]
-    if len({piece.rate_hz for piece in cut}) > 1:
-        raise must_be("recording: rates", sorted({piece.rate_hz for piece in cut}), "one", "Hz")
-    hits = sum(len(piece.force) for piece in cut)
+    forces, readings, rates, picked, unit = [], [], [], [], ""
+    for run, found in hits_of(recording, segment_s, exclude):
+        force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
+        rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
+        forces.append((-force if found.inverted else force)[rows])
+        readings.append(without_bow(reading)[0][rows])
+        rates.append(rate_of(run))
+        picked.append(found)
+        unit = f"{run[READING].attrs['units']}/N"
+    if len(set(rates)) > 1:
+        raise must_be("recording: rates", sorted(set(rates)), "one", "Hz")
+    hits = sum(len(force) for force in forces)
     if hits < 2:
-        raise too_few([piece.found for piece in cut], hits)
-    x, y = (np.concatenate(parts) for parts in ([piece.force for piece in cut], [piece.reading for piece in cut]))
-    rate_hz, length = cut[0].rate_hz, x.shape[1]
+        raise too_few(picked, hits)
+    x, y = np.concatenate(forces), np.concatenate(readings)
+    rate_hz, length = rates[0], x.shape[1]
 
     def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:
         options = {"window": "boxcar", "nperseg": length, "noverlap": 0, "detrend": "constant"}
@@ -109,29 +117,7 @@ def response(
         input_density=of_force,
         hits=hits,
         rate_hz=rate_hz,
-        unit=cut[0].unit,
-    )
-
-
-class _Pieces(NamedTuple):
-    """The good hits of a recording, cut out: arrays of shape (hits, rows)."""
-
-    force: Array
-    reading: Array
-    rate_hz: float
-    found: Hits
-    unit: str
-
-
-def _pieces(run: xr.Dataset, found: Hits) -> _Pieces:
-    force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
-    rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
-    return _Pieces(
-        (-force if found.inverted else force)[rows],
-        without_bow(reading)[0][rows],
-        rate_of(run),
-        found,
-        f"{run[READING].attrs['units']}/N",
+        unit=unit,
     )
 
 
