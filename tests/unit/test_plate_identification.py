@@ -147,6 +147,11 @@ TWO = sum(1 / np.hypot(1 - (np.linspace(0.97, 1.03, 61) / c) ** 2, 0.005) for c 
         (plate_sweep, [table(frequency=46e3 * np.linspace(0.97, 1.03, 61), vibration=TWO)], "misfit of "),
         (plate_sweep, [table(frequency=np.arange(9.0))], "no column 'vibration'"),
         (plate_envelope, [flat(envelope=1 + 0.001 * NOISE)], "jumps of the vibration = 0"),
+        (
+            plate_decay,
+            [flat(vibration=np.sin(np.arange(4000)) * (np.arange(4000) < 3990))],
+            "jumps of the vibration = 0",
+        ),
         (plate_decay, [flat(vibration=np.sin(2 * np.pi * 49e3 * np.arange(4000) / 1e5))], "rate = 100000 Hz"),
         (loop_delay, [flat(jump=np.arange(4000) > 2000, answer=NOISE), 5000.0], "jumps of 'jump' = 1"),
         (loop_delay, [flat(jump=np.arange(4000) // 1000 % 2, answer=NOISE), 5000.0], "misfit of delayed exponential"),
