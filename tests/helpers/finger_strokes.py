@@ -1,4 +1,4 @@
-"""Six strokes of a finger with known friction, load exponent and spectrum, and the finger lifted before and after."""
+"""Six strokes of a finger with known friction, load exponent, and the finger lifted before and after."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def coloured(draw, size, power):
     return noise / noise.std()
 
 
-def strokes(seed=0, mu=0.6, exponent=0.8, power=-1.4, drift=0.05, sign=1.0, share=0.03):
+def strokes(seed=0, mu=0.6, exponent=0.8, drift=0.05, sign=1.0, share=0.03):
     """One second without contact, six strokes there and back under rising loads, and one more second."""
     draw = np.random.default_rng(seed)
     size = int(12 * RATE)
@@ -24,7 +24,7 @@ def strokes(seed=0, mu=0.6, exponent=0.8, power=-1.4, drift=0.05, sign=1.0, shar
     touching = (time > 2) & (time < 10)
     speed = np.where(touching, 0.04 * np.sign(np.sin(2 * np.pi * (time - 2) / 2.6667)), 0.0)
     load = np.where(touching, 0.3 + 0.06 * (time - 2) + 0.02 * np.sin(2 * np.pi * 0.9 * time), 0.0)
-    level = mu * 0.5 * (np.maximum(load, 1e-9) / 0.5) ** exponent * (1 + share * coloured(draw, size, power))
+    level = mu * 0.5 * (np.maximum(load, 1e-9) / 0.5) ** exponent * (1 + share * coloured(draw, size, -1.4))
     zero = drift * time / 12
     force = sign * np.where(touching, level * np.sign(speed), 0.0) + zero + 1e-4 * draw.normal(size=size)
     return xr.Dataset(

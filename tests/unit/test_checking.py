@@ -19,8 +19,7 @@ from frictionloop.design.controller_findings import beyond_range, noisy, of_assu
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.operating_grid import ITSELF, with_longest_contact
 from frictionloop.design.requirements import Requirements
-from frictionloop.design.tracking import expected_error_n, tracking
-from frictionloop.loop import run_findings
+from frictionloop.design.tracking import swing_n
 from frictionloop.loop.blocks import forget
 from frictionloop.parameters.motion import one_stroke_a_contact
 
@@ -151,26 +150,26 @@ def outside():
     forget()
 
 
-def test_a_dead_band_is_not_certified_by_a_slope_of_nothing(outside):
-    """Within 2 mN its slope is 0, so Ms is 1; a run swings by more than without any feedback."""
-    found = check(outside.evolve({"controller.kind": "dead_band_pi"}), ON_DAHL)
+@pytest.mark.parametrize(("kp", "ki"), [(2.0, 400.0), (0.3, 60.0), (0.15, 100.0)])
+def test_a_dead_band_is_not_certified_by_a_slope_of_nothing(outside, kp, ki):
+    """Within 2 mN its slope is 0, so Ms is 1; on a smooth finger the force swings nevertheless."""
+    found = check(
+        outside.evolve({"controller.kind": "dead_band_pi", "controller.kp": kp, "controller.ki": ki}), ON_DAHL
+    )
     assert {place.how for place in found.places} == {"within"} and not found.holds and not found.holds_everywhere
+    smooth = {"motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "motion.load_drift": 0.0, "friction.roughness_rms": 0.0}
+    run = fl.simulate(found.system.evolve({"setpoint": fl.Constant(offset_n=0.6), **smooth}), 10.0)
+    swing_mn = 1e3 * np.ptp(run["f_a"].values[run["scored"].values][-500:])
     against = of(found, "LAW-CONTRADICTS")
-    run = fl.simulate(found.system, 10.0, seed=0)
-    assert against.value == pytest.approx(1e3 * float(fl.rms_error(run))) and against.value > 1.05 * against.limit
-    assert against.limit == pytest.approx(2e3 * expected_error_n(found.system))
+    assert against.value == pytest.approx(swing_mn, rel=0.35) and against.value > against.limit
     beyond, within = found.tracking.reach.rms_error_beyond_n, found.tracking.reach.rms_error_within_n
-    assert found.tracking.reach == run_findings.reach_split(run, run["scored"].values)
     assert math.hypot(beyond, within) == pytest.approx(found.tracking.rms_error_n)
-    assert found.tables()["error"].loc["scored", "rms, mN"] == pytest.approx(against.value)
     assert found.rows()[1][0] == "DOES NOT HOLD" and found.would_hold == {} and found.findings[0] is against
     assert json.loads(found.to_json())["holds"] is False
 
 
-def test_the_error_that_margins_promise_is_that_of_a_run():
-    there = fl.bench().evolve(fl.RETUNED)
-    assert expected_error_n(there) == pytest.approx(tracking(there).rms_error_n, rel=0.1)
-    assert math.isnan(expected_error_n(there.evolve({"disturbance": fl.Sine()})))
+def test_a_loop_that_is_stable_does_not_swing():
+    assert swing_n(fl.bench().evolve(fl.RETUNED), 0.6) < 2e-3
 
 
 @pytest.mark.slow

@@ -164,6 +164,16 @@ def test_without_feedback_the_setpoint_is_commanded():
     np.testing.assert_allclose(got, np.column_stack([[0.5, 0.3, 0.1, 0.9, 0.7], [0, 0, 1, 1, 0]]), rtol=1e-15)
 
 
+def test_the_closed_form_of_a_notch_in_z():
+    f0, fs, depth, width = 149.0, 4000.0, 0.05, 1.2
+    t = math.tan(math.pi * f0 / fs)
+    below = 1 + t**2 + 2 * width * t
+    b1 = 2 * (t**2 - 1) / below
+    expected = ((1 + t**2 + 2 * depth * t) / below, b1, (1 + t**2 - 2 * depth * t) / below)
+    found = notch_section(f0, depth, width, fs)
+    assert found == pytest.approx((*expected, b1, (1 + t**2 - 2 * width * t) / below), rel=1e-12)
+
+
 # Sections that the command holds: against a transfer function in scipy, their bounds, and no kick of old errors.
 
 

@@ -97,7 +97,7 @@ def test_json_has_everything_and_nothing_that_json_lacks():
     read = json.loads(found.to_json())
     assert read == found.to_dict()
     assert list(read) == ["schema", "gain", "trace_n", "findings"]
-    assert (read["schema"], read["gain"], read["trace_n"]) == ("test.answer/1", 2.0, [1.0, None])
+    assert (read["schema"], read["gain"], read["trace_n"]) == ("test.answer/1", 2.0, [1.0, "Infinity"])
     assert read["findings"] == [MOIST.to_dict()]
 
 

@@ -49,6 +49,7 @@ SITUATIONS: dict[str, Callable[[], Result]] = {
     "design-check": lambda: fl.design.check(fl.bench().evolve(RINGING)),
     "design-check-people": check_of_people,
     "design-controller": lambda: fl.design.controller(fl.bench(), "pi"),
+    "design-limits": lambda: fl.design.limits(fl.bench(), "pi"),
     "design-plate": lambda: fl.design.plate(frequency_hz=40e3, bandwidth_hz=150.0),
     "design-sensor": lambda: fl.design.sensor(resonance_hz=200.0, range_n=2.0, noise_rms_n=1e-4),
     "simulate": lambda: fl.diagnose(fl.simulate(fl.bench())),
@@ -56,7 +57,7 @@ SITUATIONS: dict[str, Callable[[], Result]] = {
     "simulate-recorded": simulate_recorded,
 }
 """By the name of a file in tests/golden. Another verb is one more function, and its name here."""
-SLOW = {"design-controller"}
+SLOW = {"design-controller", "design-limits"}
 named = pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in SITUATIONS]
 )

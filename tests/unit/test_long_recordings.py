@@ -120,14 +120,13 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
 
 
 def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch):
-    monkeypatch.setattr("frictionloop.identification.file_channels.LARGE_BYTES", 1000)
+    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
     rising = {"force": np.linspace(0, 1, 300_000), "other": np.sin(np.arange(300_000) / 50)}
     files.csv(tmp_path / "a.csv", rising, RATE)
     look = first_look(tmp_path / "a.csv")
     force, other = look.traces
     assert (force.name, other.name) == ("force", "other")
-    # Rows are counted by the mean length of a line at the beginning, which other lines do not have.
-    np.testing.assert_allclose(force.row / 300_000, (force.low + force.high) / 2, atol=0.03)
+    np.testing.assert_allclose(force.row / 300_000, (force.low + force.high) / 2, atol=1e-3)
     assert force.low[0] < 0.01 and force.high[-1] > 0.99 and other.high.min() > 0.9
     assert look.rate_hz == RATE
     fl.plot(look, tmp_path / "a.png")
@@ -155,6 +154,5 @@ def test_a_first_look_leaves_out_what_never_changes_and_says_so(tmp_path):
     look = first_look(tmp_path / "a.csv")
     assert look.left_out() == ["c24", "still"]
     axes = fl.plot(look).axes
-    assert len(axes) == 24 and axes[-1].get_xlabel() == "Time"
-    assert at[0] <= axes[-1].get_xlim()[0] < axes[-1].get_xlim()[1] <= at[-1]
+    assert len(axes) == 24 and axes[-1].get_xlabel() == "sample"
     assert first_look(tmp_path / "a.csv", 50.0).rate_hz is None

@@ -1,4 +1,4 @@
-"""Slides of a finger: found in a long record, with friction, load exponent and spectrum of known ones."""
+"""Slides of a finger: found in a long record, with friction and load exponent of known ones."""
 
 from __future__ import annotations
 
@@ -24,13 +24,6 @@ def test_slides_are_found_with_their_friction():
 def test_the_sign_of_the_sensor_does_not_matter():
     one, other = friction(strokes(drift=0.0)), friction(strokes(drift=0.0, sign=-1.0))
     assert other.mu.value == pytest.approx(one.mu.value, rel=1e-3)
-
-
-@pytest.mark.parametrize("power", [-0.5, -1.0, -1.5, -2.0])
-def test_two_estimators_of_the_spectrum(power):
-    found = friction(strokes(seed=3, power=power, share=0.1)).slides
-    assert np.mean([slide.slope_whittle for slide in found]) == pytest.approx(power, abs=0.15)
-    assert np.mean([slide.slope_welch for slide in found]) == pytest.approx(power, abs=0.3)
 
 
 def test_a_simulated_bench():

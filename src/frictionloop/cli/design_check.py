@@ -6,7 +6,7 @@ from pathlib import Path
 
 import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.must_hold import MustHold
+from frictionloop.cli.must_hold import MustHoldForPeople
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = (
@@ -15,7 +15,7 @@ EXAMPLES = (
     "my-controller.toml --speeds 20,60 --json",
     "my-controller.toml --fingers 100 --all",
 )
-AS_USUAL = MustHold()
+AS_USUAL = MustHoldForPeople()
 
 
 def command(
@@ -24,7 +24,7 @@ def command(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    must: MustHold = AS_USUAL,
+    must: MustHoldForPeople = AS_USUAL,
     out: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> int:

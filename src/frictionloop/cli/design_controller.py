@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop.cli import checks, flags, screen
-from frictionloop.cli.must_hold import ASKED, MustHold
+from frictionloop.cli.must_hold import ASKED, MustHoldForPeople
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = (
@@ -19,7 +19,7 @@ EXAMPLES = (
     "my-bench.toml --corners certificate.html",
     "my-bench.toml --law hinf --sensitivity-peak 1.5 --resonance-error 0.1 --plots figures",
 )
-AS_USUAL = MustHold()
+AS_USUAL = MustHoldForPeople()
 
 
 def command(
@@ -29,7 +29,7 @@ def command(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     law: Annotated[str | None, Parameter(group=ASKED)] = None,
-    must: MustHold = AS_USUAL,
+    must: MustHoldForPeople = AS_USUAL,
     out: flags.Result[Path | None] = None,
     plots: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,

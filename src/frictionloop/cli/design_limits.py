@@ -39,7 +39,6 @@ def command(
     plot
         Write bars of what is left here (.svg, .pdf or .png).
     """
-    must.check()
     checks.check_output("plot", plot, checks.FIGURES)
     given = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
     with fl.progress.waiting("designing benches with one part changed"):

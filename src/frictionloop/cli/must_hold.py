@@ -24,7 +24,7 @@ def _asked(said: str) -> Parameter:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class MustHold:
-    """Limits, how far the bench may be from what is written down, and other people's fingers.
+    """Limits, and how far the bench may be from what is written down.
 
     What is not given is as the file was designed for, else as the default of `fl.design.Requirements`.
     """
@@ -47,18 +47,6 @@ class MustHold:
     finger_gain: Annotated[
         float | None, _asked("Largest loop gain over the believed one; controller.model.gain_spread.")
     ] = None
-    fingers: Annotated[flags.Whole | None, _asked("So many random fingers besides.")] = None
-    fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0.")] = None
-    coefficients: Annotated[
-        str | None,
-        _asked("Their least and largest friction coefficient: 0.4,1.2."),
-    ] = None
-    population: Annotated[Path | None, _asked("Measured population (.toml) they are drawn from.")] = None
-
-    def check(self) -> None:
-        """Refuse a number or a seed out of range, and what says where fingers come from without any."""
-        whose = {"population": self.population, "coefficients": self.coefficients}
-        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, **whose)
 
     def requirements(self, file: Path | None) -> Any:
         """Return the same for a design: what is not given is as in the file's table [designed]."""
@@ -84,6 +72,25 @@ class MustHold:
             given["ends"] = tuple((each.path, each.value) for each in ends if not shared.get(each.path))
         table = None if file is None else fl.design.read_designed(file)
         return fl.design.Requirements(**({} if table is None else table.requirements.given) | given)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MustHoldForPeople(MustHold):
+    """The same, on other people's fingers too."""
+
+    fingers: Annotated[flags.Whole | None, _asked("So many random fingers besides.")] = None
+    fingers_seed: Annotated[flags.Whole | None, _asked("Seed of the fingers; 0.")] = None
+    coefficients: Annotated[
+        str | None,
+        _asked("Their least and largest friction coefficient: 0.4,1.2."),
+    ] = None
+    population: Annotated[Path | None, _asked("Measured population (.toml) they are drawn from.")] = None
+
+    def check(self) -> None:
+        """Refuse a number or a seed out of range, and what says where fingers come from without any."""
+        whose = {"population": self.population, "coefficients": self.coefficients}
+        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, **whose)
 
     def people(self, system: fl.System, overrides: list[str] | None) -> Sequence[Any] | None:
         """Return the fingers; None if none are asked for."""

@@ -93,7 +93,7 @@ def show(*renderables: Any) -> None:
 
 
 def show_json(result: Mapping[str, Any]) -> None:
-    """Write one JSON object to stdout; NaN and infinity, which JSON lacks, become null."""
+    """Write one JSON object to stdout; NaN becomes null, infinity a string."""
     print(json.dumps(plain(result), indent=2, ensure_ascii=False, allow_nan=False))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionloop.design.requirements import Requirements
@@ -29,6 +29,7 @@ class DesignedTable(NamedTuple):
     given: frozenset[str]
     """Dotted names of values that somebody gave."""
     gains: dict[str, Any]
+    findings: tuple[Finding, ...]
 
 
 def write_controller(found: Check, path: str | os.PathLike[str], given: Collection[str] = ()) -> None:
@@ -36,12 +37,17 @@ def write_controller(found: Check, path: str | os.PathLike[str], given: Collecti
     told = [each for each in found.findings if each.code != "ASSUMED"]
     table = {
         "holds": found.holds,
-        "for": plain(found.requirements.given),
+        "for": _written(asdict(found.requirements)),
         "gains": plain(own_values(found.system)),
         "given": sorted(given),
-        "findings": [f"{each.severity} {each.code}: {each}" for each in told],
+        "findings": [_written(each.to_dict()) for each in told],
     }
     write_toml(found.system, path, designed=table, given=given)
+
+
+def _written(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what TOML has words for."""
+    return {name: value for name, value in plain(values).items() if value is not None}
 
 
 def read_designed(path: str | os.PathLike[str]) -> DesignedTable | None:
@@ -51,7 +57,9 @@ def read_designed(path: str | os.PathLike[str]) -> DesignedTable | None:
         return None
     known = {each.name for each in fields(Requirements)}
     asked = {name: _tuples(value) for name, value in table.get("for", {}).items() if name in known}
-    return DesignedTable(Requirements(**asked), frozenset(table.get("given", ())), dict(table.get("gains", {})))
+    findings = tuple(Finding.from_dict(each) for each in table.get("findings", ()))
+    given, gains = frozenset(table.get("given", ())), dict(table.get("gains", {}))
+    return DesignedTable(Requirements(**asked), given, gains, findings)
 
 
 def changed_since(system: System, table: DesignedTable) -> tuple[Finding, ...]:

@@ -37,6 +37,8 @@ class LimitedPart:
     """The bench with one part changed, under the controller that is found for it."""
 
     name: str
+    part: str
+    """What was changed, of the bench as it is."""
     changes: Mapping[str, Any]
     """Overrides, and requirements by their names."""
     crossover_hz: float = math.nan
@@ -77,7 +79,7 @@ class BenchLimits(Result):
         if not found:
             return [(self.law, left), ("limited by", "no single part")]
         best = f"{shown(1e3 * found[0].left_n)} mN with {found[0].name}"
-        return [(self.law, f"leaves {left}, {best}"), ("limited by", "; ".join(each.name for each in found))]
+        return [(self.law, f"leaves {left}, {best}"), ("limited by", ", then ".join(each.part for each in found))]
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return crossover, residual, error and roughness by what was changed."""
@@ -106,25 +108,30 @@ class BenchLimits(Result):
         return draw()
 
 
-def changed_parts(system: System, must: Requirements) -> list[tuple[str, dict[str, Any], dict[str, Any]]]:
-    """Return name, overrides and requirements of each bench with one part changed, that as it is first."""
+Changed = tuple[str, str, dict[str, Any], dict[str, Any]]
+
+
+def changed_parts(system: System, must: Requirements) -> list[Changed]:
+    """Return name, part, overrides and requirements of each bench with one part changed, that as it is first."""
     controller, plate = system.controller, system.plate
-    found: list[tuple[str, dict[str, Any], dict[str, Any]]] = [(AS_IT_IS, {}, {})]
+    found: list[Changed] = [(AS_IT_IS, "", {}, {})]
     if isinstance(system.sensor, SuspendedSensor):
         stiffer = 2.0 * system.sensor.resonance_hz
-        found += [("resonance exactly as told", {}, {"resonance_error": 0.0})] if must.resonance_error else []
-        found += [(f"sensor resonance of {stiffer:g} Hz", {"sensor.resonance_hz": stiffer}, {})]
+        if must.resonance_error:
+            found += [("resonance exactly as told", "the resonance's error", {}, {"resonance_error": 0.0})]
+        found += [(f"resonance of {stiffer:g} Hz", "the sensor's resonance", {"sensor.resonance_hz": stiffer}, {})]
     if controller.delay_s:
-        found += [("no computing delay", {"controller.delay_s": 0.0}, {})]
-    found += [(f"rate of {2e-3 * controller.rate_hz:g} kHz", {"controller.rate_hz": 2.0 * controller.rate_hz}, {})]
+        found += [("no computing delay", "the delay", {"controller.delay_s": 0.0}, {})]
+    twice_hz = 2.0 * controller.rate_hz
+    found += [(f"rate of {1e-3 * twice_hz:g} kHz", "the rate", {"controller.rate_hz": twice_hz}, {})]
     fast_hz = 5.0 * plate.cutoff_hz
     faster = {"plate.cutoff_hz": fast_hz} if isinstance(plate, LowpassPlate) else {"plate.q": plate.q / 5.0}
-    found += [("plate 5 x as fast", faster | {"controller.model.plate_hz": fast_hz}, {})]
+    found += [("plate 5 x as fast", "the plate", faster | {"controller.model.plate_hz": fast_hz}, {})]
     amplitude = {f"{block}.max_amplitude_um": 2.0 * plate.max_amplitude_um for block in ("plate", "controller.model")}
-    found += [("amplitude 2 x as large", amplitude, {})]
+    found += [("amplitude 2 x as large", "the amplitude", amplitude, {})]
     if isinstance(system.motion, Strokes) and hasattr(system.finger, "slip_length_um"):
         known = {"finger_gain": KNOWN_GAIN, "slip_lengths_um": (system.finger.slip_length_um,)}
-        found += [("finger measured", {}, known)]
+        found += [("finger measured", "the spread of fingers", {}, known)]
     return found
 
 
@@ -160,7 +167,7 @@ def limits(system: System, law: str | None = None, requirements: Requirements | 
 
 
 def _part(
-    system: System, law: str, must: Requirements, name: str, changes: dict[str, Any], asked: dict[str, Any]
+    system: System, law: str, must: Requirements, name: str, part: str, changes: dict[str, Any], asked: dict[str, Any]
 ) -> LimitedPart:
     """Return one bench; NaN where a changed one has no such controller."""
     there, all_changes = system.evolve(changes), {**changes, **asked}
@@ -171,11 +178,12 @@ def _part(
     except FrictionloopError as error:
         if name == AS_IT_IS or error.code != NOT_HELD:
             raise
-        return LimitedPart(name=name, changes=all_changes)
+        return LimitedPart(name=name, part=part, changes=all_changes)
     left = headroom(levels.evolve(dict(found.overrides)), required.sensitivity_peak)
     run = tracking(there.evolve(dict(found.overrides)))
     return LimitedPart(
         name=name,
+        part=part,
         changes=all_changes,
         crossover_hz=left.zero_db_hz,
         residual_n=left.residual_rms_n,

@@ -102,7 +102,7 @@ def controller(
     checked = judged(new, after, places_of(found.corners), must, people, given)
     return ControllerDesign(
         **{each: getattr(checked, each) for each in Check.__dataclass_fields__ if each not in ("findings", "SCHEMA")},
-        findings=(*checked.findings, *found.findings, *more, *gain_findings(new)),
+        findings=(*more, *checked.findings, *found.findings, *gain_findings(new)),
         overrides=found.overrides,
         bench=system,
         headroom=left_to_gain(after, must),

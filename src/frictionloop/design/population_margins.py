@@ -154,8 +154,8 @@ def of_fingers(found: xr.Dataset, scaled: Any) -> Iterator[Finding]:
     count = found.sizes["finger"]
     seen = found.isel(finger=np.flatnonzero(found["unseen"].values == ""))
     held, rings = int(seen["holds"].sum()), int((~seen["stable"]).sum())
-    if held < count:
-        more = {"fingers": count, "unstable": rings}
+    if held < seen.sizes["finger"]:
+        more = {"fingers": seen.sizes["finger"], "unstable": rings}
         yield Finding("PEOPLE-HOLD", "error" if held == 0 else None, held, more=more)
         yield worst_of(seen)
         yield from _gains(seen, scaled)

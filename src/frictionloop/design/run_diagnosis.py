@@ -10,22 +10,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.analysis.levels import RECORDED, UNCLEAR
+from frictionloop.analysis.levels import UNCLEAR
 from frictionloop.analysis.linear import condition_of
 from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, frame
 from frictionloop.loop import run_findings
-from frictionloop.loop.band_split import (
-    Band,
-    DisturbanceSplit,
-    SetpointSplit,
-    by_band,
-    disturbance_split,
-    of_bands,
-    setpoint_split,
-    split_edges,
-)
+from frictionloop.loop.band_split import Band, by_band, split_edges
 from frictionloop.loop.metrics import rms_error, scored_from
 from frictionloop.loop.record import system_of
 from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
@@ -50,8 +41,6 @@ NAMES = {"intercept": "intercept_n", "output_noise": "output_noise_n", "rms_erro
     "turn_peak": "turn_peak_n",
 }
 """Metrics that have a unit, by the field that holds them."""
-SPLIT_MOST = 0.5
-"""Share of the time out of reach from which on no frequency tells what is left."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,10 +82,6 @@ class Diagnosis(Result):
     steps_asked: int = 0
     bands: tuple[Band, ...] = ()
     """The disturbance between the frequencies that were named."""
-    disturbance_split: DisturbanceSplit | None = None
-    """Of a recorded disturbance."""
-    setpoint_split: SetpointSplit | None = None
-    """Of a recorded set-point."""
     recorded: Mapping[str, Any] = field(default_factory=dict)
     """What was read of recorded signals, by their names."""
     unscored_s: tuple[tuple[float, float], ...] = ()
@@ -162,10 +147,6 @@ class Diagnosis(Result):
         if self.steps:
             found["steps"] = frame([each._asdict() for each in self.steps], "start_s")
         found["metrics"] = frame(self.metrics, "metric", ["value"])
-        splits = {"recorded disturbance": self.disturbance_split, "recorded setpoint": self.setpoint_split}
-        for name, each in splits.items():
-            if each is not None:
-                found[name] = frame(vars(each), "split", ["value"])
         blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
         found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
@@ -278,14 +259,8 @@ def _of_scored(
     except FrictionloopError as error:  # a law, or a recording beyond the reach, without a linear analysis
         told += unseen(run, mask, error)
     found["bands"] = by_band(run, mask, edges_hz)
-    told += of_bands(run, mask, found["bands"])
     if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)
-    if not unclear and split.beyond <= SPLIT_MOST:
-        if system.disturbance.kind in RECORDED:
-            found["disturbance_split"] = disturbance_split(run, mask)
-        if system.setpoint.kind in RECORDED:
-            found["setpoint_split"] = setpoint_split(run, mask)
     if system.setpoint.kind == "steps":
         late = run["time"].values >= run["time"].values[mask][0]
         starts = (np.diff(run["f_r"].values) != 0) & late[1:]

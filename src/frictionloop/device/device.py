@@ -15,7 +15,7 @@ import xarray as xr
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link, identified
 from frictionloop.device.parameter_table import Parameters, told_controller, tuned_words
-from frictionloop.device.recording import ALL, CHANNELS, SCALES, Recorder, Recording, clock_fit
+from frictionloop.device.recording import ALL, CHANNELS, SCALES, Recorder, Recording
 from frictionloop.device.running import (
     KEPT_AS,
     STATES,
@@ -257,7 +257,7 @@ class Device(metaclass=Brief):
         xarray.Dataset
             Over ``time``, from the first sample in that state. Samples that were lost are NaN and not ``scored``; of
             the others those that `counted` keeps are. The attributes count what was lost (``lost_samples``,
-            ``gaps``), hold the fit of the clocks, and say in ``ended`` why the run ended.
+            ``gaps``), and say in ``ended`` why the run ended.
 
         Raises
         ------
@@ -280,7 +280,6 @@ class Device(metaclass=Brief):
         attrs = {"setpoint_error_n": played.error_n, **device}
         recording = Recording(path or f"{KEPT_AS}.h5", recorder, self._link, with_setpoint(self.system, asked), attrs)
         before = self._counts()
-        self._link.clock_pairs.clear()
         ended: FrictionloopError | KeyboardInterrupt | None = None
         self._commanded = True
         with ending() as signals:
@@ -297,7 +296,7 @@ class Device(metaclass=Brief):
                 signals.hold()
                 running.stop()  # before all else: nobody keeps the heart beating while the file is finished
             counts = {name: now - before[name] for name, now in self._counts().items()}
-            found: dict[str, Any] = {**counts, **clock_fit(self._link.clock_pairs), "reconnects": running.reconnects}
+            found: dict[str, Any] = {**counts, "reconnects": running.reconnects}
             found["ended"] = "complete" if ended is None else str(ended) or type(ended).__name__
             if ended is None:
                 return recording.finish(rows, found, path)

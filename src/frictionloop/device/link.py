@@ -22,8 +22,6 @@ BEAT_S = schema()["protocol"]["beat_ms"] / 1000
 """Time between heartbeats: four must be lost before the device takes its host for gone."""
 INBOX = 4096
 """Messages kept for `poll`; a device that streams to a host that does not listen loses the oldest."""
-CLOCK_PAIRS = 4096
-"""Readings of both clocks that are kept: three minutes of heartbeats, or fewer of longer."""
 TELLING = "identify", "heartbeat", "statistics", "get", "hello"
 """What is asked without a session as well: it changes nothing, or begins one."""
 NO_INDEX = 65535
@@ -40,8 +38,6 @@ class Link:
 
     def __init__(self, pipe: Pipe) -> None:
         self.pipe, self.decoder = pipe, Decoder()
-        self.clock_pairs: list[tuple[int, float, float]] = []
-        """(device's us modulo 2^32, host's time between asking and hearing, round trip), both in s, of heartbeats."""
         self._sequence = secrets.randbelow(2**16)
         self.is_others = False
         """Whether the loop was another host's when it was last asked for: not this one's to switch off unasked."""
@@ -49,7 +45,6 @@ class Link:
         """As the device gave it, 0 before the first command: who only looks needs none."""
         self._inbox: deque[Message] = deque(maxlen=INBOX)
         self._spoken = self._heard = pipe.clock()
-        self._beat_at: float | None = None
 
     def ask(self, name: str, /, **fields: Any) -> Message:
         """Send a request until it is answered, and return the answer.
@@ -101,7 +96,6 @@ class Link:
     def poll(self, timeout_s: float) -> list[Message]:
         """Return the messages that have come, waiting up to so long for some; keeps the heart beating."""
         if self.pipe.clock() - self._spoken >= BEAT_S:
-            self._beat_at = self.pipe.clock()
             self._send(self._next("heartbeat", {})[1])
         if not self._inbox:
             self._inbox += self._take(min(timeout_s, max(self._spoken + BEAT_S - self.pipe.clock(), 0.0)))
@@ -124,7 +118,7 @@ class Link:
 
     def reopened(self, pipe: Pipe) -> None:
         """Go on over another pipe to the same device; the sequences and all counts go on as well."""
-        self.pipe, self._beat_at = pipe, None
+        self.pipe = pipe
         self.decoder.forget()
 
     @property
@@ -148,13 +142,6 @@ class Link:
         messages = self.decoder.feed(self.pipe.read(timeout_s))
         if messages:
             self._heard = self.pipe.clock()
-        for message in messages:
-            if message.name == "status" and self._beat_at is not None:
-                pair = (message.stamp, (self._beat_at + self._heard) / 2, self._heard - self._beat_at)
-                self.clock_pairs.append(pair)
-                if len(self.clock_pairs) > CLOCK_PAIRS:
-                    del self.clock_pairs[1::2]  # a line through half of them is as good
-                self._beat_at = None
         return messages
 
 

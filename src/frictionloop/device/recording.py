@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from pathlib import Path
 from typing import Any
@@ -203,7 +202,6 @@ def fault_of(flags: np.ndarray) -> np.ndarray:
     return flags.astype(np.int32) >> 4 & 15
 
 
-CLOCK_BITS = 32
 TOLD = {"a": ("um", "amplitude command, zero-to-peak")}
 """What a device tells where a simulated run has what the plate does."""
 BOOLS = ("saturated", "sliding", "scored")
@@ -279,24 +277,6 @@ class Recording:
         start = -1 if recorder.start_tick is None else recorder.start_tick
         found = self._lost, self._gaps, recorder.dropped, recorder.implausible, start
         return dict(zip(COUNTS, found, strict=True))
-
-
-def clock_fit(pairs: list[tuple[int, float, float]]) -> dict[str, float]:
-    """Return how the device's clock goes against the host's, from (device's us, host's s, round trip in s).
-
-    device_s = clock_offset_s + clock_rate host_s, host_s from the first pair on, by least squares over the half of the
-    pairs with the shortest round trips: what is late was held up on one way, and does not tell the time.
-    """
-    if len(pairs) < 4:
-        return {"clock_rate": math.nan, "clock_offset_s": math.nan, "clock_residual_s": math.nan}
-    device = np.unwrap([float(pair[0]) for pair in pairs], period=2.0**CLOCK_BITS) * 1e-6
-    host, trip = np.array([pair[1:] for pair in pairs]).T
-    host = host - host[0]
-    best = np.argsort(trip, kind="stable")[: max(len(pairs) // 2, 2)]
-    offset, rate = np.polynomial.Polynomial.fit(host[best], device[best], 1).convert().coef
-    residual = device[best] - offset - rate * host[best]
-    fit = {"clock_rate": rate, "clock_offset_s": offset, "clock_residual_s": np.sqrt(np.mean(residual**2))}
-    return {name: float(value) for name, value in fit.items()}
 
 
 def _column(name: str, dtype: str) -> Column:

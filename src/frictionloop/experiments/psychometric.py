@@ -6,7 +6,6 @@ import math
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import expit, ndtr, ndtri
 from scipy.stats import beta as beta_law
 from scipy.stats import chi2
@@ -71,9 +70,6 @@ class Fit(NamedTuple):
     spread_high: float
     lapse: float
     guess: float
-    ml_threshold: float
-    """The most likely a."""
-    ml_spread: float
     dispersion: float
     """Pearson's X^2 of groups of trials over their number less two: near 1 if the function and independence hold."""
     dispersion_limit: float
@@ -120,11 +116,8 @@ def fit(level: Any, result: Any, guess: float | None = 0.5, shape: Shape = "norm
     post = np.exp(log_l - log_l.max())
     post /= post.sum()
     a, b, lapse, g = (_marginal(post, axis, grid) for axis, grid in enumerate(grids))
-    ml = _most_likely(x, r, [a[0], b[0], lapse[0], g[0]], guess, shape)
-    dispersion, limit = _dispersion(x, r, probability(x, ml[0], ml[1], ml[3], ml[2], shape))
-    return Fit(
-        *a, *b, lapse[0], g[0], ml[0], ml[1], dispersion, limit, x.size, a[1] < grids[0][1] or a[2] > grids[0][-2]
-    )
+    dispersion, limit = _dispersion(x, r, probability(x, a[0], b[0], g[0], lapse[0], shape))
+    return Fit(*a, *b, lapse[0], g[0], dispersion, limit, x.size, a[1] < grids[0][1] or a[2] > grids[0][-2])
 
 
 def _grids(x: Array, guess: float | None, low: float | None) -> tuple[Array, Array, Array, Array]:
@@ -163,25 +156,6 @@ def _marginal(post: Array, axis: int, grid: Array) -> tuple[float, float, float]
     total = np.concatenate([[0.0], np.cumsum(marginal)])
     low, high = np.interp([0.025, 0.975], total, edges)
     return mean, float(low), float(high)
-
-
-def _most_likely(x: Array, r: Array, start: list[float], guess: float | None, shape: Shape) -> list[float]:
-    span = float(np.ptp(x))
-
-    def loss(v: Array) -> float:
-        p = probability(x, v[0], math.exp(v[1]), v[3], v[2], shape)
-        p = np.clip(p, 1e-9, 1 - 1e-9)
-        return -float(np.sum(r * np.log(p) + (1 - r) * np.log1p(-p)))
-
-    ends = [
-        (float(x.min()) - span, float(x.max()) + span),
-        (math.log(span / 100.0), math.log(4.0 * span)),
-        (0.0, LARGEST_LAPSE),
-        (0.0, LARGEST_LAPSE) if guess is None else (guess, guess),
-    ]
-    first = [start[0], math.log(start[1]), start[2], start[3]]
-    found = minimize(loss, first, method="L-BFGS-B", bounds=ends).x
-    return [float(found[0]), math.exp(float(found[1])), float(found[2]), float(found[3])]
 
 
 def grouped(x: Any, r: Any, groups: int = LEVELS) -> tuple[Array, Array, Array]:

@@ -40,7 +40,7 @@ class Condition:
         told = [f"finger {self.finger}"] if self.finger is not None else []
         told += [each for each in (self.recording, self.channel) if each]
         told += [f"slip {shown(self.slip_length_um)} um"] if self.slip_length_um is not None else []
-        told += [f"{shown(self.speed_mm_s)} mm/s"] if self.speed_mm_s is not None else []
+        told += [f"{_each_or_ends(self.speed_mm_s)} mm/s"] if self.speed_mm_s is not None else []
         told += [f"pressed {shown(self.load_n)} N"] if self.load_n is not None else []
         told += [f"at {shown(self.force_n)} N"] if self.force_n is not None else []
         if self.occluded is not None:
@@ -48,6 +48,12 @@ class Condition:
         if self.resonance_off:
             told.append(f"resonance {100 * self.resonance_off:+.3g} %")
         return ", ".join(told)
+
+
+def _each_or_ends(values: Any) -> str:
+    """Return up to three values, or the ends of more."""
+    many = isinstance(values, (list, tuple)) and len(values) > 3
+    return f"{shown(min(values))} to {shown(max(values))}" if many else shown(values)
 
 
 @dataclass(frozen=True)

@@ -107,6 +107,10 @@ def toml_table(name: str, values: Mapping[str, Any]) -> pd.DataFrame:
     return pd.DataFrame({"": said}, index=list(values)).rename_axis(f"[{name}]")
 
 
+INFINITE = "-Infinity", "Infinity"
+"""What JSON has no number for; ``float`` and JavaScript's ``Number`` read it. NaN is null: nothing is known."""
+
+
 def plain(value: Any) -> Any:  # noqa: PLR0911
     """Return a value as JSON holds it."""
     if isinstance(value, Condition):
@@ -128,5 +132,5 @@ def plain(value: Any) -> Any:  # noqa: PLR0911
     if hasattr(value, "tolist"):  # NumPy
         return plain(value.tolist())
     if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return value if math.isfinite(value) else None if math.isnan(value) else INFINITE[value > 0]
     return value if value is None or isinstance(value, (bool, int, str)) else str(value)

@@ -147,7 +147,7 @@ class Modes:
     method_q: tuple[float, ...]
     hits: int
     diagram: tuple[Pole, ...]
-    """Poles over order."""
+    """Poles over order; none of a response."""
     findings: tuple[Finding, ...] = ()
     """Which hits were left out."""
     bow: float = 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -20,11 +19,8 @@ from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.loop.progress import progress_bar
 from frictionloop.quantities import replacing
 from frictionloop.recordings.contents import Channel, Contents
-from frictionloop.recordings.stored import LARGE_BYTES, blocks_of, count_blocks
-from frictionloop.recordings.table_layout import layout_of
-from frictionloop.recordings.table_rows import rows_in
-from frictionloop.recordings.tables import read_table
-from frictionloop.recordings.whole import READERS, read_contents
+from frictionloop.recordings.stored import blocks_of, count_blocks
+from frictionloop.recordings.whole import read_contents
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -36,8 +32,6 @@ WINDOWS, ROWS = 100, 512
 """Windows that are looked at, and rows of each."""
 DRAWN = 24
 """Channels that are drawn."""
-HEAD_BYTES = 2**18
-"""Bytes of a large text file from which its columns and the length of a row are taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,8 +184,6 @@ class FirstLook(NamedTuple):
     """How much of the file was looked at."""
     rate_hz: float | None
     """Of the samples, None where nothing tells it."""
-    clock: tuple[str, NDArray[np.float64]] | None = None
-    """Name and values of a column of times that rise in uneven steps."""
 
     def drawn(self) -> list[Trace]:
         """Return the first of the channels that vary, of all where none does."""
@@ -204,9 +196,7 @@ class FirstLook(NamedTuple):
 
     def along(self, row: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where rows stand in time, or as samples where nothing tells a rate."""
-        if self.rate_hz:
-            return row / self.rate_hz
-        return row if self.clock is None else np.interp(row, np.arange(self.clock[1].size), self.clock[1])
+        return row / self.rate_hz if self.rate_hz else row
 
     def plot(self) -> Figure:
         """Return the channels that vary, one below the other, each by its lowest and highest value along the file."""
@@ -223,67 +213,14 @@ def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> Fi
     FrictionloopError
         For a file that cannot be read.
     """
-    file = Path(path)
-    if file.is_file() and READERS.get(file.suffix.lower()) is read_table and file.stat().st_size > LARGE_BYTES:
-        traces, told_hz = _sparse(file)
-        return FirstLook(str(path), tuple(traces), f"{WINDOWS} windows, {ROWS} rows each", rate_hz or told_hz)
-    contents = read_contents(file)
+    contents = read_contents(path)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
     seen = f"{WINDOWS} windows, {f'{ROWS} samples each' if max(sizes) > WINDOWS * ROWS else 'all samples'}"
-    at_hz = _rate_of(path, contents, rate_hz)
-    return FirstLook(str(path), tuple(found), seen, at_hz, _rising(contents) if at_hz is None else None)
-
-
-def _rising(contents: Contents) -> tuple[str, NDArray[np.float64]] | None:
-    """Return the column of times of a file, if they rise; None else."""
-    times = contents.clock()
-    values = np.zeros(0) if times is None else np.asarray(times.samples[:], dtype=float)
-    if times is None or values.size < 2 or not np.all(np.diff(values) > 0):
-        return None
-    return f"{times.name} ({times.unit})" if times.unit else times.name, values
-
-
-def _rate_of(path: str | os.PathLike[str], contents: Contents, rate_hz: float | None = None) -> float | None:
-    """Return the rate that a file tells by even times or a number; None else, for then rows are no seconds."""
     sampling = sampling_of(str(path), contents, rate_hz)
-    return sampling.rate_hz if sampling.even and not sampling.gaps else None
-
-
-def _sparse(file: Path) -> tuple[list[Trace], float | None]:
-    """Return windows of a large text file, and the rate that its beginning tells.
-
-    Rows are counted by their mean length: nothing before is read.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        head = Path(folder) / file.name
-        with open(file, "rb") as stream:
-            head.write_bytes(stream.read(HEAD_BYTES).rpartition(b"\n")[0])
-        begun = read_contents(head)
-        rows = max(line.samples.size for line in begun.channels)
-        row_bytes = head.stat().st_size / rows
-    layout = layout_of(file)
-    width, size = int(ROWS * row_bytes), file.stat().st_size
-    signals = begun.signals() or begun.channels
-    places = [begun.channels.index(line) for line in signals]
-    middles, ends = [], []
-    with open(file, "rb") as stream:
-        for start in np.linspace(0, max(size - 2 * width, 0), WINDOWS).astype(int).tolist():
-            stream.seek(start)
-            lines = stream.read(width).split(b"\n")[1:-1]
-            if start == 0:
-                lines = lines[layout.first :]
-            values = rows_in(file, b"\n".join(lines) + b"\n", layout)
-            if values.shape[1] > max(places):
-                middles.append((start + width / 2) / row_bytes)
-                ends.append([_ends(values[:, k]) for k in places])
-    low_high = np.array(ends)
-    traces = [
-        Trace(line.name, line.unit or "", np.array(middles), low_high[:, k, 0], low_high[:, k, 1])
-        for k, line in enumerate(signals)
-    ]
-    return traces, _rate_of(file, begun)
+    at_hz = sampling.rate_hz if sampling.even and not sampling.gaps else None  # else rows are no seconds
+    return FirstLook(str(path), tuple(found), seen, at_hz)
 
 
 def _traces(lines: Sequence[Channel]) -> tuple[Trace, ...]:
@@ -315,6 +252,6 @@ def _drawn(look: FirstLook) -> Figure:
         name = f"{trace.name}\n({trace.unit})" if trace.unit else trace.name
         axes.set_ylabel(name, rotation=0, ha="right", va="center")
         axes.margins(x=0.0, y=0.1)
-    rows[-1].set_xlabel("time (s)" if look.rate_hz else look.clock[0] if look.clock else "sample")
+    rows[-1].set_xlabel("time (s)" if look.rate_hz else "sample")
     rows[0].set_title(f"{Path(look.path).name}: {look.said}", loc="left", fontsize="small")
     return figure

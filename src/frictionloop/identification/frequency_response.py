@@ -1,17 +1,17 @@
-"""Force to reading over frequency: H1, H2, Hv and coherence from hits of a hammer, or a table of another program."""
+"""Force to reading over frequency: H1 and coherence from hits of a hammer, or a table of another program."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from frictionloop.identification.hits import Hits, hits_of, too_few
+from frictionloop.identification.hits import hits_of, too_few
 from frictionloop.identification.onsets import without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Opened, Run
@@ -24,7 +24,6 @@ LEAST = 8
 _NAMES = "frequency, and response or magnitude"
 
 Array = NDArray[np.float64]
-Estimator = Literal["H1", "H2", "Hv"]
 
 
 @dataclass(frozen=True)
@@ -53,16 +52,15 @@ class FrequencyResponse:
 def response(
     recording: Run | Sequence[Run],
     segment_s: float = 0.5,
-    estimator: Estimator = "H1",
     exclude: Collection[int] = (),
 ) -> FrequencyResponse:
     """Return force to reading over frequency and the coherence, averaged over the good hits of a hammer (`pick_hits`).
 
-        H1 = S_xy/S_xx,   H2 = S_yy/S_yx,   Hv = sqrt(H1 H2),   coherence = |S_xy|^2/(S_xx S_yy) = H1/H2
+        H1 = S_xy/S_xx,   coherence = |S_xy|^2/(S_xx S_yy)
 
     The pieces are not tapered (csd with a boxcar): force and response begin and end within them, so nothing leaks.
-    Noise of the reading does not bias H1; noise of the hammer lowers it by its share of S_xx. With H2 it is the other
-    way round. A hammer that reads a push as negative is turned.
+    Noise of the reading does not bias H1; noise of the hammer lowers it by its share of S_xx. H2, of which the opposite
+    holds, is H1 over the coherence. A hammer that reads a push as negative is turned.
 
     Parameters
     ----------
@@ -71,33 +69,36 @@ def response(
         measurement.
     segment_s : float
         Length of a piece in s; its inverse is the distance between frequencies. The response must have decayed.
-    estimator : str
-        "H1", "H2" or "Hv".
     exclude : collection of int
         Numbers of hits to leave out, of one recording.
 
     Raises
     ------
     FrictionloopError
-        For a column that is missing or has another unit, fewer than two good hits, or another estimator.
+        For a column that is missing or has another unit, or fewer than two good hits.
 
     Notes
     -----
-    Source: Bendat and Piersol, Random Data, 4th ed., Sec. 9.2 for the standard error (ours: n hits, one segment each);
-    Rocklin, Crowley and Vold, IMAC 1985, for Hv.
+    Source: Bendat and Piersol, Random Data, 4th ed., Sec. 9.2 for the standard error (ours: n hits, one segment each).
     """
-    if estimator not in get_args(Estimator):
-        raise must_be("estimator", estimator, "'H1', 'H2' or 'Hv'")
     if isinstance(recording, xr.Dataset):
         channel(recording, "hammer", ("N",))  # hits are found without one, too; a response is not
-    cut = [_pieces(run, found) for run, found in hits_of(recording, segment_s, exclude)]
-    if len({piece.rate_hz for piece in cut}) > 1:
-        raise must_be("recording: rates", sorted({piece.rate_hz for piece in cut}), "one", "Hz")
-    hits = sum(len(piece.force) for piece in cut)
+    forces, readings, rates, picked, unit = [], [], [], [], ""
+    for run, found in hits_of(recording, segment_s, exclude):
+        force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
+        rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
+        forces.append((-force if found.inverted else force)[rows])
+        readings.append(without_bow(reading)[0][rows])
+        rates.append(rate_of(run))
+        picked.append(found)
+        unit = f"{run[READING].attrs['units']}/N"
+    if len(set(rates)) > 1:
+        raise must_be("recording: rates", sorted(set(rates)), "one", "Hz")
+    hits = sum(len(force) for force in forces)
     if hits < 2:
-        raise too_few([piece.found for piece in cut], hits)
-    x, y = (np.concatenate(parts) for parts in ([piece.force for piece in cut], [piece.reading for piece in cut]))
-    rate_hz, length = cut[0].rate_hz, x.shape[1]
+        raise too_few(picked, hits)
+    x, y = np.concatenate(forces), np.concatenate(readings)
+    rate_hz, length = rates[0], x.shape[1]
 
     def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:
         options = {"window": "boxcar", "nperseg": length, "noverlap": 0, "detrend": "constant"}
@@ -108,38 +109,15 @@ def response(
     keep = (frequency > 0) & (of_force > 0) & (of_reading > 0) & (np.abs(across) > 0)
     across, of_force = across[keep], of_force[keep]
     coherence = np.clip(np.abs(across) ** 2 / (of_force * of_reading[keep]), 1e-300, 1.0)
-    power = {"H1": 0.0, "H2": 1.0, "Hv": 0.5}[estimator]
     return FrequencyResponse(
         frequency_hz=frequency[keep],
-        response=across / of_force / coherence**power,
+        response=across / of_force,
         coherence=coherence,
         relative_error=np.sqrt((1 - coherence) / (2 * hits * coherence)),
         input_density=of_force,
         hits=hits,
         rate_hz=rate_hz,
-        unit=cut[0].unit,
-    )
-
-
-class _Pieces(NamedTuple):
-    """The good hits of a recording, cut out: arrays of shape (hits, rows)."""
-
-    force: Array
-    reading: Array
-    rate_hz: float
-    found: Hits
-    unit: str
-
-
-def _pieces(run: xr.Dataset, found: Hits) -> _Pieces:
-    force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
-    rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
-    return _Pieces(
-        (-force if found.inverted else force)[rows],
-        without_bow(reading)[0][rows],
-        rate_of(run),
-        found,
-        f"{run[READING].attrs['units']}/N",
+        unit=unit,
     )
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.stats import linregress
 
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, not_told, thinned
+from frictionloop.identification.entry_result import EntryResult, Sensor, not_told, thinned
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import READING_UNITS, channel
@@ -167,13 +167,9 @@ def scale_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
         if full > BEYOND * largest:
             found = [not_told(f"{path} at {full:g}", f"measured to {largest:g}")]
     unit = pairs[0][2]
-    rows: Rows = [("drive", "amplitude (um)", "residual (um)")]
-    for line in lines:
-        left = line.y - line.offset.value - line.slope.value * line.x
-        rows += [(f"{x:.4g}", f"{y:.4g}", f"{r:+.2g}") for x, y, r in zip(line.x, line.y, left, strict=True)]
     numbers = {"r2": [line.r2 for line in lines], "upper_less_lower_half_percent": [100 * line.bend for line in lines]}
     curves = lines[0].drawn(f"drive ({unit or 'duty'})", "amplitude (µm)")
-    return EntryResult(values, found, numbers, rows[:200], {"pairs": curves})
+    return EntryResult(values, found, numbers, [], {"pairs": curves})
 
 
 def _pairs(run: xr.Dataset, frequency_hz: float | None) -> tuple[NDArray[np.float64], NDArray[np.float64], str]:
@@ -204,15 +200,13 @@ def carrier_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: 
     slopes = [f.per_kelvin for f in found if f.per_kelvin is not None]
     if slopes:
         values.append(measured("carrier_drift_per_kelvin", slopes, None, how, take.files, date))
-    rows: Rows = [("recording", "drift", "largest less least")]
-    rows += [(name, f"{f.rate}", f"{f.span_hz:.3g} Hz") for name, f in zip(take.files, found, strict=False)]
     first = found[0]
     middle = float(first.frequency_hz.mean())
     numbers: dict[str, Any] = {"largest_less_least_hz": [f.span_hz for f in found]}
     for q in (150, 300):
         numbers[f"lost_at_q_{q}_percent"] = [100 * (1 - f.share_left(middle, q)) for f in found]
     curves = thinned(POINTS, x=first.time_s / 60, y=first.frequency_hz - middle)
-    return EntryResult(values, [], numbers, rows, {"drift": {**curves, "middle": middle}})
+    return EntryResult(values, [], numbers, [], {"drift": {**curves, "middle": middle}})
 
 
 def position_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
@@ -228,8 +222,6 @@ def position_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date:
     slopes, methods = [line.slope for line in found], [line.method for line in found]
     value = measured("position_scale", slopes, methods, how, take.files, date)
     numbers = {"r2": [line.r2 for line in found], "residual_um": [1e6 * line.residual for line in found]}
-    rows: Rows = [("reading", "position (mm)")]
-    rows += [(f"{x:.6g}", f"{1e3 * y:.4g}") for line in found for x, y in zip(line.x[:200], line.y[:200], strict=True)]
     overrides = {"board.position_m_per_count": value.value} if unit == "counts" else {}
     drawn = found[0].drawn(f"reading ({unit})", "position (m)")
-    return EntryResult([value], [], numbers, rows, {"pairs": drawn, "overrides": overrides})
+    return EntryResult([value], [], numbers, [], {"pairs": drawn, "overrides": overrides})

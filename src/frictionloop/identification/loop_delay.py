@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor
+from frictionloop.identification.entry_result import EntryResult, Sensor
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.onsets import quiet_noise
 from frictionloop.identification.project_file import Take
@@ -160,11 +160,7 @@ def delay_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     found = [loop_delay(run, take.control_hz, waits=take.waits) for run in runs]
     how = f"{sum(f.jumps for f in found)} jumps" + ", less half a period" * take.waits
     value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how, take.files, date)
-    rows: Rows = [("recording", "delay", "jump to answer", "scatter of jumps")]
-    rows += [
-        (n, f"{f.delay}", f"{f.whole}", f"{1e6 * f.spread_s:.0f} us") for n, f in zip(take.files, found, strict=False)
-    ]
     first = found[0]
     numbers = {"jumps": [f.jumps for f in found], "scatter_us": [1e6 * f.spread_s for f in found]}
     curves = {"x": first.time_s.tolist(), "y": first.answer.tolist(), "fitted": first.fitted.tolist()}
-    return EntryResult([value], [each for f in found for each in f.findings], numbers, rows, {"answer": curves})
+    return EntryResult([value], [each for f in found for each in f.findings], numbers, [], {"answer": curves})

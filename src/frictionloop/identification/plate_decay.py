@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing
 from scipy.optimize import least_squares
 
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, thinned
+from frictionloop.identification.entry_result import EntryResult, Sensor, thinned
 from frictionloop.identification.estimate import Estimate, measured
 from frictionloop.identification.line_fits import POINTS
 from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance, plate_sweep, stepped
@@ -57,10 +57,10 @@ def jumps_of(envelope: Array, size: int) -> list[tuple[int, int, bool]]:
         inner = slice(max(a + wide - 2 * size, 0), min(b + wide + 2 * size, step.size))
         starts.append(inner.start + int(np.argmax(step[inner])) + size)
     starts = [k for k in starts if k > 3 * size]
-    if not starts:
-        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%}")
     stops = [*(k - 3 * size for k in starts[1:]), envelope.size - size]
-    found = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a > 20 * size]
+    found = [(a, b) for a, b in zip(starts, stops, strict=False) if b - a > 20 * size]
+    if not found:
+        raise must_be("recording: jumps of the vibration", 0, f"1 or more, by {LEAST_JUMP:.0%}")
     falls = [(a, b, True) for a, b in found if envelope[b - 2 * size : b].mean() < 0.3 * envelope[a - 3 * size]]
     return falls or [(a, b, False) for a, b in found]
 
@@ -242,18 +242,9 @@ def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
         measured("plate.q", [f.q for f in found], q, how, take.files, date),
         measured(CORNER, [f.corner for f in found], corner, how, take.files, date),
     ]
-    rows: Rows = [("recording", "resonance", "Q", "corner of the envelope", "left")]
-    rows += [
-        (name, f"{f.resonance}", f"{f.q}", f"{f.corner}", f"{f.misfit:.1%}")
-        for name, f in zip(take.files, found, strict=False)
-    ]
     drawn = "sweep" if "frequency" in runs[0] else "decay"
-    numbers: dict[str, Any] = {"misfit_percent": [100 * f.misfit for f in found]}
-    downs = [f.down_hz for f in found if f.down_hz is not None]
-    numbers |= {"down_less_up_hz": downs} if downs else {}
-    return EntryResult(
-        values, [each for f in found for each in f.findings], numbers, rows, {drawn: _drawn(found[0], runs[0])}
-    )
+    numbers = {"misfit_percent": [100 * f.misfit for f in found]}
+    return EntryResult(values, [], numbers, [], {drawn: _drawn(found[0], runs[0])})
 
 
 def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
@@ -265,11 +256,7 @@ def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
     found = [plate_envelope(run) for run in runs]
     how = f"{sum(f.jumps for f in found)} jumps of the envelope"
     value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how, take.files, date)
-    rows: Rows = [
-        ("recording", "corner", "left"),
-        *((n, f"{f.corner}", f"{f.misfit:.1%}") for n, f in zip(take.files, found, strict=False)),
-    ]
     first = found[0]
     drawn = thinned(POINTS, x=first.time_s, y=first.y, fitted=first.fitted)
     curves = {**drawn, "unit": runs[0]["envelope"].attrs["units"]}
-    return EntryResult([value], [], {"misfit_percent": [100 * f.misfit for f in found]}, rows, {"envelope": curves})
+    return EntryResult([value], [], {"misfit_percent": [100 * f.misfit for f in found]}, [], {"envelope": curves})

@@ -11,8 +11,6 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import off_line
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import channel, rate_of
 from frictionloop.identification.resonance import sandwich
@@ -22,8 +20,6 @@ Array = NDArray[np.float64]
 VIBRATIONS = ("um", "m/s", "V", "")
 LEAST_INSIDE = 3
 """Steps that must lie above half the power of the resonance."""
-MOVES = 0.1
-"""Share of its width by which a resonance that moves is told (assumed)."""
 LEAST = 8
 """Samples of a step that are needed."""
 WORST_MISFIT = 0.1
@@ -47,14 +43,6 @@ class PlateResonance:
     """What is drawn: frequency in Hz of a sweep, time in s of a decay."""
     y: Array
     fitted: Array
-    down_hz: float | None = None
-    """How much higher the resonance is on the way down, where a sweep goes both ways."""
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """That the resonance moves, where the plate is warm, or driven so hard that it bends."""
-        moves = self.down_hz is not None and abs(self.down_hz) > MOVES * self.resonance.value / self.q.value
-        return (off_line("resonance, way down", self.down_hz or 0.0, "Hz", "vibration"),) if moves else ()
 
     @property
     def corner(self) -> Estimate:
@@ -118,7 +106,6 @@ def plate_sweep(recording: xr.Dataset) -> PlateResonance:
         frequency[order],
         vibration[order],
         np.interp(frequency[order], fine, _amplitude(fine, values)),
-        _down_less_up(frequency, vibration),
     )
 
 
@@ -150,18 +137,6 @@ def _fit(frequency: Array, vibration: Array, top: int) -> tuple[Array, list[Esti
         for v, s, e, f in zip(found, scale, spread.standard, spread.freedom, strict=True)
     ]
     return found, errors, float(np.linalg.norm(fit.fun) / np.linalg.norm(vibration / largest))
-
-
-def _down_less_up(frequency: Array, vibration: Array) -> float | None:
-    """Return how much higher in Hz the resonance is on the way down, None of a sweep one way."""
-    way = np.sign(np.diff(frequency, prepend=frequency[0] - (frequency[1] - frequency[0])))
-    found = []
-    for sign in (1, -1):
-        rows = way == sign
-        if np.count_nonzero(rows) < 5:
-            return None
-        found.append(_fit(frequency[rows], vibration[rows], int(np.argmax(vibration[rows])))[0][1])
-    return float(found[1] - found[0])
 
 
 def stepped(recording: xr.Dataset) -> xr.Dataset:

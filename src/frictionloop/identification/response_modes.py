@@ -14,7 +14,7 @@ from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_o
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.poles import MOST_MODES, NEAR_HZ, NEAR_Q, Pole, drawn_poles
+from frictionloop.identification.poles import MOST_MODES
 from frictionloop.identification.resonance import Errors, sandwich
 from frictionloop.quantities import must_be
 
@@ -55,9 +55,9 @@ def response_modes(
 
         H(f) = c + sum_k (a_k + j b_k f/f_k) / (1 - (f/f_k)^2 + j f/(f_k Q_k))
 
-    Modes are added where the most is left, until two more no longer lower the misfit by a fifth; the poles at each
-    number of modes are the stabilisation diagram. Least squares go by the frequencies' power; standard errors are those
-    of the sandwich (`sandwich`), and the method's come from leaving out every other frequency.
+    Modes are added where the most is left, until two more no longer lower the misfit by a fifth. Least squares go by
+    the power of frequencies; standard errors are those of the sandwich (`sandwich`), and the method's come from leaving
+    out every other frequency.
 
     Parameters
     ----------
@@ -82,14 +82,11 @@ def response_modes(
     if hertz.size < 12:
         raise Refused(str(must_be("band_hz: frequencies", hertz.size, "at least 12")), "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
-    fits, diagram = rising(hertz, seen, weight, magnitude)
+    fits = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
     if best is not None and found.hits == 1:
         best, weight = weighed(hertz, seen, weight, best, magnitude)
-    curves = {
-        "response": {**found.drawn(inside), "fitted": [] if best is None else np.abs(best.model).tolist()},
-        **drawn_poles(diagram, [] if best is None else best.poles[:, 0].tolist()),
-    }
+    curves = {"response": {**found.drawn(inside), "fitted": [] if best is None else np.abs(best.model).tolist()}}
     if best is None:
         raise Refused(str(must_be("response: peaks", 0, "1 or more")), "response", curves)
     if best.misfit > WORST_MISFIT:
@@ -112,7 +109,7 @@ def response_modes(
         tuple(moved[:, 0]),
         tuple(moved[:, 1]),
         found.hits,
-        tuple(diagram),
+        (),
         fitted=drawn,
     )
 
@@ -134,24 +131,19 @@ def _modes(fit: ResponseFit, found: FrequencyResponse, hertz: Array) -> list[Mod
     return listed
 
 
-def rising(
-    hertz: Array, seen: NDArray[np.complex128], weight: Array, magnitude: bool
-) -> tuple[list[ResponseFit], list[Pole]]:
-    """Return fits of ever more modes, as long as each is worth it, and their poles."""
+def rising(hertz: Array, seen: NDArray[np.complex128], weight: Array, magnitude: bool) -> list[ResponseFit]:
+    """Return fits of ever more modes, as long as each is worth it."""
     fits: list[ResponseFit] = []
     best = 0
-    diagram: list[Pole] = []
     left = np.abs(seen)
     poles = np.zeros((0, 2))
-    for order in range(1, MOST_MODES + 1):
+    for _ in range(MOST_MODES):
         start = _peak(hertz, left * weight)
         if start is None:
             break
         fit = fitted(hertz, seen, weight, np.vstack([poles, start]), magnitude)
         if not np.all(np.isfinite(fit.errors)) or fit.poles[:, 0].min() < hertz[0] or fit.poles[:, 0].max() > hertz[-1]:
             break
-        before = fits[-1].poles if fits else np.zeros((0, 2))
-        diagram += [Pole(order, float(f), float(q), _near(f, q, before)) for f, q in fit.poles]
         fits.append(fit)
         if len(fits) > 1 and fit.misfit <= ENOUGH * fits[best].misfit and _told_apart(fit):
             new, old = (_unseen(hertz, seen, weight, each.poles, magnitude) for each in (fit, fits[best]))
@@ -161,7 +153,7 @@ def rising(
         poles, left = fit.poles, np.abs(np.abs(seen) - np.abs(fit.model) if magnitude else seen - fit.model)
         if fit.misfit < 1e-3:
             break
-    return fits[: best + 1], diagram
+    return fits[: best + 1]
 
 
 def _told_apart(fit: ResponseFit) -> bool:
@@ -208,10 +200,6 @@ def weighed(
 def _away(model: NDArray[np.complex128], seen: NDArray[np.complex128], magnitude: bool) -> Any:
     """Return how far a model is from what was seen, its magnitude or all of it."""
     return np.abs(model) - np.abs(seen) if magnitude else model - seen
-
-
-def _near(hertz: float, q: float, before: Array) -> bool:
-    return any(abs(f - hertz) <= NEAR_HZ * hertz and abs(other - q) <= NEAR_Q * q for f, other in before)
 
 
 def _peak(hertz: Array, size: Array) -> Array | None:

@@ -66,7 +66,7 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
     extra: list[Measured] = []
     if all("hammer" in run.data_vars for run in struck.values()):
-        by_force, near = hammered(take, [*struck.values()], free[0], chosen[0].frequency.value, date)
+        by_force, near = hammered(take, [*struck.values()], chosen[0].frequency.value, date)
         found += by_force.findings
         numbers |= by_force.numbers
         extra = list(by_force.measured)
@@ -156,18 +156,21 @@ def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
     return thinned(4 * POINTS, time_s=time[: piece.size] - time[0], reading=piece - np.median(piece))
 
 
-def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date: str) -> tuple[EntryResult, Near]:
+def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tuple[EntryResult, Near]:
     """Return what the force of a hammer adds: the mode near a frequency by its response, the pole behind it.
 
-    One resonance with a pole behind it is tried first; where that leaves too much, several modes without a pole.
+    That is one resonance with a pole behind it; where it leaves too much, the modes of the decays stand alone.
     """
     found = response(runs, take.segment_s or _segment(runs), exclude=take.exclude)
+    band_hz = (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz))
     try:
-        fit = fit_resonance(found, (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz)))
-    except FrictionloopError:
-        return _several(found, take, free, near_hz)
-    if fit.misfit > WORST_MISFIT:
-        return _several(found, take, free, near_hz)
+        fit = fit_resonance(found, band_hz)
+        reason = f"one resonance leaves {fit.misfit:.0%}" if fit.misfit > WORST_MISFIT else ""
+    except FrictionloopError as refused:
+        reason = str(refused)
+    if reason:
+        doubts = [not_told("the pole behind the springs", reason)]
+        return EntryResult([], doubts, {}, [], {"response": _drawn(found, band_hz)}), None
     numbers = {"response_resonance": fit.resonance, "response_q": fit.q, "response_gain": fit.gain}
     one, curves = (fit.resonance.value, fit.q.value), {"response": _drawn(found, fit.band_hz)}
     doubts = []
@@ -181,26 +184,6 @@ def hammered(take: Take, runs: Sequence[Run], free: Modes, near_hz: float, date:
     how = f"H1 of {found.hits} hits, {fit.band_hz[0]:.0f} to {fit.band_hz[1]:.0f} Hz"
     extra = [measured("sensor.cutoff_hz", [cutoff], None, how, take.files, date)]
     return EntryResult(extra, doubts, numbers, [], curves), one
-
-
-def _several(found: FrequencyResponse, take: Take, free: Modes, near_hz: float) -> tuple[EntryResult, Near]:
-    heard = [mode.frequency.value for mode in free.modes]
-    try:
-        several = response_modes(found, "first", take.band_hz or (0.5 * heard[0], 1.4 * heard[-1]))
-    except FrictionloopError as refused:
-        return EntryResult([], [not_told("the frequency response", str(refused))], {}, [], {}), None
-    near = [mode for mode in several.modes if abs(mode.frequency.value / near_hz - 1) < SAME]
-    numbers = {
-        "response_modes_hz": [mode.frequency.value for mode in several.modes],
-        "response_modes_q": [mode.q.value for mode in several.modes],
-    }
-    doubts = [not_told("the pole behind the springs", f"{len(several.modes)} modes")]
-    if not near:
-        doubts.append(not_told(f"mode {near_hz:.5g} Hz by response", "none there"))
-        return EntryResult([], doubts, numbers, [], {}), None
-    one = min(near, key=lambda mode: abs(mode.frequency.value - near_hz))
-    band = several.modes[0].frequency.value / 2, 1.5 * several.modes[-1].frequency.value
-    return EntryResult([], doubts, numbers, [], {"response": _drawn(found, band)}), (one.frequency.value, one.q.value)
 
 
 def _segment(runs: Sequence[Run]) -> float:
@@ -243,8 +226,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
     doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
     numbers = {"modes_hz": [m.frequency.value for m in modes], "modes_q": [m.q.value for m in modes]}
     fitted = {"fitted_hz": [hertz for hertz, _ in found[0].fitted], "fitted": [size for _, size in found[0].fitted]}
-    curves = {"response": tables[0].drawn() | fitted, **found[0].drawn()}
-    return EntryResult(values, doubts, numbers, rows, curves)
+    return EntryResult(values, doubts, numbers, rows, {"response": tables[0].drawn() | fitted})
 
 
 def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:

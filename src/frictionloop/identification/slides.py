@@ -1,4 +1,4 @@
-"""Slides of a finger in a long record: where they are, friction over load, how it falls off over frequency."""
+"""Slides of a finger in a long record: where they are, friction over load."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.signal import butter, savgol_filter, sosfiltfilt, welch
+from scipy.signal import savgol_filter
 from scipy.stats import linregress
 
 from frictionloop.findings import Condition, Finding
@@ -42,12 +41,8 @@ STEADY = 0.3
 """A finger slides where its speed is within this share of the median of the slide (assumed)."""
 SLOWEST_M_S = 2e-3
 SHORTEST_S = 0.3
-LEAST_LOADS = 0.05
+LEAST_LOADS = 0.1
 """Relative spread of the load below which its exponent cannot be told (assumed)."""
-BAND_HZ = (5.0, 100.0)
-"""Band of the spectrum's slope: above the stroke, below the sensor."""
-TREMOR_HZ = (6.0, 14.0)
-"""Smith and others: a hand trembles at 8 to 12 Hz."""
 
 
 class Slide(NamedTuple):
@@ -63,16 +58,6 @@ class Slide(NamedTuple):
     mu: float
     mu_change: float
     """Of the last third over that of the first."""
-    exponent: Estimate
-    """n of friction ~ load^n within the slide; NaN where the load hardly changes."""
-    slope_welch: float
-    """Exponent of the power spectrum from 5 to 100 Hz, by a line through Welch's."""
-    slope_whittle: float
-    """The same by Whittle's likelihood of the periodogram."""
-    tremor_n: float
-    """rms of the friction from 6 to 14 Hz."""
-    onset: float
-    """Largest friction in the 0.2 s before the slide over its mean: stick before slip."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +68,7 @@ class Friction:
     mu: Estimate
     """Mean over slides; with two or more its error is their scatter."""
     exponent: Estimate
-    """Of the load, over all slides."""
+    """n of friction ~ load^n over all slides; NaN for fewer than four or loads that hardly differ."""
     findings: tuple[Finding, ...]
 
     def level_n(self, load_n: float) -> float:
@@ -158,7 +143,6 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
     f, n = against[a:b], load[a:b]
     third = (b - a) // 3
     ratios = [float(f[part].mean() / n[part].mean()) for part in (slice(0, third), slice(-third, None))]
-    before = against[max(a - int(0.2 * rate_hz), 0) : a]
     return Slide(
         start_s=a / rate_hz,
         stop_s=b / rate_hz,
@@ -167,21 +151,15 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
         load_n=float(n.mean()),
         mu=float(f.mean() / n.mean()),
         mu_change=ratios[1] / ratios[0],
-        exponent=load_exponent(f, n, rate_hz),
-        slope_welch=welch_slope(f, rate_hz),
-        slope_whittle=whittle_slope(f, rate_hz),
-        tremor_n=tremor(f, rate_hz),
-        onset=float(before.max() / f.mean()) if before.size else math.nan,
     )
 
 
 def _exponent(slides: Sequence[Slide]) -> Estimate:
-    """Return the exponent over slides of different loads, or that within the slide with the least error."""
     loads = np.array([slide.load_n for slide in slides])
-    if loads.size >= 4 and loads.std() > 0.1 * loads.mean():
-        line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
-        return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
-    return min((slide.exponent for slide in slides), key=lambda each: each.standard_error)
+    if loads.size < 4 or loads.std() < LEAST_LOADS * loads.mean():
+        return Estimate(math.nan, math.inf, "", 1.0)
+    line = linregress(np.log(loads), np.log([slide.friction_n for slide in slides]))
+    return Estimate(float(line.slope), float(line.stderr), "", loads.size - 2.0)
 
 
 def without_zero(values: Array, free: NDArray[np.bool_], margin: int) -> Array:
@@ -211,52 +189,6 @@ def slide_rows(touching: NDArray[np.bool_], speed: Array, rate_hz: float) -> lis
     return runs
 
 
-def load_exponent(f: Array, n: Array, rate_hz: float) -> Estimate:
-    """Return n of log f = c + n log N over means of a tenth of a second."""
-    pieces = max(int(f.size / (0.1 * rate_hz)), 3)
-    pairs = [
-        (float(a.mean()), float(b.mean()))
-        for a, b in zip(np.array_split(f, pieces), np.array_split(n, pieces), strict=True)
-    ]
-    good = np.array([pair for pair in pairs if min(pair) > 0])
-    if len(good) < 3 or good[:, 1].std() < LEAST_LOADS * good[:, 1].mean():
-        return Estimate(math.nan, math.inf, "", 1.0)
-    line = linregress(np.log(good[:, 1]), np.log(good[:, 0]))
-    return Estimate(float(line.slope), float(line.stderr), "", len(good) - 2.0)
-
-
-def welch_slope(f: Array, rate_hz: float) -> float:
-    """Return the exponent of the power spectrum by a line through Welch's, on logarithmic axes."""
-    hertz, power = welch(f - f.mean(), rate_hz, nperseg=min(f.size, int(0.5 * rate_hz)), detrend="linear")
-    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
-    # Equal weight to each octave, as the eye gives a line on logarithmic axes.
-    return float(np.polyfit(np.log(hertz[inside]), np.log(power[inside]), 1, w=1 / np.sqrt(hertz[inside]))[0])
-
-
-def whittle_slope(f: Array, rate_hz: float) -> float:
-    """Return the exponent p of S = c f^p that is likeliest for a periodogram I: least sum of log S + I/S."""
-    size = f.size
-    # A Hann window: a boxcar's leakage would hide slopes steeper than -2.
-    window = np.hanning(size)
-    line = np.polyval(np.polyfit(np.arange(size), f, 1), np.arange(size))
-    power = np.abs(np.fft.rfft(window * (f - line))) ** 2
-    hertz = np.fft.rfftfreq(size, 1 / rate_hz)
-    inside = (hertz >= BAND_HZ[0]) & (hertz <= min(BAND_HZ[1], 0.4 * rate_hz))
-    x, seen = hertz[inside], power[inside]
-
-    def unlikely(p: float) -> float:
-        shape = x**p
-        return float(np.log(np.mean(seen / shape)) + np.mean(np.log(shape)))
-
-    return float(minimize_scalar(unlikely, bounds=(-5, 2), method="bounded").x)
-
-
-def tremor(f: Array, rate_hz: float) -> float:
-    """Return the rms in N from 6 to 14 Hz."""
-    sos = butter(2, TREMOR_HZ, "bandpass", fs=rate_hz, output="sos")
-    return float(np.std(sosfiltfilt(sos, f - f.mean(), padlen=min(f.size - 1, int(0.3 * rate_hz)))))
-
-
 def refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
     """Refuse a recording whose friction rises with its ``amplitude``."""
     if "amplitude" not in recording:
@@ -280,10 +212,10 @@ def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
     how = f"slides, {len(loads)}, at {REFERENCE_LOAD_N:g} N"
     value = measured("friction.nominal_n", levels, off, how, take.files, date)
-    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu", "spectrum, two ways")]
+    rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu")]
     for s in (slide for each in found for slide in each.slides):
         row = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
-        rows.append((*row, f"{s.friction_n:.3f}", f"{s.mu:.3f}", f"{s.slope_welch:.2f}, {s.slope_whittle:.2f}"))
+        rows.append((*row, f"{s.friction_n:.3f}", f"{s.mu:.3f}"))
     slides = found[0].slides
     curves: dict[str, Any] = {
         "slides": {
@@ -301,7 +233,5 @@ def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: s
     numbers: dict[str, Any] = {"mu": found[0].mu, "speeds_mm_s": [1e3 * s.speed_m_s for s in every]}
     numbers |= {"slides": len(every), "seconds": sum(s.stop_s - s.start_s for s in every)}
     numbers["mu_change_percent"] = [100 * (s.mu_change - 1) for s in every]
-    if len(every) == 1:
-        numbers |= {"tremor_n": every[0].tremor_n, "onset_over_mean": every[0].onset}
     doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
     return EntryResult([value], doubts, numbers, rows, curves)

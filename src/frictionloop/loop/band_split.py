@@ -1,22 +1,17 @@
-"""What a loop leaves of a signal in bands of frequency: those it is given, and below and above where it acts."""
+"""What a loop leaves of a disturbance in the bands of frequency that it is given."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.levels import at_levels
-from frictionloop.findings import Finding
 from frictionloop.loop.metrics import counted
-from frictionloop.loop.record import system_of
-from frictionloop.loop.reference_runs import disturbance_left, steady_of
-from frictionloop.parameters import Recording, System
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.loop.reference_runs import steady_of
+from frictionloop.quantities import must_be
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,14 +92,6 @@ def disturbance_left_by_band(run: xr.Dataset, edges_hz: Sequence[float], mask: A
     return xr.DataArray(share, dims="band", coords=ends, name="disturbance_left", attrs={"units": "1"})
 
 
-START_S = 0.1
-"""Time in which a loop begins (chosen)."""
-WITHIN = math.sqrt(2.0)
-"""Factor up or down up to which an amplitude is followed: 3 dB."""
-MUCH = 0.5
-"""Share of what varies in a band (rms) from which on it is told that it lies close to its end (chosen)."""
-
-
 class Band(NamedTuple):
     """A band of frequency of the disturbance."""
 
@@ -116,41 +103,6 @@ class Band(NamedTuple):
     """What is left of it."""
     disturbance_left: float
     """Share that is left; NaN where next to nothing varies."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DisturbanceSplit:
-    """What a loop leaves of a recorded disturbance."""
-
-    amplified_from_hz: float
-    """Where |S| of the linear loop first reaches 1; NaN where that is not known."""
-    left_below: float
-    left_above: float
-    """Share that is left below and above it."""
-    left_late: float
-    """Share that is left without the first 0.1 s, in which the loop begins."""
-    ends_at_hz: float
-    """Half the rate of its file; infinite where a run has less."""
-    varies_n: float
-    mean_n: float
-    """The disturbance, rms about its mean."""
-    force_varies_n: float
-    force_mean_n: float
-    """The force, likewise."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SetpointSplit:
-    """How a recorded set-point is followed."""
-
-    to_hz: float
-    """Up to which |f_a / f_r| of the linear loop is within 3 dB."""
-    asked_below_n: float
-    asked_above_n: float
-    """What f_r varies by, rms."""
-    rms_error_below_n: float
-    rms_error_above_n: float
-    """What f_a - f_r varies by."""
 
 
 def split_edges(split_hz: Sequence[float], rate_hz: float) -> list[float]:
@@ -177,122 +129,3 @@ def by_band(run: xr.Dataset, mask: np.ndarray, edges_hz: Sequence[float]) -> tup
     found = disturbance_left_by_band(run, edges_hz, mask)
     columns = [found[each].values.tolist() for each in ("low_hz", "high_hz", "disturbance_n", "left_n")]
     return tuple(Band(*row) for row in zip(*columns, found.values.tolist(), strict=True))
-
-
-def of_bands(run: xr.Dataset, mask: np.ndarray, bands: Sequence[Band]) -> Iterator[Finding]:
-    """Yield that bands are narrower than the part that is scored can tell apart."""
-    if not bands:
-        return
-    at = run["time"].values[mask]
-    apart_hz = 2.0 / float(at[-1] - at[0]) if at[-1] > at[0] else math.inf
-    mixed = [edge for band, edge, inside in _edges(bands, apart_hz) if _mixed(run, mask, band, inside)]
-    if mixed:
-        yield Finding("BANDS-MIXED", value=apart_hz, unit="Hz", more={"edges": list(dict.fromkeys(mixed))})
-
-
-def _edges(bands: Sequence[Band], apart_hz: float) -> Iterator[tuple[Band, float, list[float]]]:
-    """Yield each band, an end of it, and the part of it that is too near to that end."""
-    for band in bands:
-        low, high = band.low_hz, band.high_hz
-        if low > 0.0:
-            yield band, low, [low, min(low + apart_hz, high)]
-        if math.isfinite(high):
-            yield band, high, [max(high - apart_hz, low), high]
-
-
-def _mixed(run: xr.Dataset, mask: np.ndarray, band: Band, inside: list[float]) -> bool:
-    """Tell whether much of what varies in a band lies in a part of it."""
-    if math.isnan(band.disturbance_left):
-        return False
-    (near_n,) = rms_by_band(run["d"].values, run["time"].values, mask, inside)
-    return bool(near_n > MUCH * band.disturbance_n)
-
-
-def _searched(run: xr.Dataset, mask: np.ndarray, response: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return frequencies in Hz and the size of a response there, of the loop at the mean of what is asked.
-
-    None of a loop that has no linear analysis, or is not stable in it.
-    """
-    from frictionloop.analysis import operating_band
-
-    try:
-        points = operating_band(at_levels(system_of(run), run, mask))
-        loop = points[len(points) // 2]
-        grid = loop.search_grid(0.1)
-        size = np.abs(loop.frequency_response(grid)[response].values)
-    except (FrictionloopError, KeyError):  # a law that has no linear analysis
-        return None
-    return (grid, size) if loop.is_stable() else None
-
-
-def amplified_from_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
-    """Return the lowest frequency at which |S| is 1; None without one."""
-    found = _searched(run, mask, "S")
-    if found is None:
-        return None
-    grid, size = found
-    over = np.flatnonzero((size[1:] >= 1.0) & (size[:-1] < 1.0))
-    return float(grid[over[0] + 1]) if over.size else None
-
-
-def followed_to_hz(run: xr.Dataset, mask: np.ndarray) -> float | None:
-    """Return the frequency up to which the linear loop's |f_a / f_r| is within 3 dB; None without one."""
-    found = _searched(run, mask, "f_a_from_f_r")
-    if found is None:
-        return None
-    grid, size = found
-    off = np.flatnonzero((size > WITHIN) | (size < 1 / WITHIN))
-    return float(grid[off[0]]) if off.size and off[0] else None
-
-
-def disturbance_split(run: xr.Dataset, mask: np.ndarray) -> DisturbanceSplit:
-    """Return what is left of a disturbance below and above where feedback makes it larger."""
-    d, f_a, time_s = run["d"].values[mask], run["f_a"].values[mask], run["time"].values
-    at_hz = math.inf if system_of(run).controller.kind == "lookup" else amplified_from_hz(run, mask)
-    below = above = math.nan
-    if at_hz is not None and math.isfinite(at_hz):
-        below, above = disturbance_left_by_band(run, [0.0, at_hz, math.inf], mask).values.tolist()
-    late = mask & (time_s >= time_s[0] + START_S)
-    return DisturbanceSplit(
-        amplified_from_hz=math.nan if at_hz is None or math.isinf(at_hz) else at_hz,
-        left_below=below,
-        left_above=above,
-        left_late=float(disturbance_left(run, late)) if late.any() else math.nan,
-        ends_at_hz=ends_at_hz(system_of(run)),
-        varies_n=float(np.std(d)),
-        mean_n=float(np.mean(d)),
-        force_varies_n=float(np.std(f_a)),
-        force_mean_n=float(np.mean(f_a)),
-    )
-
-
-def ends_at_hz(system: System) -> float:
-    """Return half the rate of a recorded disturbance, above which its file has nothing; infinite if a run has less."""
-    if not isinstance(system.disturbance, Recording):
-        return math.inf
-    from frictionloop.recordings.told import found
-
-    rate_hz = found(system.disturbance).rate_hz
-    return rate_hz / 2.0 if rate_hz < system.controller.rate_hz else math.inf
-
-
-def setpoint_split(run: xr.Dataset, mask: np.ndarray) -> SetpointSplit | None:
-    """Return how a set-point is followed below and above a frequency; None without a stable linear loop.
-
-    As `rms_by_band` has them. An error that stays is none of a frequency, and does not count.
-    """
-    to_hz = followed_to_hz(run, mask)
-    return None if to_hz is None else error_by_band(run, mask, to_hz)
-
-
-def error_by_band(run: xr.Dataset, mask: np.ndarray, to_hz: float) -> SetpointSplit:
-    """Return what f_r and f_a - f_r vary by (rms) below and above a frequency."""
-    signals = (run["f_r"].values, (run["f_a"] - run["f_r"]).values)
-    asked, error = (rms_by_band(each, run["time"].values, mask, (0.0, to_hz, math.inf)).tolist() for each in signals)
-    return SetpointSplit(
-        to_hz=to_hz,
-        asked_below_n=asked[0],
-        asked_above_n=asked[1],
-        rms_error_below_n=error[0],
-        rms_error_above_n=error[1],
-    )

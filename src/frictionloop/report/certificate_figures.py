@@ -208,7 +208,7 @@ def crowd(found: People) -> Figure:
 DRAWINGS: dict[str, dict[str, Callable[[Curves], Figure]]] = {
     "weights": {"force_n": _weights},
     "hits": {"decay": _hit, "poles": _poles, "response": _response},
-    "response": {"response": _response, "poles": _poles},
+    "response": {"response": _response},
     "quiet": {"density": _density},
     "load": {"force_n": _weights},
     "slides": {"slides": _slides},
