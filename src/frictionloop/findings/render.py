@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from frictionloop.findings.finding import Finding
     from frictionloop.findings.result import Result
 
-WIDTH, LINES, WORST, GAP = 80, 24, 5, 2
-"""Columns and lines of an answer, its findings, and the space between columns."""
+WIDTH, LINES, WORST, GAP = 80, 23, 5, 2
+"""Columns and lines of an answer (a 24th says what was saved), its findings, and the space between columns."""
 Piece = tuple[str, str]
 """Text and its style, as rich names it."""
 Line = list[Piece]

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from frictionloop.analysis.stability import rings_if_linear
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import Strokes, System
+from frictionloop.parameters import Constant, Strokes, System
 from frictionloop.parameters.controller import Model
 from frictionloop.physics.reach import Reach
 from frictionloop.preview.arrivals import People, people
@@ -118,7 +119,7 @@ class Preview(Result):
         felt = ", ".join(f"{name} {_over(each)} x the threshold" for name, each in over.items())
         crowd = [] if self.people is None else [("between fingers", self.people.spread)]
         named = ("effect", f"{what}{height}, {self.speed_mm_s:g} mm/s")
-        return [named, self.arriving, ("felt, closed", felt), *crowd]
+        return [named, ("law", self.system.controller.kind), self.arriving, ("felt, closed", felt), *crowd]
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Return what is delivered open and closed loop, what limits it, and what other fingers are given."""
@@ -242,7 +243,11 @@ def preview(
         position_error_um=um,
         position_error_n=position_n,
         table_error_n=asked.table_error_n,
-        findings=(*findings_of(asked, ready), *_of_delivered(reached, closed_loop)),
+        findings=(
+            *_of_loop(ready, float(np.mean(wanted))),
+            *findings_of(asked, ready),
+            *_of_delivered(reached, closed_loop),
+        ),
     )
 
 
@@ -254,6 +259,13 @@ def findings_of(asked: StrokeForces, system: System) -> Iterator[Finding]:
     skin = skin_n_mm(system)
     if asked.steepest_n_mm > skin:
         yield Finding("EFFECT-STEEP", value=asked.steepest_n_mm, unit="N/mm", limit=skin)
+
+
+def _of_loop(system: System, force_n: float) -> Iterator[Finding]:
+    """Yield that the loop rings at the mean force of the effect."""
+    ringing = rings_if_linear(system.evolve({"setpoint": Constant(offset_n=force_n)}))
+    if ringing is not None and ringing.finding is not None:
+        yield ringing.finding
 
 
 def _of_delivered(reached: float, closed: Delivered) -> Iterator[Finding]:
