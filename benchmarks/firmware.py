@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import frictionloop as fl
-from frictionloop.firmware.compiled import host_library, host_words, quantised_start
+from frictionloop.firmware.compiled_core import host_library, host_words, quantised_start
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
 

@@ -231,7 +231,7 @@ MUTATIONS = [
     ),
     Mutation(
         "t of n in intervals of groups",
-        SRC + "experiments/summary.py",
+        SRC + "experiments/study_summary.py",
         "COVERAGE, n - 1)",
         "COVERAGE, n)",
         "experiments/test_report.py",

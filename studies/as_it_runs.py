@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.analysis.linear import linearise
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.entrants import designed
 from frictionloop.design.loop_gains import loop_gain
 from frictionloop.design.plants import detuned
@@ -36,9 +36,9 @@ SEED = 5
 
 def residual_n(system: System, people: Sequence[Mapping[str, Any]], tasks: Sequence[str]) -> np.ndarray:
     """Return each finger's rms of the error over some tasks."""
-    points = [{**each, "setpoint": protocol.setpoint_of(task)} for task in tasks for each in people]
-    kept = {"score_from_s": protocol.START_S, "progress": False}
-    found = sweep(system, points, protocol.DURATION_S, [SEED], ["rms_error"], **kept)  # type: ignore[arg-type]
+    points = [{**each, "setpoint": trial_protocol.setpoint_of(task)} for task in tasks for each in people]
+    kept = {"score_from_s": trial_protocol.START_S, "progress": False}
+    found = sweep(system, points, trial_protocol.DURATION_S, [SEED], ["rms_error"], **kept)  # type: ignore[arg-type]
     return np.sqrt(np.mean(found["rms_error"].values.reshape(len(tasks), -1) ** 2, axis=0))
 
 
@@ -46,7 +46,7 @@ def peaks(system: System, finger: Mapping[str, Any]) -> np.ndarray:
     """Return the worst Ms of a finger, by `SHIFTS`."""
     found, there = [np.ones(len(SHIFTS))], system.evolve(dict(finger))
     for force in FORCES_N:
-        for occluded in (0.0, -math.expm1(-protocol.DURATION_S / 20.0)):
+        for occluded in (0.0, -math.expm1(-trial_protocol.DURATION_S / 20.0)):
             with suppress(FrictionloopError):  # out of reach
                 loop = linearise(there, force_n=force, occluded=occluded)
                 moved = [replace(detuned(loop, 1.0 + off), known_law=loop.law) for off in SHIFTS]
@@ -66,7 +66,8 @@ def main(count: int = 1000, margins: int = 20) -> None:
                 gains = [-np.nan_to_num(loop_gain(system.evolve(dict(each)))) for each in there.people]
                 most = [there.people[k] for k in np.argsort(gains)[:margins]]
                 sines, holds = (
-                    1e3 * residual_n(system, there.people, each) for each in (protocol.SINES, protocol.HOLDS)
+                    1e3 * residual_n(system, there.people, each)
+                    for each in (trial_protocol.SINES, trial_protocol.HOLDS)
                 )
                 ms = np.array([peaks(system, each) for each in most])
                 largest = ms.max(axis=0)

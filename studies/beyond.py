@@ -18,14 +18,14 @@ import xarray as xr
 
 from frictionloop.control.cost import worst_tick
 from frictionloop.design import comparison as rooms
-from frictionloop.design.comparison import margins, protocol
+from frictionloop.design.comparison import law_margins, trial_protocol
 from frictionloop.design.comparison.entrants import ENTRANTS, designed, on_device
-from frictionloop.design.comparison.margins import LEVEL_N, step_traces
+from frictionloop.design.comparison.law_margins import LEVEL_N, step_traces
 from frictionloop.design.requirements import Requirements
 from frictionloop.quantities.version import package_version
 from frictionloop.report import beyond
 from frictionloop.report.beyond import SPEED_MM_S
-from frictionloop.report.protocol import the_bench
+from frictionloop.report.paper_protocol import the_bench
 from studies.laws import over_oracle
 from studies.linear_reach import linear_reach_table
 from studies.oracle import STAND_IN, deciding
@@ -42,14 +42,19 @@ LAWS[beyond.ORACLE] = lambda _: STAND_IN
 CLOSE = beyond.LAWS[2:]
 """Laws whose steps are kept: open loop and printed gains do not come to the set-point."""
 SHOWN = (
-    *("residual_rms_n", "hold_rms_n", "r2_identity", *(f"r2_identity_{level:g}_n" for level in protocol.LEVELS_N)),
+    *(
+        "residual_rms_n",
+        "hold_rms_n",
+        "r2_identity",
+        *(f"r2_identity_{level:g}_n" for level in trial_protocol.LEVELS_N),
+    ),
     *("fall_10_90_s", "rise_10_90_s", "relative_index", "over_oracle"),
 )
-LENGTHS_UM = protocol.lengths_of(the_bench())
+LENGTHS_UM = trial_protocol.lengths_of(the_bench())
 FOLDER = Path(beyond.__file__).parent / "stored"
 
 
-def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Dataset]:
+def race(duration_s: float = trial_protocol.DURATION_S) -> tuple[dict[str, Any], xr.Dataset]:
     """Run and score all laws; return what is kept of them, and the steps of the median finger."""
     with deciding():
         whole = rooms.run_laws(the_bench(), LAWS, rooms.SMALL, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
@@ -57,7 +62,7 @@ def race(duration_s: float = protocol.DURATION_S) -> tuple[dict[str, Any], xr.Da
     every = rooms.scores(whole)
     scored, rows = every.sel(speed_mm_s=SPEED_MM_S), rooms.score_rows(every) + over_oracle(every, beyond.ORACLE)
     some = scored["capable"].values
-    finger = protocol.median_finger(whole.people, some) or {}
+    finger = trial_protocol.median_finger(whole.people, some) or {}
     number = next(i for i, each in enumerate(whole.people) if each is finger)
     found: dict[str, Any] = {
         "command": beyond.COMMAND,
@@ -113,7 +118,7 @@ def _both(rows: list[dict[str, Any]], law: str, length_um: float, score: str) ->
 
 
 def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
-    stroked = the_bench().evolve({"motion.stroke_mm": protocol.stroke_mm(SPEED_MM_S)})
+    stroked = the_bench().evolve({"motion.stroke_mm": trial_protocol.stroke_mm(SPEED_MM_S)})
     found = linear_reach_table(stroked, [finger], [SPEED_MM_S], LENGTHS_UM, peaks=[PEAK])["bound_rms_n"]
     of_both = found.sel(measured="force and load", speed_mm_s=SPEED_MM_S, sensitivity_peak=PEAK, drop=True)
     return {f"{z:g}": _kept(of_both.sel(slip_length_um=z).item()) for z in LENGTHS_UM}
@@ -121,11 +126,11 @@ def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:
 
 def _peaks(whole: rooms.LawRuns, law: str, length_um: float) -> tuple[float, float]:
     """Return Ms with the resonance as the bench says, and the worst of that and of 10 % off; NaN without a loop."""
-    system = margins.median_system(whole, law, SPEED_MM_S, length_um)
+    system = law_margins.median_system(whole, law, SPEED_MM_S, length_um)
     if system is None:
         return math.nan, math.nan
     shifted = (on_device(system, factor) for factor in (1.0, 0.9, 1.1))
-    loops = [margins.loop_at(each, LEVEL_N, whole.middle_s) for each in shifted]
+    loops = [law_margins.loop_at(each, LEVEL_N, whole.middle_s) for each in shifted]
     found = [math.nan if loop is None else loop.margins().sensitivity_peak for loop in loops]
     return found[0], max(found)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.parameters import System, bench
 from frictionloop.physics.fingers import Fingers, fingers
 
-LENGTHS_UM = protocol.lengths_of(bench())
+LENGTHS_UM = trial_protocol.lengths_of(bench())
 
 LIMIT_OBSERVER = {
     "controller.kind": "limit_observer",
@@ -31,17 +31,19 @@ class Strokes(NamedTuple):
 
 
 def conditions(
-    count: int = 1000, seed: int = protocol.EVALUATION_SEED, speeds: Sequence[float] = protocol.SPEEDS_MM_S
+    count: int = 1000,
+    seed: int = trial_protocol.EVALUATION_SEED,
+    speeds: Sequence[float] = trial_protocol.SPEEDS_MM_S,
 ) -> Iterator[Strokes]:
     """Yield every speed, those of the comparison if no others are given, and slip length."""
-    people = protocol.without_lengths(fingers(count, seed))
+    people = trial_protocol.without_lengths(fingers(count, seed))
     for speed in speeds:
         for z in LENGTHS_UM:
             moving = {
                 "motion.speed_mm_s": speed,
                 "finger.slip_length_um": z,
-                "motion.stroke_mm": protocol.stroke_mm(speed),
+                "motion.stroke_mm": trial_protocol.stroke_mm(speed),
             }
             own = bench().evolve(moving)
-            able = Fingers(people[i] for i in protocol.able(own, people, speed).nonzero()[0])
+            able = Fingers(people[i] for i in trial_protocol.able(own, people, speed).nonzero()[0])
             yield Strokes(f"{speed:g} mm/s, {z:g} um", own, able)

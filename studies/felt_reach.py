@@ -16,7 +16,7 @@ from joblib import Parallel, delayed
 from scipy.signal import sosfreqz
 
 from frictionloop.analysis.state_space import Array
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
 from studies.conditions import conditions
@@ -116,7 +116,7 @@ def main() -> None:
 def rows() -> Iterator[list[Any]]:
     """Yield what is kept of each speed and slip length."""
     for name, system, people in conditions():
-        found = felt_reach(system, people[:90], seed=protocol.EVALUATION_SEED)
+        found = felt_reach(system, people[:90], seed=trial_protocol.EVALUATION_SEED)
         weighed = [found.sel(weight=weight) for weight in WEIGHTS]
         cells = [(both(1e3 * one["rms_n"].values), both(one["relative_index"].values, 2)) for one in weighed]
         yield [*name.split(" mm/s, "), *(cell for pair in cells for cell in pair)]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
 from frictionloop.experiments.measured_finger import simulated_finger
@@ -58,7 +58,9 @@ def rows(count: int) -> Iterator[list[Any]]:
             for name, (gain, spread) in known.items():
                 people = there.people if spread is None else told(there.system, there.people, spread)
                 system = there.system.evolve(dict(laws[law, gain]))
-                errors = (1e3 * residual_n(system, people, each) for each in (protocol.SINES, protocol.HOLDS))
+                errors = (
+                    1e3 * residual_n(system, people, each) for each in (trial_protocol.SINES, trial_protocol.HOLDS)
+                )
                 yield [there.name, law, name, f"{gain:g}", len(people), *map(both, errors)]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 import frictionloop as fl
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import Constant, Steps, System, bench
@@ -131,7 +131,7 @@ def campaign(
     drawn = fingers(5 * people, FRESH_SEED)
     for k, (history, stroke) in enumerate(histories(count, seed)):
         system = bench().evolve({**stroke, **LIMIT_OBSERVER, **own})
-        able = protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
+        able = trial_protocol.able(system, drawn, stroke["motion.speed_mm_s"]).nonzero()[0][:people]
         points = [scaled(system, drawn[i], factors) for i in able]
         found += [each._replace(case={**each.case, **stroke}) for each in ringing(system, points, history, k)]
         found.sort(key=lambda each: -each.excess)

@@ -16,7 +16,7 @@ from typing import Any
 import xarray as xr
 
 from frictionloop.design import comparison as rooms
-from frictionloop.design.comparison.margins import Row
+from frictionloop.design.comparison.law_margins import Row
 from frictionloop.parameters import bench
 from frictionloop.quantities.version import package_version
 from studies.oracle import deciding

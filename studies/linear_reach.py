@@ -20,7 +20,7 @@ from frictionloop.analysis.limits import stubborn
 from frictionloop.analysis.operating import law_at
 from frictionloop.analysis.state_space import Array
 from frictionloop.analysis.waterbed import waterbed_bound
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
 from frictionloop.sensing.force_sensor import noise_coefficients
@@ -201,7 +201,7 @@ def main() -> None:
 def rows() -> Iterator[list[Any]]:
     """Yield what is kept of each speed and slip length."""
     for name, system, people in conditions():
-        both_known = linear_reach(system, people, seed=protocol.EVALUATION_SEED, measured=["force and load"])
+        both_known = linear_reach(system, people, seed=trial_protocol.EVALUATION_SEED, measured=["force and load"])
         found = both_known.squeeze("measured")
         cells = [both(1e3 * found[variable].sel(sensitivity_peak=peak).values) for _, variable, peak in COLUMNS]
         yield [*name.removesuffix(" um").split(" mm/s, "), len(people), *cells]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.synthesis import synthesised
 from frictionloop.loop.sweep import sweep
@@ -31,15 +31,15 @@ METRICS = ["turn_peak", "rms_error", "rms_error_turns", "feedback_share"]
 
 def rows(count: int) -> Iterator[list[Any]]:
     """Yield a row for each speed, law and way of feedback."""
-    people = fingers(count, protocol.EVALUATION_SEED)
+    people = fingers(count, trial_protocol.EVALUATION_SEED)
     laws = {"pi": {"controller.kind": "pi", **RETUNED}}
     laws |= {
         law: dict(synthesised(bench(), law, Requirements())[0].overrides) for law in ("notch_pi", "limit_observer")
     }
     for speed in SPEEDS_MM_S:
-        stroke_mm = max(protocol.stroke_mm(speed), 20.0)
+        stroke_mm = max(trial_protocol.stroke_mm(speed), 20.0)
         there = bench().evolve({"motion.speed_mm_s": speed, "motion.stroke_mm": stroke_mm})
-        able = np.ones(count, bool) if speed <= SLOW_MM_S else protocol.able(there, people, speed)
+        able = np.ones(count, bool) if speed <= SLOW_MM_S else trial_protocol.able(there, people, speed)
         some = Fingers(people[i] for i in able.nonzero()[0])
         for law, overrides in laws.items():
             for name, way in WAYS.items():

@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.design import comparison as rooms
-from frictionloop.design.comparison import protocol
-from frictionloop.design.comparison.protocol import Condition
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.scores import spread
+from frictionloop.design.comparison.trial_protocol import Condition
 from frictionloop.parameters import bench
 from studies.causes import CAUSES
 from studies.kept import keep
@@ -26,7 +26,7 @@ from studies.residual_bands import residual_bands
 
 MOST, FEW = 100, 20
 """Fingers that are split by cause at most, and by frequency, which takes traces."""
-TASK = protocol.SINES[1]
+TASK = trial_protocol.SINES[1]
 """What they do: the sine in the middle."""
 Row = dict[str, Any]
 
@@ -38,7 +38,7 @@ def reasons(comparison: rooms.LawRuns, laws: Iterable[str], *, n_jobs: int | Non
     the first 20. A cause that cannot be taken away under one law has NaN there.
     """
     asked, speeds = list(laws), list(comparison.speeds_mm_s)
-    lengths = protocol.lengths_of(comparison.system)
+    lengths = trial_protocol.lengths_of(comparison.system)
     cells = itertools.product(asked, speeds, lengths)
     parts = [_split(comparison, *cell, n_jobs) for cell in cells]
     everyone = sorted({i for part in parts for i in part["finger"].values.tolist()})
@@ -55,12 +55,12 @@ def reasons(comparison: rooms.LawRuns, laws: Iterable[str], *, n_jobs: int | Non
 
 
 def _split(comparison: rooms.LawRuns, law: str, speed: float, length_um: float, n_jobs: int | None) -> xr.Dataset:
-    some = np.flatnonzero(protocol.able(comparison.system, comparison.people, speed, comparison.duration_s))
+    some = np.flatnonzero(trial_protocol.able(comparison.system, comparison.people, speed, comparison.duration_s))
     numbers = (some if some.size else np.arange(len(comparison.people)))[:MOST]
     people = [comparison.people[i] for i in numbers]
     at = Condition(speed, length_um, TASK)
-    bench = comparison.system.evolve({**protocol.overrides_of(at, comparison.duration_s), **comparison.laws[law]})
-    seed, start_s = protocol.noise_seed(comparison.seed, TASK), comparison.start_s
+    bench = comparison.system.evolve({**trial_protocol.overrides_of(at, comparison.duration_s), **comparison.laws[law]})
+    seed, start_s = trial_protocol.noise_seed(comparison.seed, TASK), comparison.start_s
     options: dict[str, Any] = {"score_from_s": start_s, "n_jobs": n_jobs, "progress": False}
     found = residual_by_cause(bench, people, comparison.duration_s, [seed], **options)
     bands = residual_bands(bench, people[:FEW], comparison.duration_s, seed, score_from_s=start_s)

@@ -6,7 +6,7 @@ import frictionloop as fl
 from frictionloop.analysis.limits import headroom
 from frictionloop.report.beyond import NOTCH, RETUNED_GAINS, stored
 from frictionloop.report.claims.device import capable_share
-from frictionloop.report.protocol import SCORED_S
+from frictionloop.report.paper_protocol import SCORED_S
 
 
 def numbers() -> dict[str, str]:

@@ -189,7 +189,7 @@ def _paths(system: fl.System) -> list[str]:
 
 def arrivals() -> str:
     """Return the table of the stored study of effects: a row for each effect, a column for each law."""
-    from frictionloop.report.arrivals import rows, stored
+    from frictionloop.report.effect_arrivals import rows, stored
 
     heads, *cells = rows(stored())
     return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *cells))
@@ -197,6 +197,6 @@ def arrivals() -> str:
 
 def arrivals_sentence() -> str:
     """Return the first number of that study in one sentence."""
-    from frictionloop.report.arrivals import stored
+    from frictionloop.report.effect_arrivals import stored
 
     return stored().sentence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from frictionloop.report.arrivals import SPEEDS_MM_S, stored
+from frictionloop.report.effect_arrivals import SPEEDS_MM_S, stored
 from studies.arrivals import FINGERS, run
 
 

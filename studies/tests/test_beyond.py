@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from frictionloop.design.comparison import EVALUATION_SEED, SMALL, margins, protocol
+from frictionloop.design.comparison import EVALUATION_SEED, SMALL, law_margins, trial_protocol
 from frictionloop.report.beyond import NOTCH, ORACLE, PRINTED, stored
-from frictionloop.report.protocol import the_bench
+from frictionloop.report.paper_protocol import the_bench
 from studies import beyond
 from studies.beyond import LAWS, SPEED_MM_S, race
 
@@ -18,15 +18,15 @@ GAINS = [f"controller.{name}" for name in ("kp", "ki", "notch_hz", "notch_depth"
 @pytest.fixture(scope="module")
 def finger():
     """The median of the capable fingers of the section, with the resonance that the bench says."""
-    people = protocol.population(the_bench(), SMALL, EVALUATION_SEED)
-    found = protocol.median_finger(people, protocol.able(the_bench(), people, SPEED_MM_S))
+    people = trial_protocol.population(the_bench(), SMALL, EVALUATION_SEED)
+    found = trial_protocol.median_finger(people, trial_protocol.able(the_bench(), people, SPEED_MM_S))
     return {path: value for path, value in found.items() if path != "sensor.resonance_hz"}
 
 
 def peak(finger, length_um, level_n, changes):
-    at = protocol.Condition(SPEED_MM_S, length_um, protocol.SINES[1])
-    system = the_bench().evolve({**protocol.overrides_of(at), **finger, **changes})
-    found = margins.loop_at(system, level_n, 0.5 * (protocol.START_S + protocol.DURATION_S)).margins()
+    at = trial_protocol.Condition(SPEED_MM_S, length_um, trial_protocol.SINES[1])
+    system = the_bench().evolve({**trial_protocol.overrides_of(at), **finger, **changes})
+    found = law_margins.loop_at(system, level_n, 0.5 * (trial_protocol.START_S + trial_protocol.DURATION_S)).margins()
     assert found.stable == math.isfinite(found.sensitivity_peak)
     return found.sensitivity_peak
 
@@ -37,7 +37,7 @@ def notch():
 
 
 @pytest.mark.parametrize("length_um", [30.0, 0.0])
-@pytest.mark.parametrize("level_n", protocol.LEVELS_N)
+@pytest.mark.parametrize("level_n", trial_protocol.LEVELS_N)
 def test_the_notch_is_stable_around_its_levels(finger, notch, length_um, level_n):
     """Ms at most 2, its usual bound and that of the section's limit."""
     assert peak(finger, length_um, level_n, notch) <= 2.0

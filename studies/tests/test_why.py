@@ -7,7 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.design import comparison as rooms
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from studies.why import reason_rows, reasons
 
 
@@ -18,7 +18,7 @@ def ran():
 
 def test_reasons_are_those_of_the_fingers_that_are_scored(ran):
     found = reasons(ran, ["retuned_pi"])
-    able = np.flatnonzero(protocol.able(ran.system, ran.people, 20.0, ran.duration_s))
+    able = np.flatnonzero(trial_protocol.able(ran.system, ran.people, 20.0, ran.duration_s))
     numbers = (able if able.size else np.arange(len(ran.people))).tolist()
     assert found["finger"].values.tolist() == numbers
     cell = ran.cells["rms_error"].sel(law="retuned_pi", speed_mm_s=20.0, task="sine 0.6", finger=numbers)

@@ -25,10 +25,10 @@ from frictionloop.report.claims import (
     within,
 )
 from frictionloop.report.claims.claim import FILLED, Told, having, lacking, texts
-from frictionloop.report.numbers import shown
+from frictionloop.report.number_text import shown
+from frictionloop.report.other_fingers import LOOKUPS
 from frictionloop.report.page import claims_json
-from frictionloop.report.people import LOOKUPS
-from frictionloop.report.protocol import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
+from frictionloop.report.paper_protocol import CLOSED, IDEAL, PRINTED, RETUNED_GAINS
 from frictionloop.report.reproduction import Reproduction
 from frictionloop.report.results import HALF, Results
 from frictionloop.report.step_response import PRINTED_MS

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.stats import linregress
 
 import frictionloop as fl
-from frictionloop.report import protocol
-from frictionloop.report.people import LOOKUPS, WITHOUT, lookup, stronger, the_finger
-from frictionloop.report.protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report import paper_protocol
+from frictionloop.report.other_fingers import LOOKUPS, WITHOUT, lookup, stronger, the_finger
+from frictionloop.report.paper_protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.step_response import (
     overshoot,
     skin_limit_ms,
@@ -35,17 +35,17 @@ def stepped(response, strokes=2):
     model = fl.bench().controller.model
     u = model.nominal_n * np.exp(-model.susceptibility_per_um2 * (2.5 - f) ** 2)  # the table commands a = 2.5 - f
     run = xr.Dataset({name: ("time", values) for name, values in {"f_r": r, "f_a": f, "u": u}.items()}, {"time": time})
-    run.attrs["system"] = fl.bench().evolve({"setpoint": protocol.steps()}).model_dump_json()
+    run.attrs["system"] = fl.bench().evolve({"setpoint": paper_protocol.steps()}).model_dump_json()
     return xr.concat([run] * strokes, "stroke")
 
 
 def test_the_finger_is_the_capable_one_nearest_to_the_median():
-    people = protocol.population()
+    people = paper_protocol.population()
     able = fl.capable(people, 0.3, 0.9, contact_s=10.0)["capable"].values
     f0 = np.log([each["friction.nominal_n"] for each in people])
     tau = np.log([each["friction.susceptibility_per_um2"] for each in people])
     apart = np.hypot((f0 - np.median(f0)) / f0.std(), (tau - np.median(tau)) / tau.std())
-    number = protocol.chosen(people)
+    number = paper_protocol.chosen(people)
     assert able[number] and apart[number] == apart[able].min()
     assert dict(the_finger()) == people[number]
 
@@ -55,7 +55,7 @@ def test_the_finger_is_the_capable_one_nearest_to_the_median():
 def test_a_finger_that_starts_moist_follows_the_same_law(w0, later, ratio, loss):
     changes = {"friction.occlusion_ratio": ratio, "friction.moist_loss": loss}
     dry = fl.bench().evolve(changes).friction
-    wet = protocol.occluded(fl.bench().evolve(changes), w0).friction
+    wet = paper_protocol.occluded(fl.bench().evolve(changes), w0).friction
     w = w0 + (1 - w0) * later
     assert wet.nominal_n * (1 + (wet.occlusion_ratio - 1) * later) == pytest.approx(
         dry.nominal_n * (1 + (dry.occlusion_ratio - 1) * w)
@@ -66,31 +66,31 @@ def test_a_finger_that_starts_moist_follows_the_same_law(w0, later, ratio, loss)
 
 
 def test_occlusion_between_strokes_is_what_a_finger_that_lifts_has():
-    system = protocol.finger_system(the_finger())
-    found = protocol.occlusion_at_starts(system)
+    system = paper_protocol.finger_system(the_finger())
+    found = paper_protocol.occlusion_at_starts(system)
     w, dt = 0.0, 1e-3
-    for k in range(round(4 * protocol.EVERY_S / dt)):
-        if k % round(protocol.EVERY_S / dt) == 0:
-            assert w == pytest.approx(found[k // round(protocol.EVERY_S / dt)], abs=1e-4)
-        touching = k % round(protocol.EVERY_S / dt) < protocol.STROKE_S / dt
+    for k in range(round(4 * paper_protocol.EVERY_S / dt)):
+        if k % round(paper_protocol.EVERY_S / dt) == 0:
+            assert w == pytest.approx(found[k // round(paper_protocol.EVERY_S / dt)], abs=1e-4)
+        touching = k % round(paper_protocol.EVERY_S / dt) < paper_protocol.STROKE_S / dt
         w += dt * ((1 - w) / system.friction.occlusion_s if touching else -w / system.friction.drying_s)
-    assert len(found) == len(protocol.LOADS)
+    assert len(found) == len(paper_protocol.LOADS)
 
 
 def test_strokes_stay_on_the_plate_and_slide_all_the_time():
-    system = protocol.strokes(protocol.finger_system(the_finger()))[0]
-    run = fl.simulate(system, protocol.STROKE_S)
-    scored = run.sel(time=slice(protocol.START_S, None))
+    system = paper_protocol.strokes(paper_protocol.finger_system(the_finger()))[0]
+    run = fl.simulate(system, paper_protocol.STROKE_S)
+    scored = run.sel(time=slice(paper_protocol.START_S, None))
     assert np.ptp(run["position"].values) < 0.255 and bool(scored["scored"].all())
     assert float(scored["speed"].mean()) == pytest.approx(0.02, rel=0.02)
 
 
 def test_strokes_differ_in_load_moisture_and_seed():
-    strokes = protocol.strokes(protocol.finger_system(the_finger()))
+    strokes = paper_protocol.strokes(paper_protocol.finger_system(the_finger()))
     assert len({stroke.motion.load_n for stroke in strokes}) == len({s.friction.nominal_n for s in strokes}) == 5
-    assert np.prod(protocol.LOADS) == pytest.approx(1.0, abs=0.02)
-    assert np.std(np.log(protocol.LOADS), ddof=1) == pytest.approx(0.15, abs=0.01)
-    assert len({protocol.seed_of(i, j) for i in range(3) for j in range(5)}) == 15
+    assert np.prod(paper_protocol.LOADS) == pytest.approx(1.0, abs=0.02)
+    assert np.std(np.log(paper_protocol.LOADS), ddof=1) == pytest.approx(0.15, abs=0.01)
+    assert len({paper_protocol.seed_of(i, j) for i in range(3) for j in range(5)}) == 15
 
 
 def test_the_open_loop_is_the_lookup_table():
@@ -124,7 +124,7 @@ def test_controllers_are_what_they_are_called():
 
 def test_the_fitted_table_is_exact_for_the_finger_just_landed():
     finger = the_finger()
-    system = protocol.finger_system(finger).evolve(lookup(LOOKUPS[2], finger))
+    system = paper_protocol.finger_system(finger).evolve(lookup(LOOKUPS[2], finger))
     low_n, high_n = fl.capable([finger])["lowest_n"].item(), fl.capable([finger])["highest_n"].item()
     assert system.controller.model.nominal_n == pytest.approx(high_n, rel=1e-3)
     assert system.controller.model.floor_n == pytest.approx(low_n, rel=1e-3)
@@ -158,7 +158,7 @@ def test_the_fit_is_that_of_scipy():
 def test_the_pooled_r2_of_an_error_within_one_sine():
     """The identity that the page uses: an error of 25 mN rms is 0.98 over three levels and 0.87 within one."""
     time = np.arange(5000) / 5000
-    r = np.stack([level + 0.1 * np.sin(2 * np.pi * time) for level in protocol.LEVELS_N])
+    r = np.stack([level + 0.1 * np.sin(2 * np.pi * time) for level in paper_protocol.LEVELS_N])
     f = r + 0.025 * np.sqrt(2) * np.cos(2 * np.pi * 7 * time)
     every = {"f_r": r, "f_a": f, "scored": np.ones(r.shape, bool)}
     runs = xr.Dataset({name: (("level", "time"), values) for name, values in every.items()})
@@ -230,7 +230,7 @@ def test_the_bench_runs_are_complete(results):
         assert dict(runs.sizes) == {"level": 3, "stroke": 5, "time": 50_000}
         assert all(np.isfinite(runs[name].values).all() for name in runs.data_vars)
     for people in results.people.values():
-        assert people.sizes["finger"] == protocol.POPULATION and 0 < int(people["capable"].sum()) < 26
+        assert people.sizes["finger"] == paper_protocol.POPULATION and 0 < int(people["capable"].sum()) < 26
 
 
 def test_every_controller_gets_the_same_set_point(results):

@@ -18,15 +18,15 @@ from frictionloop.parameters import RETUNED, bench
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.version import cited_version
 from frictionloop.report import page as built
-from frictionloop.report import protocol
+from frictionloop.report import paper_protocol
 from frictionloop.report.claims import Group, others, statements, within
+from frictionloop.report.gain_stability import asked_for
+from frictionloop.report.other_fingers import the_finger
 from frictionloop.report.page import Drawn, maths, render
 from frictionloop.report.paper_figures import FIGURES
-from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS
+from frictionloop.report.paper_protocol import CONTROLLERS, IDEAL, RETUNED_GAINS
 from frictionloop.report.reproduction import reproduce
 from frictionloop.report.results import FIELDS, Results, parts
-from frictionloop.report.stability import asked_for
 from frictionloop.report.tolerances import RULES
 
 pytestmark = pytest.mark.slow  # all statements of the paper are computed for the page
@@ -155,7 +155,7 @@ def test_the_first_part_says_where_the_gains_are_stable_and_what_a_check_asks_be
     text = " ".join(render(results, claims, dict.fromkeys(FIGURES, EMPTY)).split())
     found = results.checked
     # They are found for Ms 1.5 on the bench, whose slip length is shorter: a longer one takes gain at the resonance.
-    assert protocol.the_bench().finger.slip_length_um > bench().finger.slip_length_um
+    assert paper_protocol.the_bench().finger.slip_length_um > bench().finger.slip_length_um
     at_bench = linearise(bench().evolve(RETUNED), force_n=0.5).margins().sensitivity_peak
     assert at_bench == pytest.approx(1.5, abs=0.005) and 1.0 < found.sensitivity_peak < at_bench
     assert found.places.held < found.places.places
@@ -177,7 +177,7 @@ def test_how_friction_of_the_finger_goes_with_speed_is_told(results, claims):
 
 
 def test_an_ideal_sensors_loop_is_stable_from_the_force_on_that_is_told(results):
-    system = protocol.finger_system(the_finger()).evolve(CONTROLLERS[IDEAL])
+    system = paper_protocol.finger_system(the_finger()).evolve(CONTROLLERS[IDEAL])
     at = {force_n: linearise(system, force_n=force_n).is_stable() for force_n in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)}
     assert results.checked.ideal_from_n == min(f for f in at if all(at[g] for g in at if g >= f)) > 0.3
 

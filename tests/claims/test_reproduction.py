@@ -11,11 +11,11 @@ import frictionloop as fl
 from frictionloop.analysis.operating import reach_at
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report import closed_loop, protocol, reproduction
+from frictionloop.report import closed_loop, paper_protocol, reproduction
+from frictionloop.report.gain_stability import asked_for, places_of, stability
+from frictionloop.report.other_fingers import the_finger
 from frictionloop.report.paper_figures import FIGURES
-from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import CONTROLLERS, OPEN, PRINTED, RETUNED_GAINS
-from frictionloop.report.stability import asked_for, places_of, stability
+from frictionloop.report.paper_protocol import CONTROLLERS, OPEN, PRINTED, RETUNED_GAINS
 
 
 @pytest.fixture
@@ -71,8 +71,8 @@ def test_bench_and_finger_of_fig_5a_are_a_file_that_other_verbs_take(tmp_path):
     assert there.friction.nominal_n == the_finger()["friction.nominal_n"]
     assert (there.setpoint.offset_n, there.setpoint.amplitude_n) == (0.6, 0.3)
     assert (there.controller.kp, there.controller.ki) == tuple(fl.RETUNED.values())
-    moist = occlusion_after(there.friction, there.motion.contact_s, there.motion.lifted_s, len(protocol.LOADS))
-    assert moist == pytest.approx(protocol.occlusion_at_end(there))
+    moist = occlusion_after(there.friction, there.motion.contact_s, there.motion.lifted_s, len(paper_protocol.LOADS))
+    assert moist == pytest.approx(paper_protocol.occlusion_at_end(there))
     by_hand, here = fl.design.check(asked_for(fl.RETUNED)), fl.design.check(there)
     assert places_of(here) == places_of(by_hand) and places_of(here).held < places_of(here).places
     assert fl.design.check(there.evolve({"controller.kp": 0.0, **by_hand.would_hold})).holds_everywhere
@@ -98,10 +98,10 @@ def test_a_panel_says_how_stable_its_loop_is(peak, moist, from_n, said):
 
 
 def test_a_moist_finger_is_looked_at_where_it_can_be_given_the_force():
-    system = protocol.finger_system(the_finger()).evolve(fl.RETUNED)
-    w = protocol.occlusion_at_end(system)
-    dry = protocol.occlusion_at_starts(system)[-1]
-    assert 1.0 - w == pytest.approx((1.0 - dry) * np.exp(-protocol.STROKE_S / system.friction.occlusion_s))
+    system = paper_protocol.finger_system(the_finger()).evolve(fl.RETUNED)
+    w = paper_protocol.occlusion_at_end(system)
+    dry = paper_protocol.occlusion_at_starts(system)[-1]
+    assert 1.0 - w == pytest.approx((1.0 - dry) * np.exp(-paper_protocol.STROKE_S / system.friction.occlusion_s))
     low_n, _ = reach_at(system, w)
     assert low_n > 0.3 < 0.4
     forces_n = [low_n, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]  # 0.3 N is out of reach then, the sine passes what is not
@@ -111,7 +111,7 @@ def test_a_moist_finger_is_looked_at_where_it_can_be_given_the_force():
 
 def test_a_weaker_plate_leaves_forces_out_and_makes_no_loop_calmer():
     """At one force and just landed a linear loop does not know the largest amplitude."""
-    finger = protocol.finger_system(the_finger())
+    finger = paper_protocol.finger_system(the_finger())
     weak = {"plate.max_amplitude_um": 1.8, "controller.model.max_amplitude_um": 1.8}
     printed = finger.evolve(CONTROLLERS[PRINTED] | weak)
     assert stability(printed).sensitivity_peak == np.inf and stability(printed).stable_from_n is None

@@ -5,7 +5,7 @@ from pathlib import Path
 from frictionloop.cli.experiment import _range
 from frictionloop.experiments.protocol import read_protocol
 from frictionloop.experiments.study import unfitted
-from frictionloop.experiments.summary import fits
+from frictionloop.experiments.study_summary import fits
 from frictionloop.experiments.trials import COLUMNS
 
 

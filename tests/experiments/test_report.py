@@ -10,7 +10,7 @@ from scipy.stats import chi2, norm, ttest_1samp, weibull_min
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_protocol, run, session_export
 from frictionloop.experiments.psychometric import fit, probability
-from frictionloop.experiments.summary import convergence, fits, funnel, groups, pooled
+from frictionloop.experiments.study_summary import convergence, fits, funnel, groups, pooled
 from frictionloop.quantities import FrictionloopError
 
 PLAN = Protocol(

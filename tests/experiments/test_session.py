@@ -12,7 +12,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.experiments import Protocol, folder
 from frictionloop.experiments.folder import read_trials
-from frictionloop.experiments.running import resume, run
+from frictionloop.experiments.session_run import resume, run
 from frictionloop.quantities import FrictionloopError
 
 STAIRCASE = Protocol(
@@ -81,7 +81,7 @@ def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
     header = expected.splitlines(keepends=True)[0]
     rng, kills = np.random.default_rng(1), 0
     made = multiprocessing.get_context("forkserver")  # a process that imported all it needs is copied for each
-    made.set_forkserver_preload(["frictionloop.experiments.running"])
+    made.set_forkserver_preload(["frictionloop.experiments.session_run"])
     (path / "trials.tsv").write_text(header)
     before = header
     while kills < 50:

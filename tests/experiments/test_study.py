@@ -17,12 +17,12 @@ from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.planning import check
 from frictionloop.experiments.protocol import bundled, to_toml
 from frictionloop.experiments.psychometric import fit, probability
-from frictionloop.experiments.running import run
 from frictionloop.experiments.sequence import TrialOrder, latin_square
+from frictionloop.experiments.session_run import run
 from frictionloop.experiments.study import STUDY, simulate_trials, study_of, study_system
-from frictionloop.experiments.summary import fits, funnel, groups
+from frictionloop.experiments.study_summary import fits, funnel, groups
 from frictionloop.experiments.trials import number_of
-from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report.study_page import page
 

@@ -11,7 +11,7 @@ from scipy.stats import binom, norm
 from frictionloop.experiments import read_protocol
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
 from frictionloop.experiments.study import simulate_trials
-from frictionloop.experiments.summary import fits
+from frictionloop.experiments.study_summary import fits
 from frictionloop.perception import force_threshold_n
 from frictionloop.physics.fingers import fingers
 

@@ -12,7 +12,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.device.bench_boards import Drive, HostBoard, Sample
 from frictionloop.device.codec import Decoder, Message, encode
-from frictionloop.firmware.compiled import host_library
+from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image import Image, build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.device.bench_boards import Sample
-from frictionloop.firmware.compiled import host_library
+from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.effect_tables import STEP, TOLERANCE_N, effect_tables
 from frictionloop.quantities.schema import schema
 from frictionloop.rendering.library import LIBRARY

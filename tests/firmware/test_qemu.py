@@ -9,7 +9,7 @@ import pytest
 
 from frictionloop.device.codec import Decoder
 from frictionloop.firmware.built_in import revision_here
-from frictionloop.firmware.compiled import declarations
+from frictionloop.firmware.compiled_core import declarations
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.image_files import loaded, symbol_bytes
 from frictionloop.quantities.schema import firmware_folder, schema

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cffi import FFI
 
-from frictionloop.firmware.compiled import host_sources
+from frictionloop.firmware.compiled_core import host_sources
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.parameters import Board, Touch
 from frictionloop.sensing.touch import TouchState, touch_coefficients, touch_step

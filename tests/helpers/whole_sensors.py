@@ -10,7 +10,7 @@ import numpy as np
 
 import frictionloop as fl
 from frictionloop.device.bench_boards import ENDS
-from frictionloop.firmware.compiled import host_sources
+from frictionloop.firmware.compiled_core import host_sources
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.parameter_words import n_per_count
 from frictionloop.parameters.presets import RETUNED

@@ -10,7 +10,7 @@ from numba import njit
 
 import frictionloop as fl
 from frictionloop.control.laws import law_of
-from frictionloop.firmware.compiled import host_library, host_words, quantised_start, state_places
+from frictionloop.firmware.compiled_core import host_library, host_words, quantised_start, state_places
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.quantities import trees
 from frictionloop.sensing.measurement import Measurement

@@ -9,7 +9,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.lookup import overdrive_gains, overdrive_step
-from frictionloop.firmware.compiled import CELLS, host_library
+from frictionloop.firmware.compiled_core import CELLS, host_library
 from frictionloop.quantities.schema import parameter_words
 
 ONE = 2.0**28

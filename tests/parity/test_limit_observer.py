@@ -8,7 +8,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.limit_observer import LimitObserverController, limit_observer_gains
 from frictionloop.control.limit_step import LimitState
-from frictionloop.firmware.compiled import state_places
+from frictionloop.firmware.compiled_core import state_places
 
 MODEL = fl.bench().controller.model
 CONTROLLERS = {

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware.compiled import host_library, host_sources
+from frictionloop.firmware.compiled_core import host_library, host_sources
 from frictionloop.firmware.compiler import FLAGS, zig
 from frictionloop.quantities.schema import parameter_words, word_count
 

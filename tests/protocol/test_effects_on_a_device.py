@@ -26,7 +26,7 @@ def device():
 
 def test_an_effect_is_asked_for_where_the_finger_is(device):
     run = device.run(RAMP, 0.6)
-    wanted = RAMP.asked(R.Touch(x_mm=1e3 * run.position.values))
+    wanted = RAMP.force_of(R.Touch(x_mm=1e3 * run.position.values))
     np.testing.assert_allclose(run.f_r.values[100:], wanted[100:], atol=2e-3)  # 0.4 mm of noise and lead
     assert np.ptp(run.f_r.values) > 0.02
     assert run.attrs["setpoint_error_n"] < 1e-4

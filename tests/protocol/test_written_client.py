@@ -13,7 +13,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.laws import NUMBERED
-from frictionloop.firmware.compiled import quantised_gains, quantised_start, state_places
+from frictionloop.firmware.compiled_core import quantised_gains, quantised_start, state_places
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities.schema import schema, schema_path, table_hash, word_count
 

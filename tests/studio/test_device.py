@@ -28,7 +28,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import schema
 from frictionloop.studio.commands import obey
 from frictionloop.studio.connections import Guest
-from frictionloop.studio.numbers import numbers_of
+from frictionloop.studio.live_numbers import numbers_of
 from frictionloop.studio.room import Room
 
 SYSTEM = fl.bench().evolve(LAW | {"setpoint": {"kind": "effect"}})

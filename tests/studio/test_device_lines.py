@@ -87,7 +87,7 @@ def test_a_board_is_driven_and_changed_while_its_samples_go_on(way, tmp_path):
         pass_until(room, guest, lambda: abs(session.last(0.01)[ROW["asked_n"], -1] - 0.45) < 1e-3)
         samples(500)
         assert np.ptp(session.last(0.05)[ROW["asked_n"]]) < 1e-3
-        assert (engine.told()["fault"], engine.refused, engine.told()["lost"]) == ("", [], 0)
+        assert (engine.device_status()["fault"], engine.refused, engine.device_status()["lost"]) == ("", [], 0)
         obey(room, guest, {"do": "stop"})
         pass_until(room, guest, lambda: state() == "idle")
 

@@ -12,7 +12,7 @@ from studio_pages import opened, seen, until
 
 import frictionloop as fl
 from frictionloop.live.session import Session
-from frictionloop.rendering.tables import Map
+from frictionloop.rendering.force_tables import Map
 from frictionloop.studio import effect_feasibility
 from frictionloop.studio.effect_feasibility import BEYOND, STEEP, WEAK, previewed
 from frictionloop.studio.effect_pictures import BLACK_N, WHITE_N, force_over, gallery

@@ -11,7 +11,7 @@ import frictionloop as fl
 from frictionloop.experiments import Protocol, read_trials, run
 from frictionloop.experiments.respondent import Aborted, Live
 from frictionloop.studio.experiment.desk import Desk, live_of, trace_of
-from frictionloop.studio.experiment.server import served
+from frictionloop.studio.experiment.experiment_server import served
 
 slow = pytest.mark.slow
 PLAN = Protocol(

@@ -37,7 +37,7 @@ class Waves(fl.rendering.Effect):
     def is_static(self):
         return True
 
-    def asked(self, touch):
+    def force_of(self, touch):
         return 0.45 + 0.1 * np.sin(2 * np.pi * np.asarray(touch.x_mm) / self.length_mm)
 
 
@@ -63,7 +63,7 @@ def test_an_effect_from_outside_is_in_the_gallery_and_its_fields_are_sliders():
         live = Session(TwinEngine(system))
         live.step(0.0)
         rows = np.concatenate([block.rows for block in live.step(0.4)], axis=1)
-        np.testing.assert_allclose(rows[2, -500:], Waves().asked(fl.rendering.Touch(rows[0, -500:])), atol=0.02)
+        np.testing.assert_allclose(rows[2, -500:], Waves().force_of(fl.rendering.Touch(rows[0, -500:])), atol=0.02)
     finally:
         kinds.forget()
 

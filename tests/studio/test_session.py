@@ -9,7 +9,7 @@ from live_engines import GRATING, Echo
 from frictionloop.live.engines import CHANNELS, TwinEngine
 from frictionloop.live.finger import FASTEST_MM_S, LATE_S
 from frictionloop.live.session import CATCH_UP_S, GONE_S, KEPT_S, SPARSE, Session
-from frictionloop.studio.numbers import TURNED_MM, numbers_of, slides
+from frictionloop.studio.live_numbers import TURNED_MM, numbers_of, slides
 
 X, LOAD = 0, 1
 

@@ -11,7 +11,7 @@ from studio_files import png, wav
 
 import frictionloop as fl
 from frictionloop.live.session import Session
-from frictionloop.rendering.tables import Map
+from frictionloop.rendering.force_tables import Map
 from frictionloop.studio.connections import Doors, Guest
 from frictionloop.studio.panels import system_message
 from frictionloop.studio.room import Room

@@ -19,7 +19,7 @@ from own_laws import Integral, IntegralGains, State, register_both
 from PIL import Image
 
 import frictionloop as fl
-from frictionloop.cli.flags import given
+from frictionloop.cli.flags import system_given
 from frictionloop.cli.studio import _given as on_page
 from frictionloop.design import bench_limits
 from frictionloop.design.comparison import law_comparison
@@ -93,7 +93,7 @@ def bad_input():
     yield refused(D.plate().table, "none")
     yield refused(D.check, BENCH.evolve({"setpoint.offset_n": 2.0}))
     yield refused(fl.retune, BENCH, 1.001, 1e4)
-    yield refused(given, Path("a.toml"), "bench", ())
+    yield refused(system_given, Path("a.toml"), "bench", ())
     yield refused(D.controller, BENCH.evolve(LEVEL), "pi", D.Requirements(1.001, slip_lengths_um=(11.5,)))
 
 

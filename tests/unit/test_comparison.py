@@ -14,7 +14,7 @@ import frictionloop as fl
 from frictionloop.control.cost import BUDGET_CYCLES, WORST_TICK
 from frictionloop.design import comparison as rooms
 from frictionloop.design import synthesis
-from frictionloop.design.comparison import entrants, protocol, run
+from frictionloop.design.comparison import entrants, run, trial_protocol
 from frictionloop.design.requirements import Designed, Requirements
 from frictionloop.quantities import FrictionloopError
 
@@ -84,7 +84,10 @@ def test_the_printed_and_the_re_tuned_gains():
 
 
 def test_fingers_are_those_of_the_seed_and_meet_three_resonances():
-    people, plain = protocol.population(fl.bench(), 7, 5), protocol.without_lengths(fl.fingers(7, 5))
+    people, plain = (
+        trial_protocol.population(fl.bench(), 7, 5),
+        trial_protocol.without_lengths(fl.fingers(7, 5)),
+    )
     assert [{k: v for k, v in each.items() if k != "sensor.resonance_hz"} for each in people] == plain
     met = [each["sensor.resonance_hz"] / 145.0 for each in people]
     np.testing.assert_allclose(met, [1.0, 0.95, 1.05, 1.0, 0.95, 1.05, 1.0], rtol=1e-15)
@@ -92,41 +95,41 @@ def test_fingers_are_those_of_the_seed_and_meet_three_resonances():
 
 
 def test_no_two_tasks_or_populations_share_noise():
-    seeds = {protocol.noise_seed(seed, task) for seed in range(20) for task in protocol.TASKS}
-    assert len(seeds) == 20 * len(protocol.TASKS)
+    seeds = {trial_protocol.noise_seed(seed, task) for seed in range(20) for task in trial_protocol.TASKS}
+    assert len(seeds) == 20 * len(trial_protocol.TASKS)
 
 
 def test_what_is_asked_is_the_paper_s_protocol():
-    sine = protocol.setpoint_of("sine 0.8")
+    sine = trial_protocol.setpoint_of("sine 0.8")
     assert (sine.offset_n, sine.amplitude_n, sine.frequency_hz) == (0.8, 0.1, 1.0)
-    assert protocol.setpoint_of("hold 0.4") == fl.Constant(offset_n=0.4)
-    steps = protocol.setpoint_of("steps")
+    assert trial_protocol.setpoint_of("hold 0.4") == fl.Constant(offset_n=0.4)
+    steps = trial_protocol.setpoint_of("steps")
     assert steps.times_s[:3] == (0.0, 0.5, 1.0)
     assert steps.levels_n[:3] == (0.35, 0.75, 0.35)
     assert (steps.times_s[-1], len(steps.times_s)) == (10.5, 22)
-    at = protocol.Condition(80.0, 0.0, "landings")
-    system = fl.bench().evolve(protocol.overrides_of(at))
+    at = trial_protocol.Condition(80.0, 0.0, "landings")
+    system = fl.bench().evolve(trial_protocol.overrides_of(at))
     assert (system.motion.speed_mm_s, system.finger.slip_length_um, system.motion.contact_s) == (80.0, 0.0, 1.0)
-    assert fl.bench().evolve(protocol.overrides_of(at._replace(task="steps"))).motion.contact_s == 0.0
+    assert fl.bench().evolve(trial_protocol.overrides_of(at._replace(task="steps"))).motion.contact_s == 0.0
 
 
 def test_capable_fingers_are_those_of_capable(whole):
     speed = {"motion.speed_mm_s": 80.0}
     people = fl.fingers(40, 5)
     wanted = fl.capable([each | speed for each in people], 0.3, 0.9, contact_s=11.0)["capable"].values
-    np.testing.assert_array_equal(protocol.able(fl.bench(), people, 80.0), wanted)
+    np.testing.assert_array_equal(trial_protocol.able(fl.bench(), people, 80.0), wanted)
     assert 0 < wanted.sum() < 40
-    chosen = protocol.median_finger(people, wanted)
+    chosen = trial_protocol.median_finger(people, wanted)
     assert people.index(chosen) in np.flatnonzero(wanted)
-    assert protocol.median_finger(people, np.zeros(40, dtype=bool)) is None
+    assert trial_protocol.median_finger(people, np.zeros(40, dtype=bool)) is None
 
 
 def test_the_cells_are_those_of_a_sweep(whole):
     assert whole.cells["law"].values.tolist() == ["plain", *LAWS]
     law = {"controller.kind": "lookup"}
-    at = protocol.Condition(20.0, 0.0, "hold 0.6")
-    system = fl.bench().evolve({**protocol.overrides_of(at, 1.0), **law})
-    people, seeds = protocol.population(fl.bench(), 2, 5), [protocol.noise_seed(5, "hold 0.6")]
+    at = trial_protocol.Condition(20.0, 0.0, "hold 0.6")
+    system = fl.bench().evolve({**trial_protocol.overrides_of(at, 1.0), **law})
+    people, seeds = trial_protocol.population(fl.bench(), 2, 5), [trial_protocol.noise_seed(5, "hold 0.6")]
     alone = fl.sweep(system, people, 1.0, seeds, ["rms_error"], score_from_s=0.4)
     cell = whole.cells["rms_error"].sel(law="lookup", speed_mm_s=20.0, slip_length_um=0.0, task="hold 0.6")
     np.testing.assert_array_equal(cell, alone["rms_error"].values[:, 0])
@@ -144,7 +147,7 @@ def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
     monkeypatch.setattr(run._Trial, "run", stopping)
     with pytest.raises(rooms.ComparisonInterrupted) as stop:
         short(path)
-    total = 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    total = 2 * (2 * len(trial_protocol.TASKS) + len(trial_protocol.SINES))
     assert (stop.value.done, stop.value.total) == (5, total)
     resumed = short(path, resume=True)
     assert len(calls) == 6 + total - 5
@@ -183,7 +186,7 @@ def test_a_comparison_that_is_killed_goes_on(whole, tmp_path, monkeypatch):
     assert done.returncode == -signal.SIGKILL, done.stderr
     monkeypatch.setattr(run._Trial, "run", lambda *given: (calls.append(given), really(*given))[1])
     xr.testing.assert_identical(short(path, resume=True).cells, whole.cells)
-    total = 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    total = 2 * (2 * len(trial_protocol.TASKS) + len(trial_protocol.SINES))
     assert len(calls) == total - 4
     assert [each.name for each in tmp_path.iterdir()] == ["r.h5"]
 
@@ -194,7 +197,10 @@ def test_an_interrupt_while_laws_are_designed_says_that_nothing_is_done():
 
     with pytest.raises(rooms.ComparisonInterrupted) as stop:
         short(laws={"mine": interrupted})
-    assert (stop.value.done, stop.value.total) == (0, 2 * (len(protocol.TASKS) + len(protocol.SINES)))
+    assert (stop.value.done, stop.value.total) == (
+        0,
+        2 * (len(trial_protocol.TASKS) + len(trial_protocol.SINES)),
+    )
 
 
 def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_path):
@@ -206,7 +212,7 @@ def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_
     both = {"lookup": entrants.ENTRANTS["lookup"], "mine": interrupted}
     with pytest.raises(rooms.ComparisonInterrupted) as stop:
         short(path, resume=True, laws=both)
-    assert stop.value.done == 2 * (len(protocol.TASKS) + len(protocol.SINES))
+    assert stop.value.done == 2 * (len(trial_protocol.TASKS) + len(trial_protocol.SINES))
 
 
 LATE = {"controller.delay_s": 1.9e-3}
@@ -255,7 +261,7 @@ def test_a_file_keeps_the_cells_that_are_not_asked_for(laws, tmp_path):
     path = tmp_path / "r.h5"
     short(path, speeds=(20.0, 40.0))
     before = fl.load(path)
-    assert (before["digest"] != "").sum() == 2 * 2 * (2 * len(protocol.TASKS) + len(protocol.SINES))
+    assert (before["digest"] != "").sum() == 2 * 2 * (2 * len(trial_protocol.TASKS) + len(trial_protocol.SINES))
     short(path, resume=True, laws=laws, speeds=(20.0,))
     after = fl.load(path)
     assert set(after["law"].values) == {"plain", *LAWS, *laws}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.design import comparison as rooms
-from frictionloop.design.comparison import margins, protocol
+from frictionloop.design.comparison import law_margins, trial_protocol
 from frictionloop.design.comparison.run import plain_strokes
 from frictionloop.design.comparison.scores import Moments, answering, dead_times_s, pooled, pooled_rms, spread
 from frictionloop.loop.reference_runs import plain_stroke
@@ -32,11 +32,11 @@ def scored(ran):
 
 
 def traces(ran, task, finger):
-    at = protocol.Condition(80.0, 11.5, task)
+    at = trial_protocol.Condition(80.0, 11.5, task)
     system = fl.bench().evolve(
-        {**protocol.overrides_of(at, DURATION_S), **ran.laws["retuned_pi"], **ran.people[finger]}
+        {**trial_protocol.overrides_of(at, DURATION_S), **ran.laws["retuned_pi"], **ran.people[finger]}
     )
-    whole = fl.simulate(system, DURATION_S, protocol.noise_seed(SEED, task))
+    whole = fl.simulate(system, DURATION_S, trial_protocol.noise_seed(SEED, task))
     keep = whole["scored"].values & (whole["time"].values > START_S - 1e-9)
     return whole, keep
 
@@ -48,18 +48,18 @@ def together(ran, tasks, finger, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("finger", range(3))
 def test_fits_are_those_of_the_traces_put_together(ran, scored, finger):
-    r, f = (together(ran, protocol.SINES, finger, name) for name in ("f_r", "f_a"))
+    r, f = (together(ran, trial_protocol.SINES, finger, name) for name in ("f_r", "f_a"))
     got = scored.isel(finger=finger)
     assert float(got.r2_identity) == pytest.approx(1 - np.sum((f - r) ** 2) / np.sum((r - r.mean()) ** 2), rel=1e-9)
     assert float(got.r2_regression) == pytest.approx(np.corrcoef(r, f)[0, 1] ** 2, rel=1e-9)
     assert float(got.residual_rms_n) == pytest.approx(np.sqrt(np.mean((f - r) ** 2)), rel=1e-9)
-    clamped = together(ran, protocol.SINES, finger, "saturated")
+    clamped = together(ran, trial_protocol.SINES, finger, "saturated")
     assert float(got.saturation_index) == pytest.approx(clamped.mean(), abs=1e-12)
-    r, f = (together(ran, protocol.HOLDS, finger, name) for name in ("f_r", "f_a"))
+    r, f = (together(ran, trial_protocol.HOLDS, finger, name) for name in ("f_r", "f_a"))
     assert float(got.hold_rms_n) == pytest.approx(np.sqrt(np.mean((f - r) ** 2)), rel=1e-9)
-    levels = [fl.r2_identity(*traces(ran, task, finger)) for task in protocol.SINES]
+    levels = [fl.r2_identity(*traces(ran, task, finger)) for task in trial_protocol.SINES]
     assert float(got.worst_level_r2_identity) == pytest.approx(min(levels), rel=1e-9)
-    each = [float(got[f"r2_identity_{level:g}_n"]) for level in protocol.LEVELS_N]
+    each = [float(got[f"r2_identity_{level:g}_n"]) for level in trial_protocol.LEVELS_N]
     assert each == pytest.approx(levels, rel=1e-9)
     whole, keep = traces(ran, "landings", finger)
     assert float(got.landing_rms_n) == pytest.approx(fl.rms_error(whole, keep), rel=1e-9)
@@ -101,7 +101,7 @@ def test_every_law_waits_for_its_delay(ran):
 
 def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
     """The same cells, once as they are and once with a finger that falls by 63 % in 0.14 ms."""
-    at = {"law": "retuned_pi", "slip_length_um": 11.5, "task": protocol.STEPPED, "finger": 1}
+    at = {"law": "retuned_pi", "slip_length_um": 11.5, "task": trial_protocol.STEPPED, "finger": 1}
     cells = ran.cells.copy(deep=True)
     for name in ("fall_63_s", "rise_63_s"):
         cells[name].loc[at] = 1.4e-4 if name.startswith("fall") else 1.5e-2
@@ -114,11 +114,11 @@ def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
 
 @pytest.mark.parametrize("level_n", [0.4, 0.6])
 def test_plain_strokes_have_the_level_and_the_index_of_a_constant_amplitude(level_n):
-    able = protocol.able(fl.bench(), fl.fingers(30, 4), 20.0)
+    able = trial_protocol.able(fl.bench(), fl.fingers(30, 4), 20.0)
     people = type(fl.fingers(1, 0))(each for each, is_able in zip(fl.fingers(30, 4), able, strict=True) if is_able)
     people = type(people)(people[:3])
-    at, calls = protocol.Condition(20.0, 11.5, "sine 0.6"), []
-    system = fl.bench().evolve(protocol.overrides_of(at))
+    at, calls = trial_protocol.Condition(20.0, 11.5, "sine 0.6"), []
+    system = fl.bench().evolve(trial_protocol.overrides_of(at))
 
     def swept(bench, some, metrics):
         calls.append(some)
@@ -175,8 +175,8 @@ def test_median_and_worst_decile():
 def test_margins_are_those_of_linearise_on_the_median_finger():
     times = {"duration_s": 0.6, "start_s": 0.1, "progress": False}
     ran = rooms.run_laws(fl.bench(), ["retuned_pi"], 8, 0, [20.0], **times)
-    some = protocol.able(fl.bench(), ran.people, 20.0, 0.6)
-    finger = protocol.median_finger(ran.people, some)
+    some = trial_protocol.able(fl.bench(), ran.people, 20.0, 0.6)
+    finger = trial_protocol.median_finger(ran.people, some)
     assert finger is not None
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
     occluded = -math.expm1(-0.35 / finger["friction.occlusion_s"])
@@ -185,7 +185,7 @@ def test_margins_are_those_of_linearise_on_the_median_finger():
         system = fl.bench().evolve({**own, **fl.RETUNED, "sensor.resonance_hz": 145.0 * factor})
         return fl.linearise(system, force_n=level, occluded=occluded).margins().sensitivity_peak
 
-    found = margins.robustness(ran, "retuned_pi", 20.0, 11.5)
+    found = law_margins.robustness(ran, "retuned_pi", 20.0, 11.5)
     assert found.sensitivity_peak == pytest.approx(max(peak(1.0, level) for level in (0.4, 0.6, 0.8)))
     wider = max(peak(factor, level) for factor in (0.95, 1.0, 1.05) for level in (0.4, 0.6, 0.8))
     assert found.sensitivity_peak_5 == pytest.approx(wider)

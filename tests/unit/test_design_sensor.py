@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from frictionloop.hardware.sensor import front_end
 from frictionloop.hardware.sensor.sensor_answers import clips_from_n, sensor, suspended_values
 from frictionloop.hardware.sensor.sensor_search import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement, propose_sensor
-from frictionloop.parameters.files import read_design
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.parameters.toml_files import read_design
 from frictionloop.parameters.written import to_toml, write_toml
 from frictionloop.quantities import FrictionloopError
 

@@ -31,7 +31,7 @@ def test_a_picture_is_a_map_of_its_greys(tmp_path, kind, white, ending):
     assert np.allclose(made.map.table, 0.2 + 0.4 * grey[::-1] / white)
     assert (made.map.start_mm, made.map.start_y_mm, made.map.pitch_mm) == (-0.25, -0.5, 0.5)
     top_right = R.Touch(x_mm=0.25, y_mm=0.5)
-    assert float(made.map.asked(top_right)) == pytest.approx(0.6)
+    assert float(made.map.force_of(top_right)) == pytest.approx(0.6)
     dark = R.read_image(path, mm_per_pixel=0.5, polarity="dark", low_n=0.2, high_n=0.6)
     assert np.allclose(dark.map.table, 0.8 - made.map.table)
 
@@ -93,7 +93,7 @@ def test_a_recording_is_played_by_place(tmp_path):
     path.write_text("force_n\n" + "\n".join(f"{v:.9f}" for v in 0.4 + 0.05 * np.sin(2 * np.pi * 20.0 * time)) + "\n")
     made = R.read_texture(fl.Recording(path=path, column="force_n", rate_hz=rate, scale=1.0), speed, pitch_mm=0.05)
     x = np.linspace(5.0, 30.0, 200)
-    assert np.allclose(made.asked(R.Touch(x_mm=x)), 0.4 + 0.05 * np.sin(2 * np.pi * x / 2.0), atol=1e-3)
+    assert np.allclose(made.force_of(R.Touch(x_mm=x)), 0.4 + 0.05 * np.sin(2 * np.pi * x / 2.0), atol=1e-3)
 
 
 def test_a_wave_goes_through_a_wav_with_its_scale(tmp_path):
@@ -107,12 +107,12 @@ def test_a_wave_goes_through_a_wav_with_its_scale(tmp_path):
 
 def test_a_texture_is_fitted_and_made_anew():
     truth = R.Resynthesis(coefficients=(1.2, -0.5), noise_n=0.02, offset_n=0.4, values=32768, pitch_mm=0.1)
-    values = truth.asked(R.Touch(x_mm=0.1 * np.arange(32768)))
+    values = truth.force_of(R.Touch(x_mm=0.1 * np.arange(32768)))
     found = R.fit_texture(values, 0.1, order=2, seed=3)
     assert np.allclose(found.coefficients, (1.2, -0.5), atol=0.02)
     assert found.noise_n == pytest.approx(0.02, rel=0.02)
     again = R.fit_texture(values, 0.1, order=12).model_copy(update={"values": 32768, "seed": 5})
-    made = again.asked(R.Touch(x_mm=0.1 * np.arange(32768)))
+    made = again.force_of(R.Touch(x_mm=0.1 * np.arange(32768)))
     spectra = [np.abs(np.fft.rfft(each - each.mean())) ** 2 for each in (values, made)]
     bands = [np.array([part.mean() for part in np.array_split(each[1:], 20)]) for each in spectra]
     assert np.abs(10 * np.log10(bands[1] / bands[0])).max() < 1.5
@@ -133,7 +133,7 @@ def test_an_effect_goes_through_hjif(tmp_path, effect):
     left = R.write_hjif(effect, tmp_path / "effect.hjif")
     back = R.read_hjif(tmp_path / "effect.hjif")
     x = R.Touch(x_mm=np.linspace(-14.0, 14.0, 300))
-    assert np.abs(back.effect.asked(x) - effect.asked(x)).max() < 1e-3
+    assert np.abs(back.effect.force_of(x) - effect.force_of(x)).max() < 1e-3
     assert back.left == ()
     assert left == (() if effect.period_mm is None else ("no end: 100 mm of it",))
     tree = json.loads((tmp_path / "effect.hjif").read_text())
@@ -159,8 +159,8 @@ def test_what_hjif_cannot_carry_over_is_listed(tmp_path):
     click = band("Transient", [{"relative_position": 5, "amplitude_modulation": 0.4}])
     found = R.read_hjif(hjif(tmp_path, curve, click, band("WaveletWave", [])))
     assert found.left == ("Cubic curve (read as linear)", "WaveletWave band")
-    assert float(found.effect.asked(R.Touch(x_mm=5.25))) == pytest.approx(0.5 + 0.2)
-    assert float(found.effect.asked(R.Touch(x_mm=2.0))) == pytest.approx(0.5)
+    assert float(found.effect.force_of(R.Touch(x_mm=5.25))) == pytest.approx(0.5 + 0.2)
+    assert float(found.effect.force_of(R.Touch(x_mm=2.0))) == pytest.approx(0.5)
 
 
 def test_a_file_says_what_it_does_not_carry(tmp_path):
@@ -186,7 +186,7 @@ def test_a_feature_that_is_not_known_is_listed_and_the_rest_is_read(tmp_path, mo
     wave["effects"][0] |= more
     found = R.read_hjif(hjif(tmp_path, curve, wave, priority=3))
     assert found.left == ("perception.priority", left)
-    assert found.effect.asked(R.Touch(x_mm=0.0)) == pytest.approx(0.5)
+    assert found.effect.force_of(R.Touch(x_mm=0.0)) == pytest.approx(0.5)
 
 
 def test_envelopes_of_vibration_are_waves(tmp_path):
@@ -198,7 +198,7 @@ def test_envelopes_of_vibration_are_waves(tmp_path):
     tree = {"signals": {"continuous": {"envelopes": {"amplitude": points, "frequency": [{"time": 0, "frequency": 1}]}}}}
     (tmp_path / "a.haptic").write_text(json.dumps(tree))
     found = R.read_envelope(tmp_path / "a.haptic", full_n=0.2)
-    assert np.allclose(found.wave.asked(R.Touch(time_s=np.array([0.05, 0.1, 0.2]))), [0.1, 0.2, 0.1])
+    assert np.allclose(found.wave.force_of(R.Touch(time_s=np.array([0.05, 0.1, 0.2]))), [0.1, 0.2, 0.1])
     assert found.left == ("frequency envelope", "emphasis")
     intensity = {"ParameterID": "HapticIntensity", "ParameterValue": 0.5}
     events = [
@@ -208,15 +208,15 @@ def test_envelopes_of_vibration_are_waves(tmp_path):
     ]
     (tmp_path / "a.ahap").write_text(json.dumps({"Version": 1, "Pattern": events}))
     found = R.read_envelope(tmp_path / "a.ahap", full_n=0.2)
-    assert np.allclose(found.wave.asked(R.Touch(time_s=np.array([0.05, 0.15, 0.205]))), [0.1, 0.0, 0.2], atol=1e-6)
+    assert np.allclose(found.wave.force_of(R.Touch(time_s=np.array([0.05, 0.15, 0.205]))), [0.1, 0.0, 0.2], atol=1e-6)
     assert found.left == ("AudioCustom",)
 
 
 def test_a_relief_is_the_slope_of_a_picture():
     height = R.Map(values_n=(0.0, 0.0, 0.5, 0.5), pitch_mm=2.0)
     relief = R.Relief(height=height, load_n=0.5)
-    assert float(relief.asked(R.Touch(x_mm=3.0))) == pytest.approx(0.125)
-    assert float(relief.asked(R.Touch(x_mm=3.0, speed_mm_s=-1.0))) == pytest.approx(-0.125)
+    assert float(relief.force_of(R.Touch(x_mm=3.0))) == pytest.approx(0.125)
+    assert float(relief.force_of(R.Touch(x_mm=3.0, speed_mm_s=-1.0))) == pytest.approx(-0.125)
     player = R.Player(R.Constant(level_n=0.45) + relief)
     assert player.tick(3.0, 20.0, 0.5, 2e-4) == pytest.approx(0.575, abs=1e-6)
 

@@ -25,7 +25,7 @@ def played(effect, along, speed=20.0, load=0.5, band=BAND):
 
 
 def asked(effect, x, **more):
-    return effect.asked(R.Touch(x_mm=np.asarray(x, float), **more))
+    return effect.force_of(R.Touch(x_mm=np.asarray(x, float), **more))
 
 
 def test_a_grating_at_constant_speed_is_a_sine_in_time_with_the_right_phase():
@@ -88,7 +88,7 @@ def test_a_map_holds_or_repeats_beyond_its_edge():
     nearest = R.Map(values_n=values, pitch_mm=2.0, between="nearest")
     assert np.allclose(asked(nearest, [0.9, 1.1, 3.1]), [0.1, 0.3, 0.2])
     plane = R.Map(values_n=((0.0, 1.0), (2.0, 3.0)), pitch_mm=1.0)
-    assert float(plane.asked(R.Touch(x_mm=0.5, y_mm=0.25))) == pytest.approx(1.0)
+    assert float(plane.force_of(R.Touch(x_mm=0.5, y_mm=0.25))) == pytest.approx(1.0)
 
 
 def test_a_path_chooses_the_row_of_a_map():
@@ -132,9 +132,9 @@ def test_a_trigger_of_place_moves_with_what_it_is_part_of():
 
 def test_a_wave_is_over_or_begins_anew():
     wave = R.Wave(values_n=(0.1, 0.3), rate_hz=10.0)
-    assert np.allclose(wave.asked(R.Touch(time_s=np.array([-0.1, 0.0, 0.05, 0.1, 0.2]))), [0, 0.1, 0.2, 0.3, 0])
+    assert np.allclose(wave.force_of(R.Touch(time_s=np.array([-0.1, 0.0, 0.05, 0.1, 0.2]))), [0, 0.1, 0.2, 0.3, 0])
     again = R.Wave(values_n=(0.1, 0.3), rate_hz=10.0, loops=True)
-    assert np.allclose(again.asked(R.Touch(time_s=np.array([0.15, 0.2, 0.25]))), [0.2, 0.1, 0.2])
+    assert np.allclose(again.force_of(R.Touch(time_s=np.array([0.15, 0.2, 0.25]))), [0.2, 0.1, 0.2])
     force = played(again, [0.0])  # from the first period on
     assert np.allclose(force[:1], 0.1)
 

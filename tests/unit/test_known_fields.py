@@ -11,7 +11,7 @@ from pydantic import BaseModel
 import frictionloop as fl
 from frictionloop.analysis.elements import LINEAR, elements
 from frictionloop.control.laws import LAWS
-from frictionloop.firmware.compiled import FIRMWARE, FORMS, controller_words
+from frictionloop.firmware.compiled_core import FIRMWARE, FORMS, controller_words
 from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of

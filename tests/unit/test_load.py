@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.recordings.tables import read_table
+from frictionloop.recordings.text_tables import read_table
 
 RATE = 8000.0
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.firmware.compiled import controller_words, quantised_gains, quantised_start
+from frictionloop.firmware.compiled_core import controller_words, quantised_gains, quantised_start
 from frictionloop.firmware.quantised import to_gain, to_q28
 from frictionloop.firmware.quantised_filtered import places_for, section_sizes
 from frictionloop.quantities import FrictionloopError

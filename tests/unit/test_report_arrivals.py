@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.report.arrivals import EFFECTS, LAWS, SPEEDS_MM_S, figure_arrivals, rows, stored
+from frictionloop.report.effect_arrivals import EFFECTS, LAWS, SPEEDS_MM_S, figure_arrivals, rows, stored
 
 
 def test_it_has_every_effect_of_the_library_under_every_law_at_every_speed():

@@ -11,7 +11,7 @@ import pytest
 import frictionloop as fl
 from frictionloop import report
 from frictionloop.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 from frictionloop.report.schematics import controller_label, figure_diagram, lookup_label, source_label
 from frictionloop.report.systems import binned, figure_population, sliding_trials
 

@@ -12,9 +12,9 @@ from scipy import signal
 
 import frictionloop as fl
 from frictionloop.analysis.disturbance import touch_spectrum
-from frictionloop.design.notch import retune_notch
 from frictionloop.design.plants import Plants, detuned
 from frictionloop.design.requirements import Requirements
+from frictionloop.design.robust_notch import retune_notch
 from frictionloop.design.synthesis import synthesised
 
 BENCH = fl.bench()

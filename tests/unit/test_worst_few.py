@@ -7,10 +7,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.disturbance import touch_spectrum
-from frictionloop.design.notch import NotchSearch
 from frictionloop.design.operating_grid import OperatingGrid
 from frictionloop.design.pi_synthesis import WorstFew, best_gains
 from frictionloop.design.plants import Plants, shifted
+from frictionloop.design.robust_notch import NotchSearch
 
 LIMITS = {0.0: 1.7, 0.05: 2.0, 0.1: 2.6}
 

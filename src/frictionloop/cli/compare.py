@@ -7,7 +7,7 @@ from typing import Any
 
 import frictionloop as fl
 from frictionloop import FrictionloopError
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = (
@@ -70,15 +70,15 @@ def command(
     plots
         Folder for figures: residuals, steps, sensitivities, each as .svg and .png.
     """
-    checks.check_output("out", out, checks.RUN_FILES)
-    checks.check_output("csv", csv, checks.TABLES)
-    checks.check_count("fingers", fingers, 1, MOST_FINGERS)
-    checks.check_folder("plots", plots)
-    checks.check_workers(jobs, resume, out, "comparison")
-    given = flags.given(file, preset, overrides, "bench", designed="notch_pi")
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    file_arguments.check_output("csv", csv, file_arguments.TABLES)
+    file_arguments.check_count("fingers", fingers, 1, MOST_FINGERS)
+    file_arguments.check_folder("plots", plots)
+    file_arguments.check_workers(jobs, resume, out, "comparison")
+    given = flags.system_given(file, preset, overrides, "bench", designed="notch_pi")
     doubts = fl.doubts(given.system, ("disturbance",))
     names = None if laws is None else [name.strip() for name in laws.split(",")]
-    common: tuple[Any, ...] = (names, fingers, SEED if seed is None else seed, checks.speeds_of(speeds))
+    common: tuple[Any, ...] = (names, fingers, SEED if seed is None else seed, file_arguments.speeds_of(speeds))
     brought = tuple(flags.overrides_of(overrides))
     found: Any
     if effects is not None or given.system.setpoint.kind == "effect":
@@ -93,10 +93,10 @@ def command(
         except fl.ComparisonInterrupted as stop:
             raise screen.interrupted(f"{stop.done} of {stop.total} cells done", out) from None
     if csv is not None:
-        checks.write_csv(csv, found.tidy())
+        file_arguments.write_csv(csv, found.tidy())
     if plots is not None:
         with fl.progress.waiting("drawing"):
-            checks.write_figures("plots", plots, found.figures())
+            file_arguments.write_figures("plots", plots, found.figures())
     shown.show(found.with_findings((*given.findings, *doubts)), saved={"results": out, "table": csv, "figures": plots})
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.must_hold import MustHoldForPeople
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -39,9 +39,9 @@ def command(
         Write the system with this controller here (.toml), with what was found.
     """
     must.check()
-    checks.check_output("out", out, checks.SYSTEMS)
-    checks.check_new("out", out)
-    given = flags.given(file, preset, overrides, "bench")
+    file_arguments.check_output("out", out, file_arguments.SYSTEMS)
+    file_arguments.check_new("out", out)
+    given = flags.system_given(file, preset, overrides, "bench")
     requirements, people = must.requirements(file), must.people(given.system, overrides)
     with fl.progress.waiting(f"checking {given.system.controller.kind}"):
         found = fl.design.check(given.system, requirements, people, given=given.stated)

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHoldForPeople
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -47,16 +47,16 @@ def command(
         Folder for figures, sensitivity and step, each as .svg and .png.
     """
     must.check()
-    checks.check_output("out", out, checks.SYSTEMS)
-    checks.check_new("out", out)
-    checks.check_folder("plots", plots)
-    given = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
+    file_arguments.check_output("out", out, file_arguments.SYSTEMS)
+    file_arguments.check_new("out", out)
+    file_arguments.check_folder("plots", plots)
+    given = flags.system_given(file, preset, overrides, "bench", designed=law or "notch_pi")
     requirements, people = must.requirements(file), must.people(given.system, overrides)
     with fl.progress.waiting("designing" + f" {law}" * bool(law)):
         found = fl.design.controller(given.system, law, requirements, people, given=given.stated)
     if out is not None:
         fl.design.write_controller(found, out, given.stated)
     if plots is not None:
-        checks.write_figures("plots", plots, {name: found.plot(name) for name in ("sensitivity", "step")})
+        file_arguments.write_figures("plots", plots, {name: found.plot(name) for name in ("sensitivity", "step")})
     shown.show(found.with_findings(given.findings), saved={"controller": out, "figures": plots})
     return 0 if found.holds else screen.DOES_NOT_HOLD

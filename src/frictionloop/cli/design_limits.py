@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.must_hold import ASKED, MustHold
 
 ARGUMENTS = "[FILE] [OPTIONS]"
@@ -39,10 +39,10 @@ def command(
     plot
         Write bars of what is left here (.svg, .pdf or .png).
     """
-    checks.check_output("plot", plot, checks.FIGURES)
-    given = flags.given(file, preset, overrides, "bench", designed=law or "notch_pi")
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    given = flags.system_given(file, preset, overrides, "bench", designed=law or "notch_pi")
     with fl.progress.waiting("designing benches with one part changed"):
         found = fl.design.limits(given.system, law, must.requirements(file))
     if plot is not None:
-        checks.write_figure(plot, found.plot())
+        file_arguments.write_figure(plot, found.plot())
     shown.show(found.with_findings(given.findings), saved={"figure": plot})

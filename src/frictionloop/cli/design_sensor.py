@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = (
@@ -57,9 +57,9 @@ def command(
     spice
         Write the analog chain here as a netlist for ngspice (.cir).
     """
-    checks.check_output("save_design", save_design, checks.SYSTEMS)
-    checks.check_new("save_design", save_design)
-    checks.check_output("spice", spice, (".cir",))
+    file_arguments.check_output("save_design", save_design, file_arguments.SYSTEMS)
+    file_arguments.check_new("save_design", save_design)
+    file_arguments.check_output("spice", spice, (".cir",))
     wanted = {"resonance_hz": resonance_hz, "range_n": range_n}
     wanted |= {"noise_rms_n": noise_rms_n, "noise_density_n_rthz": noise_density_n_rthz}
     found = fl.design.sensor(file, flags.overrides_of(overrides), **wanted)

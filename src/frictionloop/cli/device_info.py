@@ -25,7 +25,7 @@ Compared = Annotated[
 
 def command(address: Address, file: Compared = None, /, *, shown: screen.Shown = screen.BRIEFLY) -> None:
     """Say who answers at an address, what runs there, with which values, and what it has counted since reset."""
-    given = flags.given(file, None, None) if file is not None else None
+    given = flags.system_given(file, None, None) if file is not None else None
     with fl.progress.waiting(f"connecting {address}"):
         found = fl.device.info(address, given.system if given else None)
     shown.show(found.with_findings(given.findings if given else ()))

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.device import SameAddress
 from frictionloop.cli.effect import LAW, Name
 
@@ -50,13 +50,13 @@ def command(
     tables
         Write what the device is given of the effect here (.json): steps, values, and the words themselves.
     """
-    checks.check_output("out", out, checks.RUN_FILES)
-    checks.check_output("plot", plot, checks.FIGURES)
-    checks.check_output("tables", tables, (".json",))
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_output("tables", tables, (".json",))
     wanted = flags.overrides_of(overrides)
     own = file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in wanted)
     named = ["setpoint.kind=effect", f"setpoint.effect={effect}"]
-    given = flags.given(file, preset, [*(overrides or []), *named], "bench")
+    given = flags.system_given(file, preset, [*(overrides or []), *named], "bench")
     system = given.system.evolve(LAW) if own else given.system
     with fl.progress.waiting(f"playing {effect} on {address}"):
         found = fl.device.play(address, system, duration_s, open_loop=open_loop, out=out)

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "FILE [--out FILE] [OPTIONS]"
 EXAMPLES = (
@@ -33,7 +33,7 @@ def command(
     out
         Save it here (.h5); by default under the name that the recording was to have, if that is free.
     """
-    checks.check_output("out", out, checks.RUN_FILES)
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
     with fl.progress.waiting("reading"):
         found = fl.device.recover(file, out)
     shown.show(found)

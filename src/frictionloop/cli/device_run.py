@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.device import SameAddress
 
 ARGUMENTS = "ADDRESS [FILE] [OPTIONS]"
@@ -50,10 +50,10 @@ def command(
     plot
         Draw the recording here (.svg, .pdf or .png).
     """
-    checks.check_output("out", out, checks.RUN_FILES)
-    checks.check_output("plot", plot, checks.FIGURES)
-    checks.check_count("decimation", decimation, 1, 65535)
-    given = flags.given(file, preset, overrides, "bench")
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_count("decimation", decimation, 1, 65535)
+    given = flags.system_given(file, preset, overrides, "bench")
     doubted = fl.doubts(given.system, ("setpoint",))  # the disturbance is what there is
     with fl.progress.waiting(f"running on {address}"):
         found = fl.device.run(address, given.system, duration_s, decimation=decimation, open_loop=open_loop, out=out)

@@ -46,7 +46,7 @@ def command(
     values = _pairs(assignments)
     if not values and system is None:
         raise fl.FrictionloopError("set: needs NAME=VALUE or --system FILE")
-    given = flags.given(system, None, None) if system is not None else None
+    given = flags.system_given(system, None, None) if system is not None else None
     with fl.progress.waiting(f"connecting {address}"):
         found = fl.device.configure(address, values, given.system if given else None, unchecked=unchecked)
     shown.show(found.with_findings(given.findings if given else ()))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
@@ -71,11 +71,11 @@ def show(
     save
         Write the effect here: .toml to change it, .png a map, .wav a wave, .hjif haptics.
     """
-    checks.check_output("plot", plot, checks.FIGURES)
-    checks.check_output("save", save, EFFECT_FILES)
-    checks.check_new("save", save)
-    checks.check_count("seed", seed, 0)
-    checks.check_count("fingers", fingers, 0, 1000)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_output("save", save, EFFECT_FILES)
+    file_arguments.check_new("save", save)
+    file_arguments.check_count("seed", seed, 0)
+    file_arguments.check_count("fingers", fingers, 0, 1000)
     wanted, given = _given(effect, file, preset, overrides)
     people = fl.fingers(fingers, seed) if fingers else ()
     with fl.progress.waiting("simulating"):
@@ -126,9 +126,9 @@ def play(
     plot
         Draw forces, amplitude and motion here (.svg, .pdf or .png).
     """
-    checks.check_output("out", out, checks.RUN_FILES)
-    checks.check_output("plot", plot, checks.FIGURES)
-    checks.check_count("seed", seed, 0)
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_count("seed", seed, 0)
     wanted, given = _given(effect, file, preset, overrides)
     with fl.progress.waiting("simulating"):
         found = fl.rendering.play(wanted, given.system, duration_s, seed)
@@ -158,7 +158,7 @@ def on_bench(file: Path | None, preset: Any, overrides: list[str] | None) -> fla
     for path in ("setpoint.effect", "setpoint.kind"):
         if any(name.startswith(path) for name in named):
             raise fl.FrictionloopError(f"{path}: is set by EFFECT and --effect.NAME VALUE")
-    given = flags.given(file, preset, overrides, "bench")
+    given = flags.system_given(file, preset, overrides, "bench")
     if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in named):
         return given._replace(system=given.system.evolve(LAW))
     return given

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "FILE --out EFFECT.toml [OPTIONS]"
 EXAMPLES = (
@@ -68,8 +68,8 @@ def command(
     heights
         Of a picture: greys are heights, --low-n and --high-n in mm; their slope is added to 0.45 N.
     """
-    checks.check_output("out", out, checks.SYSTEMS)
-    checks.check_new("out", out)
+    file_arguments.check_output("out", out, file_arguments.SYSTEMS)
+    file_arguments.check_new("out", out)
     found = fl.rendering.import_effect(
         file, mm_per_pixel=mm_per_pixel, polarity=polarity, low_n=low_n, high_n=high_n, heights=heights, column=column,
         rate_hz=rate_hz, scale=scale, offset_n=offset_n, speed_mm_s=speed_mm_s, order=order, full_n=full_n,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
@@ -51,8 +51,8 @@ def new(
     start
         The protocol to copy: a file, or a name of one that comes with the package.
     """
-    checks.check_output("file", file, checks.SYSTEMS)
-    checks.check_new("file", file)
+    file_arguments.check_output("file", file, file_arguments.SYSTEMS)
+    file_arguments.check_new("file", file)
     shown.show(fl.experiments.new(file, start), saved={"protocol": file})
 
 
@@ -79,7 +79,7 @@ def export(
         bids: a folder in the shape of BIDS; csv: one table, as PsychoPy writes; hdf5: one file with all traces.
     """
     if form != "bids":
-        checks.check_output("out", out, {"csv": checks.TABLES, "hdf5": checks.RUN_FILES}[form])
+        file_arguments.check_output("out", out, {"csv": file_arguments.TABLES, "hdf5": file_arguments.RUN_FILES}[form])
     shown.show(fl.experiments.export(folder, out, form))
 
 
@@ -116,8 +116,8 @@ def power(
     seed
         Seed of everything.
     """
-    checks.check_count("pool", pool, 2, 10_000)
-    checks.check_count("studies", studies, 1, 1_000_000)
+    file_arguments.check_count("pool", pool, 2, 10_000)
+    file_arguments.check_count("studies", studies, 1, 1_000_000)
     numbers = _range("participants", participants, 2)
     lengths = None if trials is None else _range("trials", trials, 5)
     given, plan = bench_of(bench), fl.experiments.read_protocol(protocol)

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "[FILE] --out FOLDER [OPTIONS]"
 EXPORT_EXAMPLES = (
@@ -33,8 +33,8 @@ def export(
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Write the parameter table of a system: as words for the device, as numbers with units, and the system itself."""
-    checks.check_folder("out", out)
-    given = flags.given(file, preset, overrides, "bench")
+    file_arguments.check_folder("out", out)
+    given = flags.system_given(file, preset, overrides, "bench")
     found = fl.firmware.export(given.system, out)
     shown.show(found.with_findings(given.findings), saved={"table": out})
 
@@ -60,8 +60,8 @@ def build(
         Kinds of controller that the image has, with commas: pi,notch_pi; all by default. filtered_pi also
         runs notch_pi.
     """
-    checks.check_folder("out", out)
-    given = flags.given(file, preset, overrides, "bench")
+    file_arguments.check_folder("out", out)
+    given = flags.system_given(file, preset, overrides, "bench")
     kinds = laws.split(",") if laws is not None else None
     with fl.progress.waiting(f"building {board}"):
         found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.cycles)
@@ -78,7 +78,7 @@ def law(
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
     """Write a system's control law as C99 for a board of your own: gains, inverse, overdrive and a bit test in it."""
-    checks.check_output("out", out, (".c",))
-    given = flags.given(file, preset, overrides, "bench")
+    file_arguments.check_output("out", out, (".c",))
+    given = flags.system_given(file, preset, overrides, "bench")
     found = fl.firmware.law(given.system, out)
     shown.show(found.with_findings(given.findings), saved={"law": out})

@@ -140,7 +140,7 @@ class Given(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def given(
+def system_given(
     file: Path | None,
     preset_name: str | None,
     flags: Iterable[str] | None,

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 CHANNELS_EXAMPLES = (
     "hits.mat",
@@ -38,9 +38,9 @@ def channels(
     save_map
         Write a channel map here (.toml) to be filled in: which channel is which, in what unit.
     """
-    checks.check_output("save_map", save_map, checks.SYSTEMS)
-    checks.check_new("save_map", save_map)
-    checks.check_output("plot", plot, checks.FIGURES)
+    file_arguments.check_output("save_map", save_map, file_arguments.SYSTEMS)
+    file_arguments.check_new("save_map", save_map)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
     if plot is not None:
         fl.plot(fl.identify.first_look(file, rate_hz), plot)
         screen.say(f"saved channels: {plot}")

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "FILE [OPTIONS]"
 EXAMPLES = (
@@ -48,11 +48,11 @@ def command(
         Go on without entries that are refused, and say which. Otherwise no bench is written, and the results of the
         others are kept.
     """
-    checks.check_output("out", out, checks.SYSTEMS)
-    checks.check_output("report", report, REPORTS)
-    checks.check_output("population", population, checks.SYSTEMS)
+    file_arguments.check_output("out", out, file_arguments.SYSTEMS)
+    file_arguments.check_output("report", report, REPORTS)
+    file_arguments.check_output("population", population, file_arguments.SYSTEMS)
     if report is not None:
-        checks.check_drawing()
+        file_arguments.check_drawing()
     kept, older = file.with_suffix(".results.json"), None
     with fl.progress.waiting("analysing the recordings"):
         try:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.device import ADDRESS, connected
 
 ARGUMENTS = "weights|hits|quiet|friction --device ADDRESS [OPTIONS]"
@@ -50,10 +50,10 @@ def command(
         Recording (.h5); its map stands beside it. Without it KIND.h5.
     """
     out = out or Path(f"{kind}.h5")
-    checks.check_output("out", out, FILES)
+    file_arguments.check_output("out", out, FILES)
     for path in (out, fl.identify.map_beside(out)):
-        checks.check_new("out", path)
-    masses = () if masses_g is None else (checks.numbers_of("masses_g", masses_g, "g"),)
+        file_arguments.check_new("out", path)
+    masses = () if masses_g is None else (file_arguments.numbers_of("masses_g", masses_g, "g"),)
     fl.identify.steps_of(kind, *masses)  # refuses masses before a device is opened
     with connected(device) as opened:
         level = _Level()

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from cyclopts import Group, Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags
+from frictionloop.cli import file_arguments, flags
 
 ASKED = Group("What must hold", sort_key=2)
 MOST_FINGERS = 100_000
@@ -50,9 +50,11 @@ class MustHold:
 
     def requirements(self, file: Path | None) -> Any:
         """Return the same for a design: what is not given is as in the file's table [designed]."""
-        speeds = checks.two_values("speeds", self.speeds, "mm/s, such as 20,60, or one")
-        loads = checks.two_values("loads", self.loads, checks.LOADS)
-        lengths = checks.two_values("slip_lengths_um", self.slip_lengths_um, "um, such as 0,30, or one", zero=True)
+        speeds = file_arguments.two_values("speeds", self.speeds, "mm/s, such as 20,60, or one")
+        loads = file_arguments.two_values("loads", self.loads, file_arguments.LOADS)
+        lengths = file_arguments.two_values(
+            "slip_lengths_um", self.slip_lengths_um, "um, such as 0,30, or one", zero=True
+        )
         shares = (
             "sensitivity_peak",
             "resonance_error",
@@ -90,12 +92,12 @@ class MustHoldForPeople(MustHold):
     def check(self) -> None:
         """Refuse a number or a seed out of range, and what says where fingers come from without any."""
         whose = {"population": self.population, "coefficients": self.coefficients}
-        checks.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, **whose)
+        file_arguments.check_fingers(self.fingers, self.fingers_seed, MOST_FINGERS, **whose)
 
     def people(self, system: fl.System, overrides: list[str] | None) -> Sequence[Any] | None:
         """Return the fingers; None if none are asked for."""
         if not self.fingers:
             return None
-        coefficients = checks.two_values("coefficients", self.coefficients, checks.COEFFICIENTS) or None
+        coefficients = file_arguments.two_values("coefficients", self.coefficients, file_arguments.COEFFICIENTS) or None
         of = {"population": self.population, "coefficients": coefficients, "given": flags.overrides_of(overrides)}
         return fl.fingers_for(system, self.fingers, self.fingers_seed or 0, **of)

@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "[OPTIONS]"
 EXAMPLES = (
@@ -34,6 +34,6 @@ def command(
         Make these figures and claims alone, with their numbers, and no page: fig-5a,closed-loop-r2. The page names
         each.
     """
-    checks.check_drawing()
+    file_arguments.check_drawing()
     names = [name.strip() for name in only.split(",")] if only else []
     shown.show(fl.reproduce(out, names))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def _respondent(
     elif not studio:
         yield fl.experiments.Keyboard(plan)
     else:
-        checks.check_count("port", port, 0, 65535)
+        file_arguments.check_count("port", port, 0, 65535)
         with fl.studio.desk(plan, participant, address, host, port) as (desk, pages):
             screen.show(screen.columns([*pages._asdict().items(), ("end", "Ctrl-C")]))
             yield desk

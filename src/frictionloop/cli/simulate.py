@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "[FILE] [OPTIONS]"
 EXAMPLES = (
@@ -56,16 +56,16 @@ def command(
     whole
         Write there also what a simple bench never needs.
     """
-    checks.check_output("out", out, checks.RUN_FILES)
-    checks.check_output("plot", plot, checks.FIGURES)
-    checks.check_output("save_system", save_system, checks.SYSTEMS)
-    checks.check_new("save_system", save_system)
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_output("save_system", save_system, file_arguments.SYSTEMS)
+    file_arguments.check_new("save_system", save_system)
     if whole and save_system is None:
         raise fl.outputs.must_be("whole", True, "with --save-system FILE.toml")
-    checks.check_count("seed", seed, 0)
-    checks.check_score(score_from_s, duration_s)
+    file_arguments.check_count("seed", seed, 0)
+    file_arguments.check_score(score_from_s, duration_s)
     edges_hz = _numbers(split_hz)
-    given = flags.given(file, preset, overrides)
+    given = flags.system_given(file, preset, overrides)
     with fl.progress.waiting("simulating"):
         run = fl.simulate(given.system, duration_s, seed)
     with fl.progress.waiting("designing" if advise else "scoring"):

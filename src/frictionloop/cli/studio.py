@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.effect import LAW
 from frictionloop.findings import Finding
 
@@ -63,7 +63,7 @@ def command(
         Write a page (.html) that plays the RUNs without a server, or ten seconds of the ghost finger without one.
     """
     if export is not None:
-        checks.check_output("export", export, (".html",))
+        file_arguments.check_output("export", export, (".html",))
         runs = tuple(each for each in (file, *runs) if each is not None)
         with fl.progress.waiting("" if runs else "stroking"):
             given = None if runs else _given(None, preset, overrides, effect)
@@ -72,8 +72,8 @@ def command(
         return
     if runs:
         raise fl.FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export; --replay RUN plays one")
-    checks.check_count("seed", seed, 0)
-    checks.check_count("port", port, 0, 65535)
+    file_arguments.check_count("seed", seed, 0)
+    file_arguments.check_count("port", port, 0, 65535)
     given = _given(file, preset, overrides, effect)
     with ExitStack() as opening:
         opening.enter_context(fl.progress.waiting(f"looking for {device}" if device else "compiling the loop"))
@@ -88,7 +88,7 @@ def command(
 def _given(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> flags.Given:
     """Return the bench of the page, which has an effect, by itself a grating, and what is to be known of it."""
     named = flags.overrides_of(overrides)
-    given = flags.given(file, preset, overrides, "bench")
+    given = flags.system_given(file, preset, overrides, "bench")
     system, found = given.system, given.findings
     if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in named):
         system = system.evolve(LAW)

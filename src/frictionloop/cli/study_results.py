@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 import frictionloop as fl
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 from frictionloop.cli.experiment import Bench, ProtocolName, bench_of
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ def simulate(
         Write the figure of what was found of each participant here (.svg, .pdf, .png).
     """
     _check_results(out, figure)
-    checks.check_count("participants", participants, 1, 10_000)
-    checks.check_count("seed", seed, 0)
+    file_arguments.check_count("participants", participants, 1, 10_000)
+    file_arguments.check_count("seed", seed, 0)
     given, plan = bench_of(bench), fl.experiments.read_protocol(protocol)
     found = fl.experiments.simulate(plan, given.system, participants, seed, path=folder)
     _show(found.with_findings(given.findings), out, figure, shown)
@@ -79,9 +79,9 @@ def report(
 
 def _check_results(out: Path | None, figure: Path | None) -> None:
     """Refuse results that could not be written or drawn, before anything starts."""
-    checks.check_output("out", out, (".html",))
-    checks.check_output("figure", figure, checks.FIGURES)
-    checks.check_drawing()
+    file_arguments.check_output("out", out, (".html",))
+    file_arguments.check_output("figure", figure, file_arguments.FIGURES)
+    file_arguments.check_drawing()
 
 
 def _show(found: Study, out: Path | None, figure: Path | None, shown: screen.Shown) -> None:

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop import FrictionloopError
-from frictionloop.cli import checks, flags, screen
+from frictionloop.cli import file_arguments, flags, screen
 
 ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
 MOST_FINGERS = 1_000_000
@@ -84,21 +84,21 @@ def command(
     plot
         Draw curves or maps, of --fingers a point each, into this file (.svg, .pdf or .png).
     """
-    checks.check_output("out", out, checks.RUN_FILES)
-    checks.check_output("csv", csv, checks.TABLES)
-    checks.check_output("plot", plot, checks.FIGURES)
-    checks.check_count("seeds", seeds, 1, 1_000_000)
-    checks.check_workers(jobs, resume, out, "sweep")
-    checks.check_score(score_from_s, duration_s)
+    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    file_arguments.check_output("csv", csv, file_arguments.TABLES)
+    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_count("seeds", seeds, 1, 1_000_000)
+    file_arguments.check_workers(jobs, resume, out, "sweep")
+    file_arguments.check_score(score_from_s, duration_s)
     if bool(over) == (fingers is not None):
         raise FrictionloopError("over: give --over NAME=VALUES, such as controller.kp=1,2,5, or --fingers N")
     whose = {"population": population, "loads": loads, "coefficients": coefficients}
-    checks.check_fingers(fingers, fingers_seed, MOST_FINGERS // max(seeds, 1), **whose)
+    file_arguments.check_fingers(fingers, fingers_seed, MOST_FINGERS // max(seeds, 1), **whose)
     drawn: dict[str, Any] = {"count": fingers, "seed": fingers_seed or 0, "population": population}
-    drawn["loads_n"] = checks.two_values("loads", loads, checks.LOADS) or None
-    drawn["coefficients"] = checks.two_values("coefficients", coefficients, checks.COEFFICIENTS) or None
+    drawn["loads_n"] = file_arguments.two_values("loads", loads, file_arguments.LOADS) or None
+    drawn["coefficients"] = file_arguments.two_values("coefficients", coefficients, file_arguments.COEFFICIENTS) or None
     axes = axes_of(over or (), seeds)
-    given = flags.given(file, preset, overrides)
+    given = flags.system_given(file, preset, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     doubts = fl.doubts(given.system, speeds_mm_s=axes.get("motion.speed_mm_s", ()))
     how: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
@@ -106,7 +106,7 @@ def command(
     brought = tuple(flags.overrides_of(overrides))
     found, stopped = _people(given.system, brought, drawn, how) if fingers else _best(given.system, axes, how)
     if csv is not None:
-        checks.write_csv(csv, found.tidy())
+        file_arguments.write_csv(csv, found.tidy())
     if plot is not None:
         fl.plot(found.grid, plot)
     shown.show(found.with_findings((*given.findings, *doubts)), saved={"sweep": out, "table": csv, "plot": plot})

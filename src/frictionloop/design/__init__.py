@@ -18,7 +18,7 @@ HOMES = {
     "bench_file": "DesignedTable changed_since read_designed write_controller",
     "population_margins": "check_fingers",
     "hinf": "Synthesised design_hinf",
-    "notch": "Notched retune_notch",
+    "robust_notch": "Notched retune_notch",
     "pi_synthesis": "Retuned retune",
     "run_diagnosis": "Diagnosis diagnose",
     ".hardware.plate.plate_answers": "PlateAnswers plate",

@@ -11,8 +11,8 @@ from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.parameters import System, preset, read_toml, write_toml
-from frictionloop.parameters.files import DESIGNED, read_tree, start_of
 from frictionloop.parameters.summary import own_values
+from frictionloop.parameters.toml_files import DESIGNED, read_tree, start_of
 from frictionloop.parameters.unit_sanity import differing, named_by, unusual
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, number

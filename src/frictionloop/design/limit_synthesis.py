@@ -44,7 +44,7 @@ class Belief(NamedTuple):
     pole: float = 0.75
     spring_noise: float = 0.5
 
-    def told(self, system: System) -> dict[str, Any]:
+    def overrides_on(self, system: System) -> dict[str, Any]:
         """Return overrides of a limit observer on a bench."""
         sensor: Any = system.sensor
         return {
@@ -100,7 +100,7 @@ class Search:
 
     def cost(self, system: System, belief: Belief) -> float:
         """Return the mean logarithm of the residual, and what Ms is beyond its limits."""
-        told = belief.told(system)
+        told = belief.overrides_on(system)
         try:
             law = self.response(told)
         except FrictionloopError:
@@ -163,7 +163,7 @@ def limit_observer(system: System, wanted: Requirements) -> Designed:
     margin = float(f"{max(wanted.gain_of(system) / BORNE, 1.0):.3g}")
     own = {"controller.kind": "limit_observer", "controller.susceptibility_margin": margin}
     there = system.evolve(own)  # a delay that does not fit is refused here
-    found = own | Search.of(there, wanted).best(there).told(system)
+    found = own | Search.of(there, wanted).best(there).overrides_on(system)
     worst = broken(corners(system.evolve({**found, **AT_MARGIN}), wanted.grid()))
     if worst is not None:
         raise unheld("limit_observer", wanted, worst)

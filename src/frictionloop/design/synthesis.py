@@ -12,7 +12,6 @@ from frictionloop.analysis.disturbance import Spectrum, touch_spectrum
 from frictionloop.analysis.operating import check_reach
 from frictionloop.design.corners import Corner, broken, corners
 from frictionloop.design.loop_gains import loop_gains
-from frictionloop.design.notch import WIDEST, retune_notch
 from frictionloop.design.operating_grid import leaning
 from frictionloop.design.pi_synthesis import UNFOUND, retune
 from frictionloop.design.plants import least_gain
@@ -27,6 +26,7 @@ from frictionloop.design.requirements import (
     springs_told,
     unheld,
 )
+from frictionloop.design.robust_notch import WIDEST, retune_notch
 from frictionloop.findings import Finding
 from frictionloop.loop.progress import step
 from frictionloop.parameters import FingerFriction, Skin, Strokes, SuspendedSensor, System

@@ -16,7 +16,7 @@ from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.recording import TICK_HZ
 from frictionloop.device.transport import Pipe
 from frictionloop.firmware.built_in import other_sources, revision_here
-from frictionloop.firmware.compiled import host_library
+from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image import FLASHED
 from frictionloop.firmware.parameter_words import firmware_words, n_per_count
 from frictionloop.loop.stepper import Movement, Stepper

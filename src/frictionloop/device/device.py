@@ -15,8 +15,7 @@ import xarray as xr
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link, identified
 from frictionloop.device.parameter_table import Parameters, told_controller, tuned_words
-from frictionloop.device.recording import ALL, CHANNELS, SCALES, Recorder, Recording
-from frictionloop.device.running import (
+from frictionloop.device.recorded_run import (
     KEPT_AS,
     STATES,
     Interrupted,
@@ -29,6 +28,7 @@ from frictionloop.device.running import (
     recorded_in,
     rows_of,
 )
+from frictionloop.device.recording import ALL, CHANNELS, SCALES, Recorder, Recording
 from frictionloop.device.transport import Pipe, opener
 from frictionloop.device.waveform import checked, table, table_of, trigger_effect, upload_of, with_setpoint
 from frictionloop.findings import Finding

@@ -12,7 +12,7 @@ from frictionloop.control.laws import NUMBERED
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link
 from frictionloop.firmware.built_in import KINDS
-from frictionloop.firmware.compiled import controller_words
+from frictionloop.firmware.compiled_core import controller_words
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.quantised import pi_gains
 from frictionloop.firmware.words import accepted, from_words, shown, to_words, word_at, word_of

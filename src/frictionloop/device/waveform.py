@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.device.link import Link
+from frictionloop.device.recorded_run import number
 from frictionloop.device.recording import TICK_HZ
-from frictionloop.device.running import number
 from frictionloop.firmware.effect_tables import EffectTables, effect_tables
 from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
 from frictionloop.physics.sources import evaluate, sampler

@@ -23,10 +23,10 @@ HOMES = {
     "protocol": "NewProtocol Protocol new read_protocol",
     "psychometric": "fit",
     "respondent": "Keyboard Respondent",
-    "running": "Ran resume run",
+    "session_run": "Ran resume run",
     "session_export": "Exported export",
     "study": "Study report simulate",
-    "summary": "fits funnel groups pooled",
+    "study_summary": "fits funnel groups pooled",
     ".report.study_page": "write_page",
 }
 __getattr__ = lazily(__name__, HOMES)

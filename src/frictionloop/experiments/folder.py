@@ -19,8 +19,8 @@ from frictionloop.experiments.trials import COLUMNS, header, line_of, read_rows
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
 from frictionloop.quantities import FrictionloopError, must_be, replacing
-from frictionloop.quantities.files import alone, sync
 from frictionloop.quantities.version import LIBRARIES, package_version, version_of
+from frictionloop.quantities.whole_files import alone, sync
 
 TABLE, LOG, ABOUT, PROTOCOL, SYSTEM, LOCK, RAW = (
     "trials.tsv",

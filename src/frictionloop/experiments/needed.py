@@ -44,7 +44,7 @@ def needed(protocol: Protocol, only: float | None = None) -> Needed:
     found = []
     for condition in protocol.conditions:
         forces = [
-            np.asarray(protocol.stimulus.at(level, condition.effect).asked(Track().touch(place, way, guide.load_n)))
+            np.asarray(protocol.stimulus.at(level, condition.effect).force_of(Track().touch(place, way, guide.load_n)))
             for level in levels
             for way in (guide.speed_mm_s, -guide.speed_mm_s)
         ]

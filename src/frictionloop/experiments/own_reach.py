@@ -10,9 +10,9 @@ from frictionloop.experiments.engine import Engine
 from frictionloop.experiments.fitting import fitted
 from frictionloop.experiments.folder import Folder, logged, now, read_session, sessions_in
 from frictionloop.experiments.measured_finger import MeasuredFinger
+from frictionloop.experiments.presented_session import guided
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Respondent
-from frictionloop.experiments.session import guided
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError
 

@@ -51,7 +51,7 @@ def strength_along(weighted: Array, known: Array) -> float:
 def asked_along(effect: Effect, run: xr.Dataset) -> Array:
     """Return the force that an effect asks for along a stroke, N."""
     along, speed, load, time = (run[name].values for name in ("position", "speed", "load", "time"))
-    return np.asarray(effect.asked(Track().touch(1e3 * along, 1e3 * speed, load, time)), float)
+    return np.asarray(effect.force_of(Track().touch(1e3 * along, 1e3 * speed, load, time)), float)
 
 
 SHORTEST_MM, LONGEST_MM = 0.5, 12.0

@@ -15,7 +15,7 @@ from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.sequence import TrialOrder
 from frictionloop.experiments.study import simulate_trials, study_system
-from frictionloop.experiments.summary import fits, measure
+from frictionloop.experiments.study_summary import fits, measure
 from frictionloop.experiments.trials import scored
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import plain

@@ -24,7 +24,7 @@ from frictionloop.experiments.timeline import (
 from frictionloop.findings import Result
 from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.toml_files import read_tree
 from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.rendering.effect import AnyEffect, Effect

@@ -93,7 +93,7 @@ class Respondent:
         """Return the answer to a trial."""
         raise NotImplementedError
 
-    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
+    def give_feedback(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Give feedback, as far as the protocol has any."""
 
     def plain(self, when: str) -> None:
@@ -184,7 +184,7 @@ class Keyboard(Respondent):
         if self.paced:
             self._say("\r\033[K")
 
-    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
+    def give_feedback(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Say why a trial is repeated; else whether the answer was right, in practice and where feedback is given."""
         if row["again"]:
             self._say(f"once more ({row['reason']})\n")

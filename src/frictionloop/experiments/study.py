@@ -19,10 +19,10 @@ from frictionloop.experiments.measured_finger import simulated_finger
 from frictionloop.experiments.needed import recruited
 from frictionloop.experiments.own_reach import reaches
 from frictionloop.experiments.participant import Observer, SimulatedParticipant
+from frictionloop.experiments.presented_session import Session, side_by_side
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Simulated
-from frictionloop.experiments.session import Session, side_by_side
-from frictionloop.experiments.summary import fits, funnel, groups, measure, pooled
+from frictionloop.experiments.study_summary import fits, funnel, groups, measure, pooled
 from frictionloop.experiments.trials import COLUMNS
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import plain

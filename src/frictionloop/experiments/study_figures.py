@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import grouped, probability
-from frictionloop.experiments.summary import convergence, groups, measure
+from frictionloop.experiments.study_summary import convergence, groups, measure
 from frictionloop.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, GREY)

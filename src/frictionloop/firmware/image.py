@@ -13,8 +13,8 @@ from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_files import check, memory_map, seal, sizes
 from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import needed
-from frictionloop.quantities.files import replacing
 from frictionloop.quantities.schema import firmware_folder, word_count
+from frictionloop.quantities.whole_files import replacing
 
 BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
 """Boards with the files they share with others; a scenario is a program of its own on the same board."""

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from frictionloop.firmware.compiled import check_known, controller_words
+from frictionloop.firmware.compiled_core import check_known, controller_words
 from frictionloop.firmware.words import filled, to_words, word_of
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor

@@ -21,6 +21,7 @@ from frictionloop.identification.figures_of_merit import (
     uniform_std_n,
 )
 from frictionloop.identification.file_channels import FileChannels, FirstLook, channels, first_look
+from frictionloop.identification.finger_population import People, people
 from frictionloop.identification.frequency_response import FrequencyResponse, response
 from frictionloop.identification.hits import Hit, Hits, pick_hits
 from frictionloop.identification.identified_bench import Bench, to_toml
@@ -33,7 +34,6 @@ from frictionloop.identification.noise_density import (
     floor_density,
     noise_spectrum,
 )
-from frictionloop.identification.people import People, people
 from frictionloop.identification.plate_decay import PlateEnvelope, plate_decay, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep
 from frictionloop.identification.project_file import Converter, Project, Take

@@ -15,8 +15,8 @@ from frictionloop.findings.catalogue import Severity
 from frictionloop.identification.entry_result import EntryResult, Sensor
 from frictionloop.identification.estimate import Measured
 from frictionloop.identification.figures_of_merit import dynamic_range_db
+from frictionloop.identification.finger_population import TAU, together
 from frictionloop.identification.identified_bench import BELIEVED, Bench, source_of
-from frictionloop.identification.people import TAU, together
 from frictionloop.identification.project_analysis import Work, analysed_entries, results_of
 from frictionloop.identification.project_file import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset

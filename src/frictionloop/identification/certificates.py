@@ -16,7 +16,7 @@ from scipy.stats import t as student
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification.estimate import Estimate, Measured
-from frictionloop.identification.people import TAU, People
+from frictionloop.identification.finger_population import TAU, People
 from frictionloop.quantities import FrictionloopError, must_be
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from scipy.ndimage import shift
 from frictionloop.findings import Finding
 from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import check_known, must_be
-from frictionloop.quantities.steps import MISSING
+from frictionloop.quantities.uneven_times import MISSING
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.clock import may_be_seconds

@@ -15,7 +15,7 @@ from frictionloop.findings.result import Row, plain
 from frictionloop.identification.certificates import LOOP, Corner, corners_of
 from frictionloop.identification.entry_result import EntryResult, number_said
 from frictionloop.identification.estimate import Measured
-from frictionloop.identification.people import LEAST_FINGERS, People
+from frictionloop.identification.finger_population import LEAST_FINGERS, People
 from frictionloop.identification.project_analysis import RefusedEntry, results_of
 from frictionloop.parameters import System, preset
 from frictionloop.parameters.refusals import known_names

@@ -11,7 +11,7 @@ from pydantic import Field
 from frictionloop.identification.channel_map import Channel, ChannelMap, Window, read_map
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import must_be
 
 

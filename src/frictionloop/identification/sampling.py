@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import must_be
-from frictionloop.quantities.steps import MISSING
+from frictionloop.quantities.uneven_times import MISSING
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Contents

@@ -240,7 +240,7 @@ class DeviceEngine:
         self._device.clear()
         self._news.fault = ""
 
-    def told(self) -> dict[str, object]:
+    def device_status(self) -> dict[str, object]:
         """Return what pages are told of the device."""
         info = self._device.info
         return {

@@ -61,9 +61,9 @@ class DeviceSession(Session):
         """Clear a fault of the device."""
         self.engine.clear()
 
-    def told(self) -> dict[str, object] | None:
+    def device_status(self) -> dict[str, object] | None:
         """Return what pages are told of the device."""
-        return self.engine.told()
+        return self.engine.device_status()
 
     def refused(self) -> list[str]:
         """Return what the device has refused of changes since the last call, in words."""

@@ -111,7 +111,7 @@ class Session:
         """Clear a fault of a device; without one there is none."""
         raise FrictionloopError("clear: no device", "NO-DEVICE")
 
-    def told(self) -> dict[str, object] | None:
+    def device_status(self) -> dict[str, object] | None:
         """Return what pages are told of a device, None without one."""
         return None
 

@@ -7,9 +7,9 @@ import numpy as np
 from frictionloop.device.codec import Message
 from frictionloop.device.errors import fault_line, reading_of
 from frictionloop.device.link import RESETS, Link
+from frictionloop.device.recorded_run import NAMES, NO_SESSION, STATES
 from frictionloop.device.recording import ALL, SCALES, state_of
 from frictionloop.device.recording import CHANNELS as TOLD
-from frictionloop.device.running import NAMES, NO_SESSION, STATES
 from frictionloop.device.transport import Pipe
 from frictionloop.live.engines import CHANNELS
 

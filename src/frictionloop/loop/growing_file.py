@@ -23,8 +23,8 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.files import check_target, hold, is_held, sync
 from frictionloop.quantities.seal import append_seal
+from frictionloop.quantities.whole_files import check_target, hold, is_held, sync
 from frictionloop.recordings.hdf5 import SEALED_BYTES, check_hdf5
 
 CHUNK_ROWS = 5000

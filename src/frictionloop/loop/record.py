@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.parameters import SCHEMA, System
-from frictionloop.parameters.files import check_schema
+from frictionloop.parameters.toml_files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.seal import seal_of
 from frictionloop.quantities.version import package_version

@@ -9,7 +9,6 @@ from frictionloop.parameters.controller import (
     PiController,
     Timing,
 )
-from frictionloop.parameters.files import PRESETS, SCHEMA, preset, read_toml
 from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
 from frictionloop.parameters.plant import (
     FingerFriction,
@@ -37,4 +36,5 @@ from frictionloop.parameters.sources import (
     Steps,
 )
 from frictionloop.parameters.system import Board, System, check_system
+from frictionloop.parameters.toml_files import PRESETS, SCHEMA, preset, read_toml
 from frictionloop.parameters.written import write_toml

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from frictionloop.parameters.block import Kinded, Kinds, NotNegative, Number, Positive
 from frictionloop.quantities import must_be
-from frictionloop.quantities.steps import uneven_in
+from frictionloop.quantities.uneven_times import uneven_in
 from frictionloop.quantities.units import UNITS, known_unit
 
 SLOWEST_S = 0.5
@@ -72,7 +72,7 @@ def _rate_of(array: Any, given_hz: Any) -> float:
     usual_s = float(np.median(np.diff(time_s)))
     uneven = uneven_in(time_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None:
-        said = uneven.said(lambda row: f"index {row}: {time_s[row]:g} s")
+        said = uneven.describe(lambda row: f"index {row}: {time_s[row]:g} s")
         raise ValueError(f"{said}; accepted: even steps (most are {usual_s:.4g} s)")
     return float(f"{(time_s.size - 1) / (time_s[-1] - time_s[0]):.9g}")
 

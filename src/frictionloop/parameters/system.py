@@ -97,7 +97,7 @@ class System(Description):
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:
         """Return the System a TOML file describes; `read_toml` has the errors."""
-        from frictionloop.parameters.files import read_toml
+        from frictionloop.parameters.toml_files import read_toml
 
         return read_toml(path)  # type: ignore[return-value]
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args, get_origin
 from pydantic import BaseModel
 
 from frictionloop.parameters.description import Description
-from frictionloop.parameters.files import DESIGNED, SCHEMA
 from frictionloop.parameters.system import check_system
+from frictionloop.parameters.toml_files import DESIGNED, SCHEMA
 from frictionloop.quantities import replacing, unit_of
 
 if TYPE_CHECKING:

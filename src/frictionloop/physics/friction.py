@@ -38,7 +38,7 @@ class Held(NamedTuple):
 Law = FrictionLimit | Held
 
 
-def held(friction: FrictionLimit, factor: float = 1.0, occluded: float = 0.0) -> Held:
+def limit_law(friction: FrictionLimit, factor: float = 1.0, occluded: float = 0.0) -> Held:
     """Return the law of friction parameters, its limit times a factor."""
     law = vibration_of(friction)
     return Held(friction.nominal_n * factor, law, law.coefficients_of(friction), occluded)
@@ -67,7 +67,7 @@ def friction_force(amplitude_um: np.ndarray | float, friction: Law) -> np.ndarra
     numbers("amplitude_um", amplitude_um, "um", 0.0)
     if is_gaussian(friction):
         return friction.nominal_n * np.exp(-friction.susceptibility_per_um2 * np.square(amplitude_um))
-    nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else held(friction)
+    nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else limit_law(friction)
     shares = [law.step(float(a), occluded, coefficients) for a in np.ravel(amplitude_um)]
     return nominal_n * np.reshape(shares, np.shape(amplitude_um))
 
@@ -101,7 +101,7 @@ def amplitude_for(force_n: np.ndarray | float, friction: Law) -> np.ndarray:
     force = as_numbers("force_n", force_n, "N")
     inside = (force > 0) & (force <= friction.nominal_n)
     if not is_gaussian(friction):
-        nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else held(friction)
+        nominal_n, law, coefficients, occluded = friction if isinstance(friction, Held) else limit_law(friction)
         inverse = inverse_of(law)
         given = [inverse(nominal_n, float(f), occluded, LARGEST_UM, coefficients) for f in force.ravel()]
         found = np.reshape(given, force.shape)

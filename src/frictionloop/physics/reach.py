@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionloop.parameters import FingerFriction, Friction, FrictionLimit, Sliding, Strokes, System, check_system
-from frictionloop.physics.friction import Held, Law, friction_force, held, is_gaussian
+from frictionloop.physics.friction import Held, Law, friction_force, is_gaussian, limit_law
 from frictionloop.physics.friction_limit import limit_coefficients, limit_step
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError, must_be
@@ -63,7 +63,7 @@ def law_at(friction: FrictionLimit, motion: Sliding | Strokes, occluded: float =
     moves = isinstance(friction, FingerFriction) and isinstance(motion, Strokes)
     factor, loss = _factor_and_loss(friction, motion, occluded) if moves else (1.0, 0.0)
     if not is_gaussian(friction):
-        return held(friction, factor, occluded)
+        return limit_law(friction, factor, occluded)
     tau = friction.susceptibility_per_um2 * (1.0 - loss)
     return Friction(nominal_n=friction.nominal_n * factor, susceptibility_per_um2=tau)
 

@@ -84,7 +84,7 @@ def _draw_map(axes: Axes, scale: Axes, shown: Preview) -> None:
     y = np.linspace(min(track.y_mm) - ROOM_MM, max(track.y_mm) + ROOM_MM, 121)
     grid = np.meshgrid(x, y)
     touch = Touch(*grid, shown.speed_mm_s, 0.5, 1e6, source.track.heading_deg)
-    force = np.broadcast_to(source.effect.asked(touch), grid[0].shape)
+    force = np.broadcast_to(source.effect.force_of(touch), grid[0].shape)
     image = axes.imshow(force, extent=(x[0], x[-1], y[0], y[-1]), origin="lower", aspect="auto", cmap="viridis")
     for colour, width in ((BLACK, 2.6), ("white", 1.2)):
         axes.plot(track.x_mm, track.y_mm, color=colour, linewidth=width)

@@ -99,7 +99,7 @@ def stroke_forces(system: System) -> StrokeForces:
     ways = []
     for way in (1.0, -1.0):
         touch = source.track.touch(fine, way * motion.speed_mm_s, motion.load_n, STARTED_S)
-        ways.append(np.broadcast_to(np.asarray(source.effect.asked(touch), float), fine.shape))
+        ways.append(np.broadcast_to(np.asarray(source.effect.force_of(touch), float), fine.shape))
     raw = np.array(ways)
     held = np.clip(raw, model.floor_n, model.nominal_n)
     middle = held[:, 20::40]
@@ -124,7 +124,7 @@ def _while_waves_play(system: System, fine: Array) -> Array:
     first, length = fine[0], fine[-1] - fine[0]
     place = first + np.mod(motion.speed_mm_s * time_s, length)
     touch = source.track.touch(place, motion.speed_mm_s, motion.load_n, time_s)
-    return np.broadcast_to(np.asarray(source.effect.asked(touch), float), time_s.shape)
+    return np.broadcast_to(np.asarray(source.effect.force_of(touch), float), time_s.shape)
 
 
 def playable_forces(system: System) -> StrokeForces:

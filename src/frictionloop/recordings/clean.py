@@ -22,7 +22,7 @@ def clean_part(values: Array, at_s: Array) -> tuple[str, str]:
     if stop - start < LEAST:
         return "", ""
     more = f" and {len(gaps) - SHOWN} more" if len(gaps) > SHOWN else ""
-    where = f"; no number at {', '.join(said(at_s[a], at_s[b]) for a, b in gaps[:SHOWN])}{more}"
+    where = f"; no number at {', '.join(stretch(at_s[a], at_s[b]) for a, b in gaps[:SHOWN])}{more}"
     return where, f", or {taking(at_s[start], at_s[stop])}"
 
 
@@ -32,7 +32,7 @@ def taking(start_s: float, stop_s: float) -> str:
     return f"the longest part without a gap: {flags} (or --setpoint)"
 
 
-def said(start_s: float, stop_s: float) -> str:
+def stretch(start_s: float, stop_s: float) -> str:
     """Return a stretch in words."""
     return f"{start_s:.9g} s" if start_s == stop_s else f"{start_s:.9g} to {stop_s:.9g} s"
 

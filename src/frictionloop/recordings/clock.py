@@ -6,7 +6,7 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import must_be
-from frictionloop.quantities.steps import uneven_in
+from frictionloop.quantities.uneven_times import uneven_in
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import DEFAULT, Array, Column, no_column
 from frictionloop.recordings.headers import is_time
@@ -95,7 +95,7 @@ def unevenness(column: Column, rate_hz: float) -> str:
     if uneven is None:
         return ""
     off_s = np.nanmax(np.abs(in_s - in_s[0] - np.arange(in_s.size) / rate_hz))
-    return f"{uneven.said(times.place)}; {_rows_apart(rate_hz)}, at most {off_s:.3g} s off"
+    return f"{uneven.describe(times.place)}; {_rows_apart(rate_hz)}, at most {off_s:.3g} s off"
 
 
 def _rows_apart(rate_hz: float) -> str:

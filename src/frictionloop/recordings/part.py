@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.steps import uneven_in
+from frictionloop.quantities.uneven_times import uneven_in
 from frictionloop.recordings.clean import LEAST, longest, taking
 from frictionloop.recordings.clock import EVEN, in_seconds, no_rate, rate_of
 from frictionloop.recordings.column import Array, Column, refuse_gaps
@@ -77,7 +77,7 @@ def _by_times(recording: Recording, times: Column, in_s: Array, usual_s: float) 
     refuse_gaps(path, at_s, place, accepted=ACCEPTED, cut=cut)
     uneven = uneven_in(at_s, abs(usual_s) or 1.0, EVEN)
     if uneven is not None or at_s.size < 2:
-        said = uneven.said(place) if uneven else "one row"
+        said = uneven.describe(place) if uneven else "one row"
         as_s = f" if {times.name!r} is in s" * (times.unit is None)
         accepted = f"steps of {usual_s:g} s{as_s}, {offer(at_s)}rate_hz given{cut}"
         raise FrictionloopError(f"{path}: {said}; accepted: {accepted}")

@@ -47,7 +47,7 @@ class _Table:
     head: str
     """Where its names and units stand, in words."""
 
-    def said(self) -> list[Said]:
+    def header_lines(self) -> list[Said]:
         """Return what the lines above the numbers tell."""
         return settings_of(self.path, self.first[0] - 1)
 
@@ -107,7 +107,7 @@ def read_text(recording: Recording) -> Column:
     clock = next((i for i in called + stamped if i != k), None)
     others = [repr(table.name(i) or str(i)) for i in range(table.count) if i not in (k, clock)]
     column = table.column(k, None if clock is None else table.times(clock), others)
-    said, signals = table.said(), 1 + len(others)
+    said, signals = table.header_lines(), 1 + len(others)
     by, rate_hz = one_rate(recording.path, rates_in(said)) or ("", None)
     unit = column.unit or unit_in(said, column.name, signals)
     doubt = "" if unit else unit_in_doubt(said, signals)

@@ -10,7 +10,7 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.clock import unevenness
 from frictionloop.recordings.column import Column
-from frictionloop.recordings.contact import off_plate
+from frictionloop.recordings.lifted_finger import off_plate
 from frictionloop.recordings.part import Part
 from frictionloop.recordings.read import scaled
 from frictionloop.recordings.signs import Signs, signs_of

@@ -12,7 +12,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.containers import hdf5_contents, mat_contents, npz_contents, wav_contents
 from frictionloop.recordings.contents import Contents
 from frictionloop.recordings.recorders import RECORDERS
-from frictionloop.recordings.tables import read_table
+from frictionloop.recordings.text_tables import read_table
 
 READERS: Mapping[str, Callable[[Path], Contents]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc"), read_table),

@@ -32,7 +32,7 @@ HOMES = {
     "recorded": "Resynthesis fit_texture read_envelope read_texture read_wave write_wave",
     "shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
     "source": "EffectSource",
-    "tables": "Map Sampled Wave sampled",
+    "force_tables": "Map Sampled Wave sampled",
 }
 __getattr__ = lazily(__name__, HOMES)
 __all__ = [name for names in HOMES.values() for name in names.split()]

@@ -31,9 +31,9 @@ class Sum(_Mix):
 
     kind: Literal["sum"] = "sum"
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        return sum(part.asked(touch) for part in self.of)
+        return sum(part.force_of(touch) for part in self.of)
 
 
 class Product(_Mix):
@@ -41,9 +41,9 @@ class Product(_Mix):
 
     kind: Literal["product"] = "product"
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        return math.prod(part.asked(touch) for part in self.of)
+        return math.prod(part.force_of(touch) for part in self.of)
 
 
 class Largest(_Mix):
@@ -51,9 +51,9 @@ class Largest(_Mix):
 
     kind: Literal["max"] = "max"
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        return reduce(np.maximum, (part.asked(touch) for part in self.of))
+        return reduce(np.maximum, (part.force_of(touch) for part in self.of))
 
 
 class Mask(Effect):
@@ -72,10 +72,10 @@ class Mask(Effect):
         """The period that all parts share."""
         return common(*(part.period_mm for part in self.parts))
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        share = np.clip(self.where.asked(touch), 0.0, 1.0)
-        return share * self.effect.asked(touch) + (1.0 - share) * self.outside.asked(touch)
+        share = np.clip(self.where.force_of(touch), 0.0, 1.0)
+        return share * self.effect.force_of(touch) + (1.0 - share) * self.outside.force_of(touch)
 
 
 def common(*periods: float | None) -> float | None:
@@ -94,9 +94,9 @@ class Placed(Effect):
         """Return the touch as the effect that is placed sees it."""
         raise NotImplementedError
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        return self.effect.asked(self.inside(touch))
+        return self.effect.force_of(self.inside(touch))
 
 
 class At(Placed):
@@ -150,9 +150,9 @@ class Scale(Placed):
         """Return the touch as the effect sees it."""
         return touch._replace(x_mm=touch.x_mm / self.stretch, y_mm=touch.y_mm / self.stretch)
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        return self.factor * super().asked(touch)
+        return self.factor * super().force_of(touch)
 
 
 class Repeat(Placed):
@@ -190,9 +190,9 @@ class Directed(Effect):
         """It depends on the direction."""
         return False
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
-        return np.where(touch.direction > 0, self.forth.asked(touch), self.back.asked(touch))
+        return np.where(touch.direction > 0, self.forth.force_of(touch), self.back.force_of(touch))
 
 
 class Relief(Effect):
@@ -220,12 +220,12 @@ class Relief(Effect):
             raise must_be("height.kind", self.height.kind, "of place alone")
         return self
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         angle = np.radians(touch.heading_deg)
         dx, dy = 0.5 * self.step_mm * np.cos(angle), 0.5 * self.step_mm * np.sin(angle)
         ends = (touch._replace(x_mm=touch.x_mm + s * dx, y_mm=touch.y_mm + s * dy) for s in (1.0, -1.0))
-        ahead, behind = (self.height.asked(end) for end in ends)
+        ahead, behind = (self.height.force_of(end) for end in ends)
         return self.load_n * (ahead - behind) / self.step_mm * touch.direction
 
 
@@ -289,13 +289,13 @@ class Trigger(Effect):
     def _has(self, name: str) -> bool:
         return getattr(self, name) is not None
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N, without hysteresis: on where the quantity is past halfway from off to on."""
         name, on, off = self.condition
         value = {"load": touch.load_n, "speed": np.abs(touch.speed_mm_s), "x": touch.x_mm}[name]
         is_on = (np.asarray(value) - 0.5 * (on + off)) * np.sign(on - off) >= 0.0
         branches = (self.then, self.starts), (self.otherwise, self.ends)
-        high, low = (sum(each.asked(touch) for each in branch if each is not None) for branch in branches)
+        high, low = (sum(each.force_of(touch) for each in branch if each is not None) for branch in branches)
         return np.where(is_on, high, low)
 
 

@@ -54,9 +54,9 @@ class Effect(Kinded):
     ``a + b``, ``a * b`` and ``a.max(b)`` mix two; ``mask``, ``at``, ``rotate``, ``scale`` and ``repeat`` place one.
     """
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N, of the shape of the touch."""
-        raise NotImplementedError(f"{type(self).__name__}.asked(touch) is missing")
+        raise NotImplementedError(f"{type(self).__name__}.force_of(touch) is missing")
 
     def force_n(self, touch: Touch) -> float:
         """Return the force asked for in N.
@@ -67,7 +67,7 @@ class Effect(Kinded):
             Where the finger is, how fast it goes and how hard it presses. A trigger is on where its condition holds,
             and its wave began ``time_s`` before.
         """
-        return float(self.asked(touch))
+        return float(self.force_of(touch))
 
     @property
     def parts(self) -> Iterator[Effect]:
@@ -143,7 +143,7 @@ _HOME = {
     "composing": "sum:Sum product:Product max:Largest mask:Mask directed:Directed trigger:Trigger relief:Relief "
     "at:At rotate:Rotate scale:Scale repeat:Repeat",
     "recorded": "resynthesis:Resynthesis",
-    "tables": "map:Map wave:Wave",
+    "force_tables": "map:Map wave:Wave",
     "shapes": "constant:Constant gradient:Gradient edge:Edge grating:Grating chirp:Chirp ridge:Ridge detents:Detents "
     "texture:Texture dots:Dots viscous:Viscous",
 }

@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from frictionloop.parameters.files import read_tree
 from frictionloop.parameters.refusals import explain
+from frictionloop.parameters.toml_files import read_tree
 from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.rendering.effect import EFFECTS, Effect

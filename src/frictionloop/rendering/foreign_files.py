@@ -15,12 +15,12 @@ from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.composing import Relief
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.effect_toml import write_effect
+from frictionloop.rendering.force_tables import Map, Wave
 from frictionloop.rendering.hjif import read_hjif, write_hjif
 from frictionloop.rendering.images import Picture, Polarity, rasterise, read_image, write_image
 from frictionloop.rendering.library import CARRIER_N, range_n, summary
 from frictionloop.rendering.recorded import fit_texture, read_envelope, read_texture, read_wave, write_wave
 from frictionloop.rendering.shapes import Constant, Grating
-from frictionloop.rendering.tables import Map, Wave
 
 PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), (".wav", ".csv", ".tsv", ".txt", ".h5", ".hdf5", ".nc", ".mat")
 ENVELOPES, HAPTICS = (".haptic", ".ahap"), (".hjif",)

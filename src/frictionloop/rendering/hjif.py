@@ -16,10 +16,10 @@ import numpy as np
 
 from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.force_tables import MOST_CELLS, Map
 from frictionloop.rendering.images import rasterise
 from frictionloop.rendering.recorded import read_json
 from frictionloop.rendering.shapes import Constant, Grating
-from frictionloop.rendering.tables import MOST_CELLS, Map
 
 MODALITY = "Friction"
 TRANSIENT_MM = 0.5

@@ -12,7 +12,7 @@ from frictionloop.quantities import FrictionloopError, check_known, must_be, rep
 from frictionloop.quantities.checks import ABOVE_0, number
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect, Touch
-from frictionloop.rendering.tables import MOST_CELLS, Map
+from frictionloop.rendering.force_tables import MOST_CELLS, Map
 
 Polarity = Literal["bright", "dark"]
 POLARITIES = ("bright", "dark")
@@ -178,7 +178,7 @@ def rasterise(effect: Effect, width_mm: float, height_mm: float = 0.0, pitch_mm:
     x = pitch_mm * (np.arange(columns) - 0.5 * (columns - 1))
     y = pitch_mm * (np.arange(rows) - 0.5 * (rows - 1))
     grid = np.meshgrid(x, y)
-    force = np.broadcast_to(effect.asked(Touch(grid[0], grid[1], 20.0, 0.5, 1e6)), grid[0].shape)
+    force = np.broadcast_to(effect.force_of(Touch(grid[0], grid[1], 20.0, 0.5, 1e6)), grid[0].shape)
     return Map(values_n=force.tolist(), pitch_mm=pitch_mm, start_mm=float(x[0]), start_y_mm=float(y[0]))
 
 

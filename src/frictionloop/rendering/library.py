@@ -13,6 +13,7 @@ from frictionloop.findings import Result, shown
 from frictionloop.findings.shown import between
 from frictionloop.rendering.composing import Directed, Trigger
 from frictionloop.rendering.effect import Effect, Touch
+from frictionloop.rendering.force_tables import Map, Wave
 from frictionloop.rendering.shapes import (
     Chirp,
     Constant,
@@ -25,7 +26,6 @@ from frictionloop.rendering.shapes import (
     Texture,
     Viscous,
 )
-from frictionloop.rendering.tables import Map, Wave
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -142,7 +142,7 @@ def range_n(effect: Effect) -> tuple[float, float]:
     times = [STARTED_S, *np.linspace(0.0, longest_s(effect), 33)]
     speeds, loads = ((20.0,), (0.5,)) if effect.is_static else (SPEEDS_MM_S, LOADS_N)
     touches = itertools.product(speeds, loads, times[:1] if effect.is_static else times)
-    forces = [effect.asked(Touch(place, y, speed, load, time)) for speed, load, time in touches]
+    forces = [effect.force_of(Touch(place, y, speed, load, time)) for speed, load, time in touches]
     return min(float(np.min(each)) for each in forces), max(float(np.max(each)) for each in forces)
 
 

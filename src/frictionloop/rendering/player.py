@@ -13,9 +13,9 @@ from frictionloop.parameters.block import Block
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.composing import At, Directed, Largest, Mask, Placed, Product, Relief, Scale, Sum, Trigger
 from frictionloop.rendering.effect import TOUCHES_N, Effect, Touch, Track
+from frictionloop.rendering.force_tables import Map, Wave
 from frictionloop.rendering.program import FAR_S, KEPT, MOST_TRIGGERS, STACK, WIDTH, Do, Program, build_play
 from frictionloop.rendering.shapes import Detents, Ridge, Viscous
-from frictionloop.rendering.tables import Map, Wave
 
 POINTS, PERIOD_POINTS = 32768, 2048
 """Values of a table over the whole plate, and over one period of what repeats."""
@@ -59,7 +59,7 @@ class _Compiler:
         """Add what leaves the force of an effect on the stack, on which ``depth`` numbers are."""
         self.deepest = max(self.deepest, depth + 1)
         if effect.is_static:
-            self.table(effect, effect.asked, chart)
+            self.table(effect, effect.force_of, chart)
         elif isinstance(effect, Sum | Product | Largest):
             self.mix(effect, chart, depth)
         elif isinstance(effect, Scale):
@@ -72,7 +72,7 @@ class _Compiler:
         elif isinstance(effect, Directed):
             self.select(depth, lambda: self.emit(Do.DIRECTION), effect.forth, effect.back, chart)
         elif isinstance(effect, Ridge | Detents | Relief):
-            self.table(effect, lambda touch: effect.asked(touch._replace(speed_mm_s=0.0)), chart)
+            self.table(effect, lambda touch: effect.force_of(touch._replace(speed_mm_s=0.0)), chart)
             self.emit(Do.DIRECTION)
             self.emit(Do.MULTIPLY)
             self.deepest = max(self.deepest, depth + 2)

@@ -19,7 +19,7 @@ from frictionloop.quantities.checks import ABOVE_0, number, numbers, whole
 from frictionloop.quantities.normals import normals
 from frictionloop.recordings.read import read_recording
 from frictionloop.rendering.effect import Effect, Touch
-from frictionloop.rendering.tables import MOST_CELLS, Map, Wave
+from frictionloop.rendering.force_tables import MOST_CELLS, Map, Wave
 
 COMMENT = b"newtons_per_unit="
 """What a WAV file of this package has as its comment: the scale, and the offset behind a space."""
@@ -244,7 +244,7 @@ class Resynthesis(Effect):
         """The way after which it repeats."""
         return self.values * self.pitch_mm
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N, linear between values."""
         table = _period_of(self.coefficients, self.noise_n, self.values, self.seed)
         u = np.asarray(touch.x_mm, float) / self.pitch_mm

@@ -32,7 +32,7 @@ class Constant(Effect):
         """The same everywhere."""
         return 0.0
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         return self.level_n + 0.0 * np.asarray(touch.x_mm)
 
@@ -48,7 +48,7 @@ class Gradient(Effect):
     length_mm: Positive = 40.0
     """Way in which it changes."""
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         share = np.clip(np.asarray(touch.x_mm) / self.length_mm + 0.5, 0.0, 1.0)
         return self.from_n + share * (self.to_n - self.from_n)
@@ -65,7 +65,7 @@ class Edge(Effect):
     width_mm: Positive = 1.0
     """Way in which it changes."""
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         x = np.clip(np.asarray(touch.x_mm) / self.width_mm, -0.5, 0.5)
         return self.from_n + 0.5 * (1.0 + np.sin(np.pi * x)) * (self.to_n - self.from_n)
@@ -89,7 +89,7 @@ class Grating(Effect):
         """The spacing."""
         return self.spacing_mm
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         turns = np.asarray(touch.x_mm) / self.spacing_mm
         return self.offset_n + self.amplitude_n * _wave(turns - np.floor(turns), self.shape)
@@ -127,7 +127,7 @@ class Chirp(Effect):
             raise ValueError("from_mm and to_mm must differ")
         return self
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         x, ratio = np.clip(np.asarray(touch.x_mm), 0.0, self.length_mm), math.log(self.from_mm / self.to_mm)
         turns = self.length_mm / (self.from_mm * ratio) * np.expm1(ratio * x / self.length_mm)
@@ -160,7 +160,7 @@ class Ridge(Effect):
         x = np.clip(np.asarray(x_mm) / self.width_mm, -0.5, 0.5)
         return -self.load_n * self.height_mm * np.pi / self.width_mm * np.sin(2.0 * np.pi * x)
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         along = np.cos(np.radians(touch.heading_deg))
         return along * self.slope_n(touch.x_mm) * touch.direction
@@ -187,7 +187,7 @@ class Detents(Effect):
         """Return the force on the way forth along x, N."""
         return self.amplitude_n * np.sin(2.0 * np.pi * np.asarray(x_mm) / self.spacing_mm)
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         along = np.cos(np.radians(touch.heading_deg))
         return along * self.slope_n(touch.x_mm) * touch.direction
@@ -229,7 +229,7 @@ class Texture(Effect):
         """The length."""
         return self.length_mm
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         first, last = _orders(self)
         in_phase, quarter = _drawn(self.seed, first, last, self.exponent)
@@ -268,7 +268,7 @@ class Dots(Effect):
     at_mm: tuple[tuple[Number, Number], ...] = ((0.0, 0.0), (2.5, 0.0))
     """Middle of each dot, x and y (braille: 2.5 mm apart, 6 mm from cell to cell)."""
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N: (1 + cos) / 2 of the distance, 0 from a diameter on."""
         x, y = np.asarray(touch.x_mm, float), np.asarray(touch.y_mm, float)
         raised = 0.0 * (x + y)
@@ -290,6 +290,6 @@ class Viscous(Effect):
         """It depends on the speed."""
         return False
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         return 1e-3 * self.per_speed_n_s_m * np.abs(np.asarray(touch.speed_mm_s))

@@ -53,5 +53,5 @@ class EffectSource(Signal):
 
 @lru_cache(maxsize=256)
 def _band_n(effect: Effect, track: Track) -> tuple[float, float, float]:
-    force = effect.asked(track.touch(np.linspace(-50.0, 50.0, 1001), 20.0))
+    force = effect.force_of(track.touch(np.linspace(-50.0, 50.0, 1001), 20.0))
     return float(np.min(force)), float(np.mean(force)), float(np.max(force))

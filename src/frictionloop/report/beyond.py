@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.comparison import protocol
-from frictionloop.report.numbers import number
-from frictionloop.report.protocol import LEVELS_N, OPEN, PRINTED, RETUNED_GAINS
+from frictionloop.design.comparison import trial_protocol
+from frictionloop.report.number_text import number
+from frictionloop.report.paper_protocol import LEVELS_N, OPEN, PRINTED, RETUNED_GAINS
 
 COMMAND = "python -m studies.beyond"
 SPEED_MM_S = 20.0
@@ -28,7 +28,7 @@ SHOWN_MS = {"down": (-5.0, 60.0), "up": (-5.0, 60.0)}
 """What is shown of them: how long a law takes to be at rest."""
 FOLDER = files("frictionloop.report") / "stored"
 SUMMARY, STEPS = "beyond.json", "beyond-steps.csv"
-NOTCH, ORACLE = "notch and feed-forward", protocol.ORACLE
+NOTCH, ORACLE = "notch and feed-forward", trial_protocol.ORACLE
 LAWS = (OPEN, PRINTED, RETUNED_GAINS, NOTCH, ORACLE)
 """Who competes, named as in Fig. 5."""
 MEDIAN, WORST = "median", "worst_decile"

@@ -16,7 +16,7 @@ from frictionloop.identification import Calibration, floor_readings
 from frictionloop.identification.resonance import model
 from frictionloop.identification.rigs import UP_AND_DOWN_KG, floor_rig, hammer_rig, string_friction_for, weights_rig
 from frictionloop.parameters.calibration_bench import CalibrationBench
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 
 PRINTED_R2 = 0.95
 """Goodness of fit of Fig. 4a (paper, Sec. 3.3)."""

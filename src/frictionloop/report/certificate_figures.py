@@ -17,7 +17,7 @@ from PIL import Image  # matplotlib needs it too
 from frictionloop.figures.style import BLUE, GREY, SILVER, VERMILLION, new_figure, png, styled
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.file_channels import first_look
-from frictionloop.identification.people import People
+from frictionloop.identification.finger_population import People
 from frictionloop.quantities import replacing
 
 Curves = Mapping[str, Any]

@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from frictionloop.analysis.linear import check_pi
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, one_panel, styled
 from frictionloop.parameters import System
-from frictionloop.report import protocol
+from frictionloop.report import paper_protocol
 from frictionloop.report.claims.claim import Value
-from frictionloop.report.numbers import number
-from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import AMPLITUDE_N, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.gain_stability import Stability, stability
+from frictionloop.report.number_text import number
+from frictionloop.report.other_fingers import the_finger
+from frictionloop.report.paper_protocol import AMPLITUDE_N, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.results import Results
-from frictionloop.report.stability import Stability, stability
 from frictionloop.report.systems import GROUND
 
 Row = dict[str, Value]
@@ -29,7 +29,7 @@ Table = dict[str, Row]
 
 def strokes(names: Iterable[str], results: Results) -> Table:
     """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
-    base = protocol.finger_system(the_finger())
+    base = paper_protocol.finger_system(the_finger())
     return {name: _gains(name, base.evolve(CONTROLLERS[name])) | _fit(results.tracked[name]) for name in names}
 
 

@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 from frictionloop.figures.style import BLACK, BLUE, GREY, VERMILLION, new_figure, one_panel, styled
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 from frictionloop.report.tolerances import R2_STEP
 
 KP, KI = "controller.kp", "controller.ki"

@@ -22,14 +22,14 @@ from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.parameters import RETUNED
 from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.quantities.version import cited_version
-from frictionloop.report import protocol
-from frictionloop.report.arrivals import rows as arrival_rows
+from frictionloop.report import paper_protocol
 from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import COUNTED, Claim, Group, all_claims, others, statements
 from frictionloop.report.claims.device import LOAD_MOVES
-from frictionloop.report.numbers import milli, shown, with_unit
+from frictionloop.report.effect_arrivals import rows as arrival_rows
+from frictionloop.report.number_text import milli, shown, with_unit
+from frictionloop.report.other_fingers import bench_systems, the_finger
 from frictionloop.report.paper_figures import FIGURES
-from frictionloop.report.people import bench_systems, the_finger
 from frictionloop.report.results import FIELDS, Results, cited, command_of, parts
 from frictionloop.report.tolerances import RULES
 
@@ -185,7 +185,7 @@ def render(
         retuned=RETUNED,
         built=docs_link("glossary", folder).endswith(".html"),
         finger=the_finger(),
-        finger_number=protocol.chosen(protocol.population()),
+        finger_number=paper_protocol.chosen(paper_protocol.population()),
         study=results.beyond,
         laws=beyond_rows(results.beyond),
         arrivals=results.arrivals,

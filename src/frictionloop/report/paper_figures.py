@@ -13,11 +13,11 @@ from frictionloop.design.comparison.law_figures import figure_residuals, figure_
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.report.arrivals import figure_arrivals
 from frictionloop.report.beyond import MEDIAN, SHOWN_MS, SPEED_MM_S, WORST
 from frictionloop.report.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.closed_loop import Table, figure_closed_loop, figure_people, strokes
+from frictionloop.report.effect_arrivals import figure_arrivals
 from frictionloop.report.gains import (
     PAPER_POINT,
     at_paper,
@@ -26,7 +26,7 @@ from frictionloop.report.gains import (
     optimum,
     useful_range,
 )
-from frictionloop.report.protocol import CLOSED, IDEAL, OPEN, POPULATION, PRINTED, RETUNED_GAINS
+from frictionloop.report.paper_protocol import CLOSED, IDEAL, OPEN, POPULATION, PRINTED, RETUNED_GAINS
 from frictionloop.report.results import Results
 from frictionloop.report.schematics import figure_diagram, figure_sensor
 from frictionloop.report.sensor_noise import LEVELS_N, figure_equation_3, figure_noise

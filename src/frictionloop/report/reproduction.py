@@ -27,11 +27,11 @@ from frictionloop.report.claims import (
     within,
 )
 from frictionloop.report.closed_loop import Table
-from frictionloop.report.numbers import with_unit
+from frictionloop.report.gain_stability import asked_for
+from frictionloop.report.number_text import with_unit
 from frictionloop.report.page import build_report, prepare
 from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.results import Results, cited, command_of
-from frictionloop.report.stability import asked_for
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]

@@ -11,7 +11,17 @@ import xarray as xr
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
 from frictionloop.quantities.version import cited_version
-from frictionloop.report import arrivals, beyond, calibration, gains, people, protocol, sensor_noise, stability, systems
+from frictionloop.report import (
+    beyond,
+    calibration,
+    effect_arrivals,
+    gain_stability,
+    gains,
+    other_fingers,
+    paper_protocol,
+    sensor_noise,
+    systems,
+)
 
 
 def command_of(name: str) -> str:
@@ -89,11 +99,11 @@ class Results:
     """Perceptual indices by controller."""
     fluctuations: dict[str, dict[str, float]]
     """rms of the error at a constant set-point by controller and by what is taken away, N."""
-    checked: stability.Held
+    checked: gain_stability.Held
     """What a design asks of the re-tuned gains, and where they hold it."""
     beyond: beyond.Beyond
     """Control laws compared on fingers that none of them was tuned on, from the stored study."""
-    arrivals: arrivals.Arrivals
+    arrivals: effect_arrivals.Arrivals
     """How much of effects arrives at such fingers, from the stored study."""
 
     def __init__(self, bar: Bar | None = None) -> None:
@@ -185,27 +195,27 @@ def parts() -> Iterator[Part]:
     yield "rigs", calibration.all_rigs
     yield from bench_parts()
     yield "beyond", beyond.stored
-    yield "arrivals", arrivals.stored
+    yield "arrivals", effect_arrivals.stored
 
 
 def bench_parts() -> Iterator[Part]:
     """Yield the parts that run on the bench, in the same form."""
-    finger = people.the_finger()
-    system = protocol.finger_system(finger)
-    for name, overrides in protocol.CONTROLLERS.items():
-        yield f"tracked.{name}", partial(protocol.tracking, system, overrides)
-        yield f"stepped.{name}", partial(protocol.stepping, system, overrides)
-    for name in people.LOOKUPS[1:]:
-        table = {**protocol.CONTROLLERS[protocol.OPEN], **people.lookup(name, finger)}
-        yield f"tracked.{name}", partial(protocol.tracking, system, table)
-    for name in protocol.CLOSED:
-        overrides = protocol.CONTROLLERS[name]
-        yield f"felt.{name}", partial(people.felt, finger, overrides)
-        taken = tuple(people.WITHOUT) if name == protocol.RETUNED_GAINS else people.ENDS
-        yield f"fluctuations.{name}", partial(people.fluctuations, finger, overrides, taken)
-    for name in (protocol.RETUNED_GAINS, protocol.IDEAL):
-        stronger = people.stronger(protocol.CONTROLLERS[name])
-        yield f"stronger.{name}", partial(protocol.stepping, system, stronger)
-    for name in (protocol.OPEN, protocol.PRINTED, protocol.RETUNED_GAINS):
-        yield f"people.{name}", partial(people.population, name)
-    yield "checked", stability.held
+    finger = other_fingers.the_finger()
+    system = paper_protocol.finger_system(finger)
+    for name, overrides in paper_protocol.CONTROLLERS.items():
+        yield f"tracked.{name}", partial(paper_protocol.tracking, system, overrides)
+        yield f"stepped.{name}", partial(paper_protocol.stepping, system, overrides)
+    for name in other_fingers.LOOKUPS[1:]:
+        table = {**paper_protocol.CONTROLLERS[paper_protocol.OPEN], **other_fingers.lookup(name, finger)}
+        yield f"tracked.{name}", partial(paper_protocol.tracking, system, table)
+    for name in paper_protocol.CLOSED:
+        overrides = paper_protocol.CONTROLLERS[name]
+        yield f"felt.{name}", partial(other_fingers.felt, finger, overrides)
+        taken = tuple(other_fingers.WITHOUT) if name == paper_protocol.RETUNED_GAINS else other_fingers.ENDS
+        yield f"fluctuations.{name}", partial(other_fingers.fluctuations, finger, overrides, taken)
+    for name in (paper_protocol.RETUNED_GAINS, paper_protocol.IDEAL):
+        stronger = other_fingers.stronger(paper_protocol.CONTROLLERS[name])
+        yield f"stronger.{name}", partial(paper_protocol.stepping, system, stronger)
+    for name in (paper_protocol.OPEN, paper_protocol.PRINTED, paper_protocol.RETUNED_GAINS):
+        yield f"people.{name}", partial(other_fingers.population, name)
+    yield "checked", gain_stability.gains_hold

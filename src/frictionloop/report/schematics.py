@@ -15,7 +15,7 @@ from frictionloop.hardware.sensor import springs
 from frictionloop.hardware.sensor.electrodes import capacitance_f
 from frictionloop.parameters import FrictionLaw, LogSweep, Model, PiController, Sine, System
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 
 TOP, BOTTOM = 2.9, 0.75
 """Heights of the forward path and of the feedback path, in units of the drawing."""

@@ -20,7 +20,7 @@ from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE,
 from frictionloop.loop.simulate import simulate
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 from frictionloop.report.systems import at_means
 from frictionloop.report.tolerances import R2_STEP
 

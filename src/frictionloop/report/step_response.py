@@ -15,8 +15,8 @@ from frictionloop.loop.record import system_of
 from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Friction, Skin, Strokes, System
 from frictionloop.physics.friction import amplitude_for
-from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import IDEAL, OPEN, PRINTED, RETUNED_GAINS, STEP_LEVELS_N, finger_system
+from frictionloop.report.other_fingers import the_finger
+from frictionloop.report.paper_protocol import IDEAL, OPEN, PRINTED, RETUNED_GAINS, STEP_LEVELS_N, finger_system
 
 BEFORE_MS, AFTER_MS = 100.0, 400.0
 """A window around a step; the level after it lasts 500 ms."""

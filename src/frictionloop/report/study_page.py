@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader
 
 from frictionloop.experiments.study import TABLES, Study
 from frictionloop.experiments.study_figures import answers, converging, functions, sequences, thresholds
-from frictionloop.experiments.summary import funnel, measure
+from frictionloop.experiments.study_summary import funnel, measure
 from frictionloop.figures.style import inline, svg
 from frictionloop.quantities import replacing
 

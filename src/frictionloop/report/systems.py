@@ -23,7 +23,7 @@ from frictionloop.physics.friction import friction_force
 from frictionloop.physics.reach import reach
 from frictionloop.physics.sources import evaluate
 from frictionloop.quantities.normals import normals
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 
 WORKING = "peak-to-peak"
 """The reading that ``paper()`` takes of the printed amplitudes."""

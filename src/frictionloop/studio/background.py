@@ -18,7 +18,7 @@ from frictionloop.live.session import Session
 from frictionloop.parameters import System
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.effect_pictures import map_of
-from frictionloop.studio.numbers import WINDOW_S, numbers_of
+from frictionloop.studio.live_numbers import WINDOW_S, numbers_of
 
 MODULES = (
     "scipy.signal",

@@ -16,7 +16,7 @@ from frictionloop.parameters import System
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio.frames import CROWD_FRAME, Frame, pack
-from frictionloop.studio.numbers import LEAST_S, WINDOW_S, slides
+from frictionloop.studio.live_numbers import LEAST_S, WINDOW_S, slides
 
 PEOPLE = 12
 POPULATION_SEED = 0
@@ -100,7 +100,7 @@ class Twelve:
         if self._crowd is not None and self._system is not self._session.engine.system:
             self._crowd = self._system = None
 
-    def told(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
         """Return what pages are told of everybody in the last two seconds: errors (N) and share out of reach."""
         state = "ready" if self._crowd is not None else "making" if self._making is not None else "refused"
         return {"type": "crowd", "state": state, "why": self._why, "people": self._each() if self._crowd else []}

@@ -41,7 +41,7 @@ def map_of(system: System) -> bytes:
 def force_over(source: EffectSource, x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
     """Return the force over a grid, N, shape (y, x), for a finger of 0.5 N on its way forth long after the start."""
     x, y = np.meshgrid(x_mm, y_mm)
-    force = source.effect.asked(Touch(x, y, 20.0, 0.5, 1e6, 0.0))
+    force = source.effect.force_of(Touch(x, y, 20.0, 0.5, 1e6, 0.0))
     return np.array(np.broadcast_to(force, x.shape), float)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictionloop.experiments.protocol import Protocol
     from frictionloop.live.session import Session
     from frictionloop.studio.experiment.desk import Desk
-    from frictionloop.studio.experiment.server import Addresses
+    from frictionloop.studio.experiment.experiment_server import Addresses
 
 PORT = 8026
 
@@ -177,9 +177,9 @@ def desk(
         For an address that cannot be listened at, or a missing extra.
     """
     needed("starlette", "starlette", "studio")
-    from frictionloop.experiments.running import source_of
+    from frictionloop.experiments.session_run import source_of
     from frictionloop.studio.experiment.desk import Desk
-    from frictionloop.studio.experiment.server import served
+    from frictionloop.studio.experiment.experiment_server import served
 
     found = Desk(protocol, participant, source_of(address))
     with served(found, host, port) as addresses:

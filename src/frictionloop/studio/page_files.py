@@ -12,7 +12,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from frictionloop.parameters import System, preset
-from frictionloop.parameters.files import read_tree
+from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio import background

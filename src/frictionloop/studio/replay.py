@@ -19,7 +19,7 @@ from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.effect_pictures import HEIGHT_MM, map_of
-from frictionloop.studio.numbers import WINDOW_S, numbers_of
+from frictionloop.studio.live_numbers import WINDOW_S, numbers_of
 
 if TYPE_CHECKING:
     import xarray as xr

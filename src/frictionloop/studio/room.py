@@ -111,7 +111,7 @@ class Room:
             "pages": len(self.guests), "driven": self.driver is not None,
             "dropped_s": round(session.dropped_s, 2), "ghost": session.ghost_on,
             "ghost_mm_s": session.ghost.speed_mm_s, "load_n": session.load_n,
-            "line_mm": session.line_mm, "device": session.told(),
+            "line_mm": session.line_mm, "device": session.device_status(),
         }  # fmt: skip
 
     def tell_status(self) -> None:
@@ -161,7 +161,7 @@ class Room:
         if self.guests:
             self.counting.renew(now_s)
         if self._looking:
-            self.tell_onlookers(self.twelve.told())
+            self.tell_onlookers(self.twelve.summary())
         if any(guest.ahead for guest in self.guests) and (told := self.effect_watch.follow(now_s)) is not None:
             for guest in self.guests:
                 if guest.ahead:

@@ -14,10 +14,10 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.extra import needed
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.force_tables import MOST_CELLS, Map
 from frictionloop.rendering.images import read_image
 from frictionloop.rendering.library import summary
 from frictionloop.rendering.recorded import read_texture, read_wave
-from frictionloop.rendering.tables import MOST_CELLS, Map
 from frictionloop.studio.connections import as_file
 from frictionloop.studio.effect_pictures import PAINT_MM, PAINT_MOST_N
 

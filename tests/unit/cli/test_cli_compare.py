@@ -13,7 +13,7 @@ import frictionloop as fl
 from frictionloop.cli import screen
 from frictionloop.design import synthesis
 from frictionloop.design.comparison import run
-from frictionloop.design.comparison.margins import MARGINS
+from frictionloop.design.comparison.law_margins import MARGINS
 from frictionloop.design.comparison.run import about_s
 
 WORDS = (

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import frictionloop as fl
 from frictionloop.design.comparison.effect_comparison import arrived, compare_effects
-from frictionloop.design.comparison.protocol import able, population
+from frictionloop.design.comparison.trial_protocol import able, population
 
 R = fl.rendering
 WORDS = ("compare", "--fingers", "6", "--speeds", "80", "--laws", "lookup,retuned_pi")

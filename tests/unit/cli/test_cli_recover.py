@@ -12,7 +12,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device import measured_run
-from frictionloop.device.running import check_folder
+from frictionloop.device.recorded_run import check_folder
 from frictionloop.loop.growing_file import Column, Spool
 
 COLUMNS = {"f_m": Column("f8", {"units": "N", "long_name": "measured force"})}

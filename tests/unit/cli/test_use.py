@@ -9,7 +9,7 @@ import half_law
 import pytest
 
 from frictionloop.firmware import image
-from frictionloop.firmware.compiled import host_library
+from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image_files import read_hex
 from frictionloop.loop.blocks import forget
 from frictionloop.quantities import FrictionloopError

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.entrants import Entrant, Overrides, entrants
 from frictionloop.design.comparison.scores import spread
 from frictionloop.findings import Result, shown
@@ -66,10 +66,10 @@ def arrived(
     FrictionloopError
         As `fl.rendering.preview`, and for a bench on which no finger is capable.
     """
-    people = protocol.population(system, count, seed)
-    some = protocol.able(system, people, speed_mm_s)
+    people = trial_protocol.population(system, count, seed)
+    some = trial_protocol.able(system, people, speed_mm_s)
     if not some.any():
-        forces = f"{protocol.LOW_N:g} and {protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
+        forces = f"{trial_protocol.LOW_N:g} and {trial_protocol.HIGH_N:g} N at {speed_mm_s:g} mm/s"
         raise FrictionloopError(f"fingers = {count}: none reaches {forces}")
     able = Fingers(each for each, counts in zip(people, some, strict=True) if counts)
     shown = [prepared(effect, system.evolve(each).evolve(law), speed_mm_s) for each in able]
@@ -181,9 +181,9 @@ def compare_effects(
     system: System,
     effects: Mapping[str, Effect] | Sequence[str] | None = None,
     laws: Iterable[str] | Mapping[str, Entrant] | None = None,
-    count: int = protocol.SMALL,
-    seed: int = protocol.EVALUATION_SEED,
-    speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
+    count: int = trial_protocol.SMALL,
+    seed: int = trial_protocol.EVALUATION_SEED,
+    speeds_mm_s: Sequence[float] = trial_protocol.SPEEDS_MM_S,
     *,
     given: Collection[str] = (),
     kept: MutableMapping[Key, Cell] | None = None,
@@ -212,15 +212,15 @@ def compare_effects(
     FrictionloopError
         As `compare` and `arrived`, and for a set-point that is no effect where none is named.
     """
-    protocol.check_free(each for each in given if not each.startswith("setpoint.") or effects is not None)
+    trial_protocol.check_free(each for each in given if not each.startswith("setpoint.") or effects is not None)
     if effects is None:
         if not isinstance(system.setpoint, EffectSource):
             raise must_be("setpoint.kind", system.setpoint.kind, '"effect" without named effects')
         effects = {ALREADY: system.setpoint.effect}
     named = dict(effects) if isinstance(effects, Mapping) else {name: find(name) for name in effects}
     fields, found = entrants(laws), {} if kept is None else kept
-    protocol.population(system, count, seed)
-    speeds = protocol.speeds_of(system, speeds_mm_s)
+    trial_protocol.population(system, count, seed)
+    speeds = trial_protocol.speeds_of(system, speeds_mm_s)
     for effect, speed in itertools.product(named.values(), speeds):
         playable_forces(prepared(effect, system, speed))
     with progress_bar("effects", len(fields) * len(named) * len(speeds), progress) as bar:

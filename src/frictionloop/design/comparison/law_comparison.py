@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import xarray as xr
 
 from frictionloop.analysis.levels import RECORDED, at_levels
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.entrants import Entrant
-from frictionloop.design.comparison.margins import Row, margin_rows, score_rows, tidy_rows
+from frictionloop.design.comparison.law_margins import Row, margin_rows, score_rows, tidy_rows
 from frictionloop.design.comparison.recommendation import left_by, recommended
 from frictionloop.design.comparison.run import LawRuns, run_laws
 from frictionloop.design.comparison.scores import scores
@@ -79,7 +79,10 @@ class Comparison(Result):
         able = ", ".join(str(int(each)) for each in self.scored["capable"].sum("finger").values)
         speeds = ", ".join(map(shown, ran.speeds_mm_s))
         found.append(("capable", f"{able} of {len(ran.people)} fingers at {speeds} mm/s"))
-        levels, steps = ", ".join(map(shown, protocol.LEVELS_N)), between(*protocol.STEP_LEVELS_N, "N")
+        levels, steps = (
+            ", ".join(map(shown, trial_protocol.LEVELS_N)),
+            between(*trial_protocol.STEP_LEVELS_N, "N"),
+        )
         return [*found, ("forces", f"sines and holds at {levels} N, steps {steps}")]
 
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -162,8 +165,8 @@ def compare(
     system: System,
     laws: Iterable[str] | Mapping[str, Entrant] | None = None,
     count: int = 1000,
-    seed: int = protocol.EVALUATION_SEED,
-    speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
+    seed: int = trial_protocol.EVALUATION_SEED,
+    speeds_mm_s: Sequence[float] = trial_protocol.SPEEDS_MM_S,
     *,
     given: Collection[str] = (),
     **options: Any,
@@ -188,7 +191,7 @@ def compare(
     ComparisonInterrupted
         On Ctrl-C; what is done is kept in ``path``.
     """
-    protocol.check_free(given)
+    trial_protocol.check_free(given)
     recorded = system.setpoint.kind in RECORDED
     bench = system.evolve({"setpoint": at_levels(system).setpoint}) if recorded else system
     ran = run_laws(bench, laws, count, seed, speeds_mm_s, **options)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.design.comparison.margins import Row
+from frictionloop.design.comparison.law_margins import Row
 from frictionloop.design.loop_gains import MOST_PEAK
 from frictionloop.findings import Condition, Finding
 

@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.operating import law_at
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.entrants import DESIGN_S, DESIGNED, Entrant, Overrides, entrants
-from frictionloop.design.comparison.protocol import Condition
 from frictionloop.design.comparison.store import Cell, Store, check_new
+from frictionloop.design.comparison.trial_protocol import Condition
 from frictionloop.loop.blocks import outside_digest
 from frictionloop.loop.parallel_runs import worker_count
 from frictionloop.loop.progress import progress_bar
@@ -140,15 +140,15 @@ def run_laws(
     system: System,
     laws: Iterable[str] | Mapping[str, Entrant] | None = None,
     count: int = 1000,
-    seed: int = protocol.EVALUATION_SEED,
-    speeds_mm_s: Sequence[float] = protocol.SPEEDS_MM_S,
+    seed: int = trial_protocol.EVALUATION_SEED,
+    speeds_mm_s: Sequence[float] = trial_protocol.SPEEDS_MM_S,
     *,
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
     n_jobs: int | None = None,
     progress: bool | None = None,
-    duration_s: float = protocol.DURATION_S,
-    start_s: float = protocol.START_S,
+    duration_s: float = trial_protocol.DURATION_S,
+    start_s: float = trial_protocol.START_S,
     clock: Callable[[], float] = CLOCK,
     begin: Callable[[int, float], Any] = lambda cells, about_s: None,
 ) -> LawRuns:
@@ -163,7 +163,7 @@ def run_laws(
         Entrants by name; or entrants of one's own, from a bench to overrides, by name. All that can run on this bench
         if not given.
     count, seed : int
-        The fingers, as of `fingers`; any seed but `protocol.TUNING_SEED`.
+        The fingers, as of `fingers`; any seed but `trial_protocol.TUNING_SEED`.
     speeds_mm_s : sequence of float
         Speeds of the strokes.
     path : path, optional
@@ -189,9 +189,9 @@ def run_laws(
         On Ctrl-C.
     """
     fields = entrants(laws)
-    people = protocol.population(system, count, seed)
-    speeds = protocol.speeds_of(system, speeds_mm_s)
-    protocol.check_times(duration_s, start_s)
+    people = trial_protocol.population(system, count, seed)
+    speeds = trial_protocol.speeds_of(system, speeds_mm_s)
+    trial_protocol.check_times(duration_s, start_s)
     trial = _Trial(system, people, seed, duration_s, start_s, n_jobs)
     for at in _conditions(system, speeds):
         trial.check(at)
@@ -202,7 +202,7 @@ def run_laws(
     else:
         check_new(path)
     left_to_run = [name for name, at in _cells(system, fields, speeds) if (name, at) not in store.cells]
-    margins_s = MARGINS_S * len(fields) * len(speeds) * len(protocol.lengths_of(system))
+    margins_s = MARGINS_S * len(fields) * len(speeds) * len(trial_protocol.lengths_of(system))
     begin(len(left_to_run), margins_s + about_s(left_to_run, count * duration_s / worker_count(n_jobs)))
     # Some are designed here, which takes up to a minute: whatever can be refused has been.
     try:
@@ -261,12 +261,12 @@ def _cells(system: System, laws: Iterable[str], speeds: Iterable[float]) -> list
 
 
 def _competes(name: str, at: Condition) -> bool:
-    return name != PLAIN or at.task in protocol.SINES
+    return name != PLAIN or at.task in trial_protocol.SINES
 
 
 def _conditions(system: System, speeds: Iterable[float]) -> list[Condition]:
-    lengths = protocol.lengths_of(system)
-    return [Condition(v, z, task) for v in speeds for z in lengths for task in protocol.TASKS]
+    lengths = trial_protocol.lengths_of(system)
+    return [Condition(v, z, task) for v in speeds for z in lengths for task in trial_protocol.TASKS]
 
 
 @dataclass(frozen=True)
@@ -281,33 +281,33 @@ class _Trial:
     n_jobs: int | None
 
     def bench(self, law: Overrides | None, at: Condition) -> System:
-        return self.system.evolve({**protocol.overrides_of(at, self.duration_s), **(law or {})})
+        return self.system.evolve({**trial_protocol.overrides_of(at, self.duration_s), **(law or {})})
 
     def check(self, at: Condition) -> None:
         """Refuse a condition that no law could run under, without one."""
-        one = points_of(self.people[:1], [protocol.noise_seed(self.seed, at.task)])
+        one = points_of(self.people[:1], [trial_protocol.noise_seed(self.seed, at.task)])
         bench = self.bench({"controller.kind": "lookup"}, at)
-        structures_of(bench, one, self.duration_s, self.start_s, protocol.metrics_of(at.task))
+        structures_of(bench, one, self.duration_s, self.start_s, trial_protocol.metrics_of(at.task))
 
     def digest(self, law: Overrides | None, at: Condition) -> str:
-        points = points_of(self.people, [protocol.noise_seed(self.seed, at.task)])
+        points = points_of(self.people, [trial_protocol.noise_seed(self.seed, at.task)])
         # Plain strokes run under no law, whatever that of the bench is.
         bench = self.bench(law or {"controller.kind": "lookup"}, at)
-        kept = [PLAIN] if law is None else protocol.metrics_of(at.task)
+        kept = [PLAIN] if law is None else trial_protocol.metrics_of(at.task)
         key = fingerprint(bench, points, self.duration_s, self.start_s, kept, outside_digest())
         return f"{key} {computing()}"
 
     def run(self, law: Overrides | None, at: Condition) -> dict[str, Any]:
         bench, swept = self.bench(law, at), partial(self.swept, at)
         if law is None:
-            level_n = protocol.LEVELS_N[protocol.SINES.index(at.task)]
+            level_n = trial_protocol.LEVELS_N[trial_protocol.SINES.index(at.task)]
             occluded = occluded_at(bench, (self.start_s + self.duration_s) / 2.0)
             found = plain_strokes(bench, self.people, level_n, occluded, swept)
         else:
-            found = swept(bench, self.people, protocol.metrics_of(at.task))
+            found = swept(bench, self.people, trial_protocol.metrics_of(at.task))
         return {str(name): values.values for name, values in found.data_vars.items()}
 
     def swept(self, at: Condition, system: System, people: Fingers, metrics: Sequence[str]) -> xr.Dataset:
-        seeds = [protocol.noise_seed(self.seed, at.task)]
+        seeds = [trial_protocol.noise_seed(self.seed, at.task)]
         options: dict[str, Any] = {"score_from_s": self.start_s, "n_jobs": self.n_jobs, "progress": False}
         return sweep(system, people, self.duration_s, seeds, metrics, **options).isel(seed=0, drop=True)

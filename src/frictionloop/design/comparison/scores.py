@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.run import PLAIN, LawRuns
 
 Array = np.ndarray
@@ -69,8 +69,11 @@ class Score(NamedTuple):
 SCORES: dict[str, Score] = {
     "r2_identity": Score("R2 of f_a = f_r, pooled", larger_is_better=True),
     "r2_regression": Score("R2 of the regression, pooled", larger_is_better=True),
-    **{f"r2_identity_{n:g}_n": Score(f"R2 of f_a = f_r around {n:g} N", "1", True) for n in protocol.LEVELS_N},
-    **{f"r2_regression_{n:g}_n": Score(f"R2 of the regression around {n:g} N", "1", True) for n in protocol.LEVELS_N},
+    **{f"r2_identity_{n:g}_n": Score(f"R2 of f_a = f_r around {n:g} N", "1", True) for n in trial_protocol.LEVELS_N},
+    **{
+        f"r2_regression_{n:g}_n": Score(f"R2 of the regression around {n:g} N", "1", True)
+        for n in trial_protocol.LEVELS_N
+    },
     "worst_level_r2_identity": Score("R2, worst level", "1", True),
     "residual_rms_n": Score("rms error, sines", "N"),
     "hold_rms_n": Score("rms error, holds", "N"),
@@ -102,15 +105,15 @@ def scores(comparison: LawRuns) -> xr.Dataset:
     cells = own.sel(law=laws)
     times = answering(_times(cells), dead_times_s(comparison))
     found = _fits(cells) | _levels(cells) | times
-    plain = _over_tasks(own.sel(law=[PLAIN]), "perceptual_index", protocol.SINES)
-    found["perceptual_index"] = _over_tasks(cells, "perceptual_index", protocol.SINES)
+    plain = _over_tasks(own.sel(law=[PLAIN]), "perceptual_index", trial_protocol.SINES)
+    found["perceptual_index"] = _over_tasks(cells, "perceptual_index", trial_protocol.SINES)
     found["relative_index"] = found["perceptual_index"] / plain
     variables: dict[str, Any] = {
         name: (_DIMS, found[name], {"units": score.units, "long_name": score.long_name})
         for name, score in SCORES.items()
     }
     # As long as a finger must be able to hold the forces, it is on the plate.
-    some = [protocol.able(comparison.system, comparison.people, v, comparison.duration_s) for v in speeds]
+    some = [trial_protocol.able(comparison.system, comparison.people, v, comparison.duration_s) for v in speeds]
     variables["capable"] = (("speed_mm_s", "finger"), np.array(some))
     met = [each.get("sensor.resonance_hz", np.nan) for each in comparison.people]
     nominal = getattr(comparison.system.sensor, "resonance_hz", np.nan)
@@ -150,10 +153,13 @@ def spread(values: np.ndarray, larger_is_better: bool) -> tuple[float, float]:
 
 
 def _fits(cells: xr.Dataset) -> dict[str, np.ndarray]:
-    sines = cells.sel(task=list(protocol.SINES))
+    sines = cells.sel(task=list(trial_protocol.SINES))
     names = ("scored_periods", "rms_error", "mean_setpoint", "mean_force", "setpoint_spread", "output_noise", "slope")
     fit = pooled(Moments(*(sines[name].values for name in names)))
-    holds, landings = cells.sel(task=list(protocol.HOLDS)), cells["rms_error"].sel(task=protocol.LANDINGS)
+    holds, landings = (
+        cells.sel(task=list(trial_protocol.HOLDS)),
+        cells["rms_error"].sel(task=trial_protocol.LANDINGS),
+    )
     count = sines["scored_periods"].values
     return {
         "r2_identity": fit.r2_identity,
@@ -161,21 +167,23 @@ def _fits(cells: xr.Dataset) -> dict[str, np.ndarray]:
         "residual_rms_n": fit.rms_error,
         "hold_rms_n": pooled_rms(holds["scored_periods"].values, holds["rms_error"].values),
         "landing_rms_n": landings.values,
-        "turn_peak_n": cells["turn_peak"].sel(task=protocol.HOLDS[1]).values,
+        "turn_peak_n": cells["turn_peak"].sel(task=trial_protocol.HOLDS[1]).values,
         "saturation_index": np.sum(count * sines["saturation_index"].values, axis=0) / count.sum(axis=0),
     }
 
 
 def _levels(cells: xr.Dataset) -> dict[str, np.ndarray]:
     found = {}
-    for task, level in zip(protocol.SINES, protocol.LEVELS_N, strict=True):
+    for task, level in zip(trial_protocol.SINES, trial_protocol.LEVELS_N, strict=True):
         for name in ("r2_identity", "r2_regression"):
             found[f"{name}_{level:g}_n"] = cells[name].sel(task=task).values
-    return found | {"worst_level_r2_identity": cells["r2_identity"].sel(task=list(protocol.SINES)).values.min(axis=0)}
+    return found | {
+        "worst_level_r2_identity": cells["r2_identity"].sel(task=list(trial_protocol.SINES)).values.min(axis=0)
+    }
 
 
 def _times(cells: xr.Dataset) -> dict[str, np.ndarray]:
-    return {name: cells[name].sel(task=protocol.STEPPED).values for name in protocol.TIMES}
+    return {name: cells[name].sel(task=trial_protocol.STEPPED).values for name in trial_protocol.TIMES}
 
 
 def _over_tasks(cells: xr.Dataset, name: str, tasks: tuple[str, ...]) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.comparison.protocol import METRICS, TASKS, Condition
+from frictionloop.design.comparison.trial_protocol import METRICS, TASKS, Condition
 from frictionloop.loop.metrics import METRICS as MEANING
 from frictionloop.loop.record import load, save
 from frictionloop.loop.sweep_checkpoint import computing

@@ -18,8 +18,8 @@ from frictionloop.hardware.sensor import front_end, noise_budget, springs
 from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f, check_geometry
 from frictionloop.hardware.sensor.noise_budget import Budget
 from frictionloop.hardware.sensor.sensor_search import HEADROOM, SensorProposal, SensorRequirement, propose_sensor
-from frictionloop.parameters.files import read_design
 from frictionloop.parameters.sensor_design import SensorDesign
+from frictionloop.parameters.toml_files import read_design
 from frictionloop.parameters.unit_sanity import unusual
 
 if TYPE_CHECKING:

@@ -151,7 +151,7 @@ def _model(model: Model) -> dict[str, Any]:
 
 
 def _lower_core(shared: Shared, systems: Sequence[System]) -> None:
-    from frictionloop.firmware.compiled import core_address, core_context
+    from frictionloop.firmware.compiled_core import core_address, core_context
 
     context = np.concatenate([core_context(s) for s in systems])
     shared.point(core_context=context)

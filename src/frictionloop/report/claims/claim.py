@@ -13,8 +13,8 @@ from importlib.resources import files
 from typing import Any, TypeVar
 
 from frictionloop.report.beyond import ORACLE
-from frictionloop.report.numbers import number, shown, with_unit
-from frictionloop.report.protocol import IDEAL, PRINTED
+from frictionloop.report.number_text import number, shown, with_unit
+from frictionloop.report.paper_protocol import IDEAL, PRINTED
 from frictionloop.report.results import variants
 from frictionloop.report.systems import FEASIBLE
 from frictionloop.report.tolerances import YARDSTICKS

@@ -15,9 +15,9 @@ from frictionloop.parameters import RETUNED, paper
 from frictionloop.physics.reach import capable
 from frictionloop.report.beyond import MEDIAN, NOTCH, ORACLE, WORST
 from frictionloop.report.claims.claim import Numbers, Value, numbers
-from frictionloop.report.numbers import number
-from frictionloop.report.people import LOOKUPS
-from frictionloop.report.protocol import (
+from frictionloop.report.number_text import number
+from frictionloop.report.other_fingers import LOOKUPS
+from frictionloop.report.paper_protocol import (
     CLOSED,
     CONTROLLERS,
     HIGH_N,

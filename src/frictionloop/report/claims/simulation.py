@@ -12,7 +12,7 @@ from frictionloop.parameters import System, paper
 from frictionloop.physics.friction import friction_force
 from frictionloop.report.claims.claim import Numbers, numbers
 from frictionloop.report.gains import at, middle, optimum, spread, useful_range
-from frictionloop.report.numbers import number
+from frictionloop.report.number_text import number
 from frictionloop.report.results import HALF, Results
 from frictionloop.report.systems import (
     FEASIBLE,

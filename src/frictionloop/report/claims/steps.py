@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.report.claims.claim import Numbers, Value, numbers
-from frictionloop.report.protocol import CLOSED, IDEAL, OPEN, RETUNED_GAINS
+from frictionloop.report.paper_protocol import CLOSED, IDEAL, OPEN, RETUNED_GAINS
 from frictionloop.report.results import Results
 from frictionloop.report.step_response import (
     DIRECTIONS,

@@ -156,7 +156,7 @@ class Desk(Respondent):
                 return Response(answer, at_s - start, sd_s, at_s)
         return Response("", window_s)
 
-    def told(self, trial: Trial, row: Mapping[str, Any]) -> None:
+    def give_feedback(self, trial: Trial, row: Mapping[str, Any]) -> None:
         """Give the participant feedback where there is any, and tell the experimenter what became of the trial."""
         self._counted += row["counted"]
         self.hub.tell(EXPERIMENTER, "progress", block=trial.block, counted=self._counted)

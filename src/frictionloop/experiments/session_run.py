@@ -14,10 +14,10 @@ from frictionloop.experiments.engine import BenchEngine, Engine
 from frictionloop.experiments.folder import RAW, TABLE, Folder, now
 from frictionloop.experiments.lsl import Streams
 from frictionloop.experiments.own_reach import own_reach, reach_after
+from frictionloop.experiments.presented_session import Session, guided, one
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Respondent
 from frictionloop.experiments.sequence import MOST_MARKED
-from frictionloop.experiments.session import Session, guided, one
 from frictionloop.experiments.study import about, hash_of, simulated_respondent, study_system
 from frictionloop.experiments.trials import read_rows
 from frictionloop.findings import Finding, Result
@@ -188,7 +188,7 @@ def _through(
         shown = respondent or simulated_respondent(plan, kept.participant, finger, seed)
         shown.log = kept.log
         session = Session(plan, kept.participant, own, shown)
-        session.told(kept.rows)
+        session.replay(kept.rows)
         _trials(kept, session, engine, progress, most, streams)
         if session.order.finished:
             reach_after(kept, engine, shown, own, hash_of(kept.participant, seed))

@@ -30,7 +30,7 @@ class Uneven(NamedTuple):
     latest: int
     """The row behind that step."""
 
-    def said(self, place: Place) -> str:
+    def describe(self, place: Place) -> str:
         """Return it in words: gaps first, then rows that go back or have no time, and jitter as one figure."""
         gaps = [f"{count} before {_line(place(k))}" for k, count in self.missing]
         said = [

@@ -14,7 +14,7 @@ from frictionloop.loop.reference_runs import perceptual_index, relative_index
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, System
 from frictionloop.physics.reach import capable
-from frictionloop.report import protocol
+from frictionloop.report import paper_protocol
 
 LOOKUPS = ("lookup of the bench", "lookup of Sec. 2.1", "lookup fitted to the finger")
 STILL_N = 0.6
@@ -33,8 +33,8 @@ ENDS = ("all", "neither")
 
 def lookup(name: str, finger: Mapping[str, float]) -> dict[str, float]:
     """Return the model that a lookup table is made of, as overrides."""
-    friction: Any = protocol.finger_system(finger).friction
-    load_n: float = protocol.finger_system(finger).motion.load_n  # type: ignore[union-attr]
+    friction: Any = paper_protocol.finger_system(finger).friction
+    load_n: float = paper_protocol.finger_system(finger).motion.load_n  # type: ignore[union-attr]
     pressed = (load_n / friction.reference_load_n) ** friction.load_exponent
     fitted = {
         "controller.model.nominal_n": friction.nominal_n * pressed,
@@ -45,28 +45,30 @@ def lookup(name: str, finger: Mapping[str, float]) -> dict[str, float]:
 
 def population(controller: str) -> xr.Dataset:
     """Return the fit of each finger, levels pooled and one stroke each, and what it can reach, over ``finger``."""
-    some, levels = protocol.population()[: protocol.POPULATION], len(protocol.LEVELS_N)
-    able = capable(some, protocol.LOW_N, protocol.HIGH_N, contact_s=protocol.SCORED_S)
-    runs = protocol.run_all(job for finger in some for job in _jobs(finger, protocol.CONTROLLERS[controller]))
-    fits = np.array([protocol.fit(xr.concat(runs[i : i + levels], "level")) for i in range(0, len(runs), levels)])
-    variables = {name: ("finger", column) for name, column in zip(protocol.Fit._fields, fits.T, strict=True)}
+    some, levels = paper_protocol.population()[: paper_protocol.POPULATION], len(paper_protocol.LEVELS_N)
+    able = capable(some, paper_protocol.LOW_N, paper_protocol.HIGH_N, contact_s=paper_protocol.SCORED_S)
+    runs = paper_protocol.run_all(
+        job for finger in some for job in _jobs(finger, paper_protocol.CONTROLLERS[controller])
+    )
+    fits = np.array([paper_protocol.fit(xr.concat(runs[i : i + levels], "level")) for i in range(0, len(runs), levels)])
+    variables = {name: ("finger", column) for name, column in zip(paper_protocol.Fit._fields, fits.T, strict=True)}
     found = xr.Dataset(variables, {"finger": np.arange(len(some))})
     return found.assign({name: able[name] for name in ("capable", "lowest_n", "highest_n")})
 
 
 def _jobs(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> Iterator[tuple[System, int]]:
-    system = protocol.finger_system(finger).evolve(overrides)
-    for i, level_n in enumerate(protocol.LEVELS_N):
-        yield system.evolve({"setpoint": protocol.THE_SINES.at(level_n)}), protocol.seed_of(i, 0)
+    system = paper_protocol.finger_system(finger).evolve(overrides)
+    for i, level_n in enumerate(paper_protocol.LEVELS_N):
+        yield system.evolve({"setpoint": paper_protocol.THE_SINES.at(level_n)}), paper_protocol.seed_of(i, 0)
 
 
 def felt(finger: Mapping[str, float], overrides: Mapping[str, Any]) -> dict[str, float]:
     """Return D of the middle level, and D over that of the same stroke under a constant amplitude (``relative``)."""
-    system = protocol.finger_system(finger).evolve(
-        {**overrides, "setpoint": protocol.THE_SINES.at(protocol.LEVELS_N[1])}
+    system = paper_protocol.finger_system(finger).evolve(
+        {**overrides, "setpoint": paper_protocol.THE_SINES.at(paper_protocol.LEVELS_N[1])}
     )
-    run = simulate(system, protocol.STROKE_S, protocol.seed_of(1, 0))
-    scored = run["time"].values >= protocol.START_S
+    run = simulate(system, paper_protocol.STROKE_S, paper_protocol.seed_of(1, 0))
+    scored = run["time"].values >= paper_protocol.START_S
     return {"index": perceptual_index(run, scored), "relative": relative_index(run, scored)}
 
 
@@ -74,11 +76,13 @@ def fluctuations(
     finger: Mapping[str, float], controller: Mapping[str, Any], without: Iterable[str] = ENDS
 ) -> dict[str, float]:
     """Return the rms of f_a - f_r at a constant set-point over five strokes, N, with each of ``WITHOUT`` taken away."""
-    system = protocol.finger_system(finger).evolve({**controller, "setpoint": Constant(offset_n=STILL_N)})
-    strokes = {name: protocol.strokes(system.evolve(WITHOUT[name])) for name in without}
+    system = paper_protocol.finger_system(finger).evolve({**controller, "setpoint": Constant(offset_n=STILL_N)})
+    strokes = {name: paper_protocol.strokes(system.evolve(WITHOUT[name])) for name in without}
     # All at once, so that they share a tile.
     runs = iter(
-        protocol.run_all((each, protocol.seed_of(1, j)) for some in strokes.values() for j, each in enumerate(some))
+        paper_protocol.run_all(
+            (each, paper_protocol.seed_of(1, j)) for some in strokes.values() for j, each in enumerate(some)
+        )
     )
     return {name: _rms_n([next(runs) for _ in some]) for name, some in strokes.items()}
 
@@ -95,11 +99,11 @@ def stronger(system_overrides: Mapping[str, Any]) -> dict[str, Any]:
 @cache
 def the_finger() -> Mapping[str, float]:
     """Return the finger that the protocol's rule picks."""
-    people = protocol.population()
-    return MappingProxyType(people[protocol.chosen(people)])
+    people = paper_protocol.population()
+    return MappingProxyType(people[paper_protocol.chosen(people)])
 
 
 def bench_systems() -> dict[str, System]:
     """Return the middle stroke of each controller, for the provenance of the page."""
-    base = protocol.finger_system(the_finger())
-    return {f"bench, {name}": base.evolve(overrides) for name, overrides in protocol.CONTROLLERS.items()}
+    base = paper_protocol.finger_system(the_finger())
+    return {f"bench, {name}": base.evolve(overrides) for name, overrides in paper_protocol.CONTROLLERS.items()}

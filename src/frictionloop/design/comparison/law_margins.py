@@ -12,7 +12,7 @@ import xarray as xr
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
 from frictionloop.control.cost import worst_tick
-from frictionloop.design.comparison import protocol
+from frictionloop.design.comparison import trial_protocol
 from frictionloop.design.comparison.entrants import on_device
 from frictionloop.design.comparison.run import LawRuns, occluded_at
 from frictionloop.design.comparison.scores import SCORES, spread
@@ -52,21 +52,23 @@ class Robustness(NamedTuple):
 
 def median_system(comparison: LawRuns, law: str, speed_mm_s: float, slip_length_um: float) -> System | None:
     """Return the bench with the median of the capable fingers under a law; None if none is capable."""
-    some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
-    finger = protocol.median_finger(comparison.people, some)
+    some = trial_protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
+    finger = trial_protocol.median_finger(comparison.people, some)
     return None if finger is None else _with(comparison, law, speed_mm_s, slip_length_um, finger)
 
 
 def _with(comparison: LawRuns, law: str, speed_mm_s: float, slip_length_um: float, finger: Mapping[str, Any]) -> System:
-    at = protocol.Condition(speed_mm_s, slip_length_um, protocol.SINES[1])
+    at = trial_protocol.Condition(speed_mm_s, slip_length_um, trial_protocol.SINES[1])
     own = {path: value for path, value in finger.items() if path != "sensor.resonance_hz"}
-    return comparison.system.evolve({**protocol.overrides_of(at), **comparison.laws[law], **own})
+    return comparison.system.evolve({**trial_protocol.overrides_of(at), **comparison.laws[law], **own})
 
 
 def high_gain_finger(comparison: LawRuns, speed_mm_s: float) -> Mapping[str, Any] | None:
     """Return the capable finger whose loop gain is nearest to `HIGH_GAIN`; None if none is capable."""
-    some = protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
-    plain = comparison.system.evolve({"controller.kind": "pi", "setpoint": protocol.setpoint_of(protocol.HOLDS[1])})
+    some = trial_protocol.able(comparison.system, comparison.people, speed_mm_s, comparison.duration_s)
+    plain = comparison.system.evolve(
+        {"controller.kind": "pi", "setpoint": trial_protocol.setpoint_of(trial_protocol.HOLDS[1])}
+    )
     able = [comparison.people[i] for i in some.nonzero()[0]]
     gains = [loop_gain(plain.evolve({**each, "motion.speed_mm_s": speed_mm_s})) for each in able]
     return able[int(np.nanargmin(np.abs(np.log(gains) - math.log(HIGH_GAIN))))] if able else None
@@ -113,14 +115,14 @@ def _around(system: System, shift: float, occlude_s: float) -> list[Margins | No
     found: list[Margins | None] = []
     for factor in factors:
         off = on_device(system, factor)
-        loops = [loop_at(off, level, occlude_s) for level in protocol.LEVELS_N]
+        loops = [loop_at(off, level, occlude_s) for level in trial_protocol.LEVELS_N]
         found += [None if loop is None else loop.margins() for loop in loops]
     return found
 
 
 def _peak(system: System, occlude_s: float) -> float:
     """Return the largest Ms over the levels that a finger can be given."""
-    loops = [loop_at(system, level, occlude_s) for level in protocol.LEVELS_N]
+    loops = [loop_at(system, level, occlude_s) for level in trial_protocol.LEVELS_N]
     return max((math.nan if loop is None else loop.sensitivity_peak() for loop in loops), default=math.nan)
 
 
@@ -131,17 +133,19 @@ def step_traces(comparison: LawRuns, speed_mm_s: float) -> xr.Dataset:
     """
     runs = []
     for law in comparison.laws:
-        for z in protocol.lengths_of(comparison.system):
+        for z in trial_protocol.lengths_of(comparison.system):
             system = median_system(comparison, law, speed_mm_s, z)
             if system is None:
                 return xr.Dataset()
-            stepped = system.evolve({"setpoint": protocol.setpoint_of(protocol.STEPPED, STEPS_S)})
-            run = simulate(stepped, STEPS_S, protocol.noise_seed(comparison.seed, protocol.STEPPED))[["f_r", "f_a"]]
+            stepped = system.evolve({"setpoint": trial_protocol.setpoint_of(trial_protocol.STEPPED, STEPS_S)})
+            run = simulate(stepped, STEPS_S, trial_protocol.noise_seed(comparison.seed, trial_protocol.STEPPED))[
+                ["f_r", "f_a"]
+            ]
             run.attrs = {}
             runs.append(run.expand_dims(law=[law], slip_length_um=[z]))
     traces = xr.combine_by_coords(runs, combine_attrs="drop")
     # Combining sorts by name; the order of the laws decides their colours; the longer length comes first.
-    return traces.sel(law=list(comparison.laws), slip_length_um=list(protocol.lengths_of(comparison.system)))  # type: ignore[return-value]
+    return traces.sel(law=list(comparison.laws), slip_length_um=list(trial_protocol.lengths_of(comparison.system)))  # type: ignore[return-value]
 
 
 def sensitivities(
@@ -150,7 +154,7 @@ def sensitivities(
     """Return |S| by law and slip length around 0.6 N: None if a loop is unstable, no entry if it is not linear."""
     found: dict[tuple[str, float], np.ndarray | None] = {}
     for law in comparison.laws:
-        for z in protocol.lengths_of(comparison.system):
+        for z in trial_protocol.lengths_of(comparison.system):
             system = median_system(comparison, law, speed_mm_s, z)
             loop = None if system is None else loop_at(system, LEVEL_N, comparison.middle_s)
             if loop is not None:

@@ -68,7 +68,7 @@ class Map(Effect):
         """The width of a map that repeats."""
         return len(self.values_n[0]) * self.pitch_mm if self.beyond == "repeat" else None
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         table = self.table
         columns = _cells((np.asarray(touch.x_mm, float) - self.start_mm) / self.pitch_mm, table.shape[1], self)
@@ -123,7 +123,7 @@ class Wave(Effect):
         """Time from its first value to its end."""
         return (len(self.values_n) if self.loops else len(self.values_n) - 1) / self.rate_hz
 
-    def asked(self, touch: Touch) -> Any:
+    def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
         values, time = np.array(self.values_n), np.asarray(touch.time_s, float)
         u, count = time * self.rate_hz, len(values)

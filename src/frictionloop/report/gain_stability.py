@@ -11,9 +11,9 @@ from frictionloop.analysis.linear import operating_band
 from frictionloop.analysis.operating import reach_at
 from frictionloop.design.controller_check import Check, check
 from frictionloop.parameters import RETUNED, Sine, System
-from frictionloop.report import protocol
-from frictionloop.report.people import the_finger
-from frictionloop.report.protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
+from frictionloop.report import paper_protocol
+from frictionloop.report.other_fingers import the_finger
+from frictionloop.report.paper_protocol import CONTROLLERS, IDEAL, RETUNED_GAINS, fit, tracking
 
 
 class Stability(NamedTuple):
@@ -28,11 +28,11 @@ class Stability(NamedTuple):
     """Lowest of these forces from which on it is stable, just landed; None if it is unstable at the highest."""
 
 
-def stability(system: System, sines: protocol.Sines = protocol.THE_SINES) -> Stability:
+def stability(system: System, sines: paper_protocol.Sines = paper_protocol.THE_SINES) -> Stability:
     """Return Ms of a finger's loop over the forces of the sines, and from which of them on it is stable."""
     swing = [sign * sines.amplitude_n for sign in (-1, 0, 1)]
     forces_n = sorted({round(level_n + each, 9) for level_n in sines.levels_n for each in swing})
-    dry, moist = (_peaks(system, forces_n, w) for w in (0.0, protocol.occlusion_at_end(system)))
+    dry, moist = (_peaks(system, forces_n, w) for w in (0.0, paper_protocol.occlusion_at_end(system)))
     stable = [force_n for k, force_n in enumerate(dry) if all(map(math.isfinite, [*dry.values()][k:]))]
     return Stability(_largest(dry), _largest(moist), min(stable, default=None))
 
@@ -54,7 +54,7 @@ def _largest(peaks: Mapping[float, float]) -> float:
     return max(peaks.values(), default=math.nan)
 
 
-def asked_for(gains: Mapping[str, float], sines: protocol.Sines = protocol.THE_SINES) -> System:
+def asked_for(gains: Mapping[str, float], sines: paper_protocol.Sines = paper_protocol.THE_SINES) -> System:
     """Return the bench with these gains under the finger that Fig. 5a draws, asked for all its forces.
 
     It lifts between strokes as there, so that contact upon contact leaves it as moist as the last stroke does.
@@ -65,8 +65,11 @@ def asked_for(gains: Mapping[str, float], sines: protocol.Sines = protocol.THE_S
         amplitude_n=round((high_n - low_n) / 2, 9),
         frequency_hz=sines.frequency_hz,
     )
-    lifts = {"motion.contact_s": protocol.STROKE_S, "motion.lifted_s": protocol.EVERY_S - protocol.STROKE_S}
-    there = protocol.finger_system(the_finger()).evolve({**lifts, **gains, "setpoint": asked})
+    lifts = {
+        "motion.contact_s": paper_protocol.STROKE_S,
+        "motion.lifted_s": paper_protocol.EVERY_S - paper_protocol.STROKE_S,
+    }
+    there = paper_protocol.finger_system(the_finger()).evolve({**lifts, **gains, "setpoint": asked})
     motion: Any = there.motion
     strokes = motion.in_contacts()
     plate_mm = max(strokes["motion.stroke_mm"], there.touch.load.length_mm)
@@ -110,9 +113,9 @@ class Held(NamedTuple):
     """Error in N of it."""
 
 
-def held() -> Held:
+def gains_hold() -> Held:
     """Return what the linear analysis says of both pairs of gains, and ``design check`` of the re-tuned ones."""
-    system, finger = protocol.the_bench().evolve(RETUNED), protocol.finger_system(the_finger())
+    system, finger = paper_protocol.the_bench().evolve(RETUNED), paper_protocol.finger_system(the_finger())
     peak = linearise(system, force_n=0.5).margins().sensitivity_peak
     shown, ideal = (stability(finger.evolve(CONTROLLERS[each])) for each in (RETUNED_GAINS, IDEAL))
     found = check(asked_for(RETUNED))

@@ -28,7 +28,7 @@ class Session:
         base = system.evolve(protocol.system)
         self._systems = {each.name: base.evolve(each.system) for each in protocol.conditions}
 
-    def told(self, rows: Sequence[Mapping[str, Any]]) -> None:
+    def replay(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Tell the rows of a session that goes on."""
         for row in rows:
             trial = self.order.next()
@@ -121,7 +121,7 @@ def side_by_side(sessions: Sequence[Session], engines: Sequence[BenchEngine]) ->
 def _answered(session: Session, engine: Engine, trial: Trial, presented: list[Presented]) -> dict[str, Any]:
     response, jump_s = engine.answered(session.respondent.respond(trial, presented), presented)
     row = session.row(trial, presented, response, jump_s)
-    session.respondent.told(trial, row)
+    session.respondent.give_feedback(trial, row)
     return row
 
 

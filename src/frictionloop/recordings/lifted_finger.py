@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.recordings.clean import SHOWN, longest, said, stretches
+from frictionloop.recordings.clean import SHOWN, longest, stretch, stretches
 from frictionloop.recordings.signs import lingers
 
 NEAR = 0.03
@@ -37,4 +37,4 @@ def off_plate(
     # Where the finger lands and lifts the force passes half of what it has there.
     slides = np.flatnonzero(size[first : last + 1] >= np.median(size[first : last + 1]) / 2.0)
     first, last = first + int(slides[0]), first + int(slides[-1])
-    return ", ".join(said(*each) for each in seen_s) + more, (float(at_s[first]), float(at_s[last]))
+    return ", ".join(stretch(*each) for each in seen_s) + more, (float(at_s[first]), float(at_s[last]))
