@@ -25,7 +25,7 @@ VERBS = (
     *("effect", "effect list", "effect show", "effect check", "effect play", "effect import"),
     *("identify", "identify channels", "identify bench", "identify compare", "identify run"),
     "studio",
-    *("firmware", "firmware export", "firmware build"),
+    *("firmware", "firmware export", "firmware law", "firmware build"),
     *("device", "device list", "device info", "device set", "device run", "device play", "device recover"),
     *("device clear", "device monitor", "device flash"),
     *("experiment", "experiment new", "experiment check", "experiment run", "experiment resume"),

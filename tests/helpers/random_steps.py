@@ -66,7 +66,7 @@ class Drawn:
                 lambda: f"float({w(d)})",
                 lambda: f"exp2(near({r(d)}), 1e-4)",
                 lambda: f"log2(max(abs(near({r(d)})), 1e-3))",
-                lambda: f"double(bits({r(d)}) ^ (k << {draw.randrange(20)}))",
+                lambda: f"double(bits(near({r(d)})) ^ (k << {draw.randrange(20)}))",
                 lambda: f"-{r(d)}",
                 lambda: f"pair({r(d)}, {w(d)})[0]",
                 lambda: f"State({r(d)}, {r(d)}).b",
