@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.analysis.levels import at_levels
+from frictionloop.analysis.limits import headroom
 from frictionloop.control.limit_observer import MOST_MARGIN
 from frictionloop.design import controller_findings
 from frictionloop.design.corners import Place, at_mean, corners, elsewhere, load_of, worst_margins
@@ -35,6 +36,7 @@ from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
+    from matplotlib.figure import Figure
 
 HIGHER = 1.005
 """Factor on the gain below which no room is told: it would be read as 1."""
@@ -141,6 +143,15 @@ class Check(Result):
         """Return Ms over places and resonances, the least margins, and the error by reach."""
         error = {} if self.tracking is None else {"error": error_table(self.tracking.parts)}
         return {"Ms": self._peaks(), "least margins": self.margins(), **error}
+
+    def plot(self) -> Figure:
+        """Return a figure: the sensitivity of the loop, and of the worst corner, beside the least."""
+        from frictionloop.design.response_figures import figure_sensitivity
+
+        there, limits = at_levels(self.system), self.requirements.limits
+        found = [corner for place in self.places[: self.asked] for corner in place.corners]
+        worst = max(found, key=lambda each: each.sensitivity_peak)
+        return figure_sensitivity(there, headroom(there, self.requirements.sensitivity_peak), limits, worst)
 
     def _peaks(self) -> pd.DataFrame:
         offs = sorted({corner.off for place in self.places for corner in place.corners})

@@ -49,15 +49,12 @@ class ControllerDesign(Check):
 
     def plot(self, name: str = "sensitivity") -> Figure:
         """Return a figure: the sensitivity of the loop beside the least, or a ``step`` before and after."""
-        from frictionloop.design.response_figures import figure_sensitivity, figure_step, step_run, stepped
+        from frictionloop.design.response_figures import figure_step, step_run, stepped
 
+        if name != "step":
+            return super().plot()
         after = at_levels(self.system)
-        if name == "step":
-            return figure_step(step_run(at_levels(self.bench)), step_run(after), stepped(after)[1])
-        found = [corner for place in self.places[: self.asked] for corner in place.corners]
-        worst = max(found, key=lambda each: each.sensitivity_peak)
-        left = headroom(after, self.requirements.sensitivity_peak)
-        return figure_sensitivity(after, left, self.requirements.limits, worst)
+        return figure_step(step_run(at_levels(self.bench)), step_run(after), stepped(after)[1])
 
 
 def controller(

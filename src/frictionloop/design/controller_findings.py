@@ -49,7 +49,7 @@ def of_places(places: Sequence[Place], count: int) -> Iterator[Finding]:
             severity="error" if was_asked else None,
             value=ringing_hz([worst.loop]) if rings else worst.sensitivity_peak,
             unit="Hz" if rings else "",
-            limit=worst.limit,
+            limit=None if rings else worst.limit,
             where=where,
         )
 
@@ -168,9 +168,9 @@ def of_people(people: LoopGains | None, law: str, looked_at: bool, gain: float |
         return
     if math.isfinite(people.critical):  # else no gain makes it ring
         remedy = "--law limit_observer" if people.many and law != "limit_observer" else ""
-        more = {"people": people.people, "loop_gain": people.critical}
+        more = {"people": people.people, "loop_gain": people.critical, "sensitivity_peak": MOST_PEAK}
         severity: Any = "warning" if people.many else "note"
-        yield Finding("PEOPLE-RING", severity, 100.0 * people.share, "%", MOST_PEAK, remedy=remedy, more=more)
+        yield Finding("PEOPLE-RING", severity, 100.0 * people.share, "%", remedy=remedy, more=more)
     if not looked_at:
         yield Finding("PEOPLE-NONE", remedy="--fingers 100")
 

@@ -124,4 +124,6 @@ code {{ white-space: nowrap }}
 
 def page(result: Result) -> str:
     """Return a page of its own."""
-    return PAGE.format(title=escape(result.SCHEMA.partition("/")[0]), body=fragment(result))
+    verb, rows = result.SCHEMA.partition("/")[0].replace(".", " "), result.rows()
+    title = f"{verb}: {' '.join(rows[0])}" if rows else verb
+    return PAGE.format(title=escape(title), body=fragment(result))

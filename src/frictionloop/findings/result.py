@@ -43,14 +43,14 @@ class Result:
         return {}
 
     def table(self, name: str | None = None) -> pd.DataFrame:
-        """Return a table, the first if none is named.
+        """Return a table, the first if none is named; the rows of an answer that has none.
 
         Raises
         ------
         FrictionloopError
             For a name that is not there, naming those that are.
         """
-        found = self.tables()
+        found = self.tables() or {"answer": frame({name: [said] for name, said in self.rows()}, "", ["answer"])}
         chosen = next(iter(found), "") if name is None else name
         if chosen not in found:
             raise FrictionloopError(f"table = {chosen!r}: accepted are {', '.join(found)}", "UNKNOWN-NAME")
@@ -61,7 +61,7 @@ class Result:
         raise FrictionloopError(f"{type(self).__name__} has no figure", "UNKNOWN-NAME")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything by name as JSON holds it: NaN and infinity, which it lacks, are None."""
+        """Return everything by name as JSON holds it: NaN and infinity, which it lacks, are null and a string."""
         own = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "findings"}
         found: dict[str, Any] = plain({"schema": self.SCHEMA, **own, "findings": self.findings})
         return found
