@@ -211,7 +211,7 @@ def test_an_image_that_the_model_refuses_says_when_it_is_of_other_sources(images
 
     image = images("pi").elf
     if other:
-        monkeypatch.setattr(built_in, "revision_here", lambda: "0.1.0+00000000")
+        monkeypatch.setattr(built_in, "revision_here", lambda: "0.2.0+00000000")
 
     def refuse(self):
         raise FrictionloopError("image writes 0x40000000, 4 bytes: no register")

@@ -21,7 +21,7 @@ TICK = {"tick": 3200, "interrupts": 900, "background": 2100, "sum": 6200, "flood
 
 def info():
     found = fl.device.info("sim:", fl.bench().evolve(RINGING))
-    return replace(found, revision="0.1.0+REVISION")
+    return replace(found, revision="0.2.0+REVISION")
 
 
 def play():

@@ -58,7 +58,7 @@ SYMBOL = "fl_built_revision"
 
 @cache
 def revision_here() -> str:
-    """Return ``version+checksum`` of the sources here, at most 16 characters: ``0.1.0+5f1c03aa``.
+    """Return ``version+checksum`` of the sources here, at most 16 characters: ``0.2.0+5f1c03aa``.
 
     The checksum is the CRC-32 of names and contents of all C files of core and boards, whatever ends their lines.
     """

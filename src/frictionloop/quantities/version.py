@@ -70,7 +70,7 @@ def _docstring(code: CodeType) -> Any:
 
 @cache
 def cited_version() -> str:
-    """Return the version, and of a clone the commit after a plus: 0.1.0+g1a2b3c4d, with .modified if files differ."""
+    """Return the version, and of a clone the commit after a plus: 0.2.0+g1a2b3c4d, with .modified if files differ."""
     clone = Path(__file__).parents[3]
     if not (clone / ".git").exists():
         return package_version()
