@@ -56,7 +56,7 @@ class Ringing:
             return None
         if self.how == "near":
             return Finding("LOOP-NEAR", value=self.sensitivity_peak, limit=LARGEST, where=self.where)
-        return Finding("LOOP-UNSTABLE", value=self.frequency_hz, unit="Hz", where=self.where)
+        return Finding("LOOP-UNSTABLE", "error", self.frequency_hz, unit="Hz", where=self.where)
 
 
 def rings(system: System, occluded: Sequence[float] = (), resonance_off: float = 0.0) -> Ringing:
