@@ -130,6 +130,8 @@ def _in_newtons(base: System, overrides: dict[str, Any]) -> dict[str, Any]:
     """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0."""
     if COEFFICIENT not in overrides:
         return overrides
+    if "friction.nominal_n" in overrides:
+        raise must_be(COEFFICIENT, overrides[COEFFICIENT], "without friction.nominal_n, which it sets")
     mu = number(COEFFICIENT, overrides.pop(COEFFICIENT), "", ABOVE_0)
     load_n = overrides.get("friction.reference_load_n", getattr(base.friction, "reference_load_n", None))
     if load_n is None:

@@ -126,12 +126,19 @@ class Check(Result):
         off = max(each.off for each in found)
         return ", ".join([*said, *([f"resonance up to {100 * off:.3g} % off"] if off else [])])
 
+    @cached_property
+    def would_leave(self) -> float | None:
+        """Share of a disturbance at 1 Hz that the gains that would hold leave; None without such gains."""
+        if not self.would_hold:
+            return None
+        loop = at_mean(at_levels(self.system).evolve(dict(self.would_hold)))
+        return float(abs(loop.responses(LOWEST_HZ)["S"][0]))
+
     def _room(self) -> Iterator[Row]:
         gain = min(self.gain_factors)
         if self.contradicted:
             return
-        if self.would_hold:
-            left = abs(at_mean(at_levels(self.system).evolve(dict(self.would_hold))).responses(LOWEST_HZ)["S"][0])
+        if (left := self.would_leave) is not None:
             yield (
                 "everywhere" if self.holds else "would hold",
                 f"{shown(self.would_hold)}, leaving {left:.0%} of a disturbance at {LOWEST_HZ:g} Hz",
@@ -181,7 +188,10 @@ class Check(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, the least margins and the error of a run too."""
-        more = {"tracking": self.tracking, "margins": self.margins().reset_index().to_dict("records")}
+        more = {
+            "tracking": self.tracking, "margins": self.margins().reset_index().to_dict("records"),
+            "limits": self.requirements.limits, "room": min(self.gain_factors), "would_leave": self.would_leave,
+        }  # fmt: skip
         return super().to_dict() | {"law": self.law} | plain(more)
 
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from frictionloop.analysis.stability import rings_if_linear
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import (
@@ -83,6 +84,8 @@ def law(system: System, out: str | os.PathLike[str]) -> LawSource:
     """
     own, path = law_of(system.controller), Path(out)
     text, digest = law_source(system, own)
+    ringing = rings_if_linear(system)
+    found = ringing.finding if ringing is not None else None
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return LawSource(
@@ -92,6 +95,7 @@ def law(system: System, out: str | os.PathLike[str]) -> LawSource:
         lines=text.count("\n"),
         digest=digest,
         path=str(path),
+        findings=(found,) if found is not None else (),
     )
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
 from frictionloop.quantities.uneven_times import MISSING
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
@@ -34,6 +35,8 @@ class Sampling(NamedTuple):
 
 def sampling_of(path: str, contents: Contents, rate_hz: float | None = None) -> Sampling:
     """Return the rate of a file."""
+    if rate_hz is not None:
+        number("rate_hz", rate_hz, "Hz", ABOVE_0)
     told = dict(contents.rates_hz)
     clock = contents.clock()
     gaps: tuple[tuple[int, int], ...] = ()

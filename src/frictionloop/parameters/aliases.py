@@ -96,7 +96,12 @@ GUESSES = (
     Guess("bits resolution resolution_bits adc", "adc_bits"),
     Guess("speed velocity v finger_speed finger_velocity", "speed_mm_s"),
     Guess("load normal_force force normal n pressing_force", "load_n"),
-    Guess("mu cof coefficient friction_coefficient", "nominal_n", "a force: mu times the load"),
+    Guess(
+        "mu cof coefficient friction_coefficient",
+        "nominal_n",
+        "a force: mu times the load",
+        lambda v, block: v * block.get("reference_load_n", 1.0),
+    ),
     Guess("f0 friction force nominal static", "nominal_n"),
     Guess("tau susceptibility", "susceptibility_per_um2"),
 )
