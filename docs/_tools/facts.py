@@ -86,7 +86,7 @@ def sensor_faults() -> str:
     hours = [
         each["figures"]["false alarms in an hour"] for name, each in stored.items() if "every_finger_raises" in name
     ]
-    alarms = f"{sum(hours)} false faults in {len(hours)} hours of 1000 fingers"
+    alarms = f"false faults: {sum(hours)} in {len(hours)} hours of 1000 fingers"
     rows.append(("none: the sensors are whole", alarms, "", "", "run goes on", f"`pytest -m soak {WHOLE}`"))
     heads = "fault", "what happens", "found, of 100 fingers", "found, median", "time to safe, worst", "shown by"
     return table(heads, rows)

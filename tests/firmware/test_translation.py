@@ -296,6 +296,14 @@ def test_a_law_as_a_file_of_c_prints_the_digest_of_the_simulator(tmp_path, kind,
     assert other.digest != found.digest
 
 
+def test_a_law_that_rings_says_so(tmp_path):
+    codes = [
+        [each.code for each in fl.firmware.law(fl.bench().evolve(gains), tmp_path / "law.c").findings]
+        for gains in ({"controller.kp": 10.0}, fl.RETUNED)
+    ]
+    assert codes == [["LOOP-UNSTABLE"], []]
+
+
 def test_a_law_of_ones_own_comes_along(tmp_path):
     @compiled
     def half_step(state, measured, setpoint_n, gains, dt):
