@@ -100,8 +100,6 @@ class DevicePlay(DeviceRun):
     words: int
     table_error_n: float
     """Largest difference of its tables from the simulator's."""
-    rounding_n: float
-    """By how much at most words of 16 bit change the force."""
 
     def rows(self) -> list[Row]:
         """Return the run, and what the device was given."""
@@ -177,7 +175,7 @@ def play(
     """
     check_duration(duration_s, out)
     with opened(where, system) as device:
-        made = upload_of(system.setpoint, system, device.info.waveform)
+        made = upload_of(system.setpoint, system, device.info.waveform, device.info.tick_hz)
         if made is None:
             raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         _load(device, system)
@@ -191,7 +189,6 @@ def play(
         steps=len(tables.program.code),
         words=len(tables.words),
         table_error_n=tables.error_n,
-        rounding_n=tables.rounding_n,
     )
 
 

@@ -31,7 +31,7 @@ from frictionloop.device.errors import (
     reading_of,
 )
 from frictionloop.device.link import RESETS, Link
-from frictionloop.device.recording import ALL, TICK_HZ, Recorder
+from frictionloop.device.recording import ALL, Recorder
 from frictionloop.device.transport import Pipe
 from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
@@ -52,12 +52,12 @@ def check_decimation(decimation: Any) -> None:
         raise must_be("decimation", decimation, "whole, 1 to 65535")
 
 
-def rows_of(duration_s: Any, decimation: Any) -> int:
+def rows_of(duration_s: Any, decimation: Any, tick_hz: int) -> int:
     """Return the samples of a run: its duration over theirs, rounded up."""
     check_decimation(decimation)
     if number("duration_s", duration_s, ABOVE) <= 0:
         raise must_be("duration_s", duration_s, ABOVE)
-    rows = duration_s * TICK_HZ / decimation
+    rows = duration_s * tick_hz / decimation
     return max(math.ceil(rows * (1 - 1e-9)), 1)  # 0.3 s are 1500 ticks, whatever the last bit of 0.3 says
 
 
@@ -154,7 +154,7 @@ class Running:
         live: Callable[[dict[str, float]], Any] | None = None,
     ) -> None:
         """Record until the last row, and have rows kept; raises DeviceError when the device leaves the state."""
-        longest_s = self.recorder.rows * self.recorder.decimation / TICK_HZ + SILENT_S
+        longest_s = self.recorder.rows * self.recorder.decimation / self.recorder.tick_hz + SILENT_S
         while not self.recorder.is_full and self.link.pipe.clock() - self._since < longest_s:
             for message in self._messages():
                 self._hear(message)

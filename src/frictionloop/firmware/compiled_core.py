@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from frictionloop.control.law import Law
-from frictionloop.control.laws import law_of
+from frictionloop.control.laws import LAWS, law_of
 from frictionloop.control.lookup import LOOKUP_LAW, inverse_numbers, lookup_table, overdrive_gains
 from frictionloop.firmware.board_law import LOOKUP, board_law
 from frictionloop.firmware.compiler import FLAGS, shared_library
@@ -92,6 +92,13 @@ def declarations() -> str:
     lines = [line for header in (core / "fl_app.h", host / "fl_host.h") for line in header.read_text().splitlines()]
     plain = [line for line in lines if not line.startswith(("#", "_Static_assert"))]
     return "\n".join(["typedef void fl_parameters;", *plain])
+
+
+def law_of_table(words: np.ndarray) -> Law:
+    """Return the law that a parameter table is for: the lookup, or the one whose C has its hash."""
+    number = int(words[parameter_words()["law.hash"].first])
+    laws = (law for law in LAWS.values() if law is not LOOKUP_LAW)
+    return next((law for law in laws if number and board_law(law).hash == number), LOOKUP_LAW)
 
 
 @cache
