@@ -1,40 +1,29 @@
-"""What a control law costs a tick on a Cortex-M4, traced on its image.
+"""What a control law costs a tick on a Cortex-M7: instructions of its image, counted in an emulator.
 
-The whole tick counts: sampling, touch, law, lookup, limits, telemetry, with every line of the flash a miss.
+No cycle model of a Cortex-M7 is public: `CYCLES` bound an instruction, and a board's own counter decides.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+CORE_HZ = 396e6
+"""Clock of the board's processor, as its ROM leaves it."""
+CYCLES = 20
+"""Cycles of an instruction at most (assumed): a miss of the flash, or a division of doubles."""
+BEYOND = 4
+"""A rate is refused from so many times the highest on that no counter of a board could make it right."""
+WORST_TICK = {"pi": 1381, "lookup": 1143, "notch_pi": 1825, "filtered_pi": 1825, "limit_observer": 1742}
+"""Instructions of the worst tick by kind of controller, on the image of bench() with two force axes.
 
-BUDGET_CYCLES = 14_400
-"""Cycles of a tick: 72 MHz over 5 kHz."""
-LATE_CYCLES = 720
-"""How late a tick may begin: 10 us (firmware/boards/teensy31/board.c, LATE_COUNTS)."""
-
-
-class WorstTick(NamedTuple):
-    """The most that any tick took, with an upper bound for every instruction (device/emulator/trace.py)."""
-
-    instructions: int
-    cycles: int
-
-
-WORST_TICK = {
-    "pi": WorstTick(1818, 3396),
-    "lookup": WorstTick(1798, 3327),
-    "notch_pi": WorstTick(2626, 4519),
-    "filtered_pi": WorstTick(3539, 5732),
-    "limit_observer": WorstTick(2442, 4715),
-}
-"""By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
-
-With zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80 mm/s, and of edges; `frictionloop firmware
-build` traces so, and tests/firmware/test_cycles.py holds it. The filtered PIs have all they can: feed-forward,
-overdrive, 1 section (notch) or 6.
+With zig 0.17.1; `frictionloop firmware build` counts so, and tests/firmware/test_instructions.py holds it. The filtered PIs
+have all they can: feed-forward, overdrive, 6 sections, which cost as much where they let everything through.
 """
 
 
-def worst_tick(kind: str) -> WorstTick | None:
-    """Return what the worst tick of a kind of controller takes, None of one that has no image."""
+def worst_tick(kind: str) -> int | None:
+    """Return the instructions of the worst tick of a kind of controller; None of one from outside."""
     return WORST_TICK.get(kind)
+
+
+def highest_hz(instructions: int) -> float:
+    """Return the highest rate of ticks that `CYCLES` for each instruction allow."""
+    return CORE_HZ / (CYCLES * instructions)

@@ -1,4 +1,4 @@
-"""An image onto a Teensy by PJRC's loader, and what the cycles of its ticks go to."""
+"""An image onto a Teensy by PJRC's loader."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import ClassVar
 
@@ -14,20 +13,6 @@ from frictionloop.findings import Result
 from frictionloop.findings.result import Row
 from frictionloop.firmware.image_files import check_teensy, read_hex
 from frictionloop.quantities import FrictionloopError, must_be
-
-
-def cycles(image: str | os.PathLike[str]) -> dict[str, dict[str, int]] | None:
-    """Return the cycles of a tick period by what they go to, for each assumption of the waits.
-
-    None without the packages of the emulator. ``tick`` and ``interrupts`` are the most that was seen, ``background``
-    the mean, ``sum`` all three; ``effect`` is the tick with the longest effect, ``flood`` the background of a host
-    that never stops to ask, ``longest_interrupt`` what a tick may have to wait for.
-    """
-    if not (find_spec("unicorn") and find_spec("capstone")):
-        return None
-    from frictionloop.device.emulator import budget
-
-    return budget.traced(image).table()
 
 
 LOADER = "teensy_loader_cli"

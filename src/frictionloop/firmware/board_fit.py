@@ -63,10 +63,10 @@ def board_findings(system: System) -> Iterator[Finding]:
 
 def gain_findings(system: System) -> Iterator[Finding]:
     """Yield of these what takes other gains, or another amplitude."""
-    plate, rate_hz = system.plate, _tick_hz()
-    if system.controller.rate_hz != rate_hz:
-        remedy = {"controller.rate_hz": rate_hz}
-        yield Finding("BOARD-RATE", value=system.controller.rate_hz, unit="Hz", limit=rate_hz, remedy=remedy)
+    plate, wanted = system.plate, system.controller.rate_hz
+    nearest = float(min(schema()["rates"]["hz"], key=lambda rate: abs(rate - wanted)))
+    if wanted != nearest:
+        yield Finding("BOARD-RATE", value=wanted, unit="Hz", limit=nearest, remedy={"controller.rate_hz": nearest})
     if isinstance(plate, ResonantPlate):
         yield from _off_the_carrier(system, plate)
 
@@ -94,14 +94,10 @@ def scale_for(stroke_mm: float, system: System) -> dict[str, float]:
     return {SCALE: math.copysign(half_m / COUNTS * ROOM, m_per_count)} if beyond else {}
 
 
-def _tick_hz() -> float:
-    return float(schema()["protocol"]["tick_hz"])
-
-
 def _steps(system: System) -> Iterator[Finding]:
     """Yield that a table of points with straight lines between them has no steps."""
     if isinstance(system.setpoint, Steps) and len(system.setpoint.levels_n) > 1:
-        yield Finding("BOARD-STEPS", value=STORE / _tick_hz(), unit="s", limit=STORE)
+        yield Finding("BOARD-STEPS", value=STORE / system.controller.rate_hz, unit="s", limit=STORE)
 
 
 def _beyond_position(system: System) -> Iterator[Finding]:

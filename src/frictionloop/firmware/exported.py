@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from frictionloop.analysis.stability import rings_if_linear
-from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, worst_tick
+from frictionloop.control.cost import BEYOND, CYCLES, highest_hz, worst_tick
+from frictionloop.control.laws import law_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.firmware import image
+from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.board_fit import amplitude_left, board_findings, carrier_hz, ceiling_findings, period_ticks
-from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES
+from frictionloop.firmware.compiled_core import tick_hz
+from frictionloop.firmware.emulated_core import Counted, counted
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import fingerprint, write_table
 from frictionloop.parameters import ResonantPlate, System
 from frictionloop.parameters.summary import gains_said
+from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import all_needed
 from frictionloop.quantities.schema import table_hash
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,9 +48,11 @@ class Exported(Result):
     """From sample to amplitude."""
     whole_delay_us: float
     """With half the hold."""
-    worst_tick_cycles: int | None
-    """Of the law's worst tick on a reference image with two force axes, or of the image built; None if not traced."""
-    tick_cycles: int
+    rate_hz: float
+    tick_instructions: int | None
+    """Of the worst tick, on a reference image with two force axes or on the image built; None if not counted."""
+    highest_hz: float | None
+    """Rate that `control.cost.CYCLES` for each of these allow."""
     stable: bool | None
     """Whether the linear loop is, at the forces asked for, dry and moist; None where that is not known."""
     words: int
@@ -70,13 +74,14 @@ class Exported(Result):
             rows.append(
                 ("carrier", f"{self.carrier_hz:.0f} Hz, {100.0 * (self.carrier_share or 0.0):.3g} % of the resonance")
             )
-        if self.worst_tick_cycles:
-            rows.append(("tick", f"{self.worst_tick_cycles:,} of {self.tick_cycles:,} cycles{self._traced}"))
+        if self.tick_instructions and self.highest_hz:
+            up_to = f"up to {self.highest_hz:,.0f} Hz at {CYCLES} cycles each"
+            rows.append(("tick", f"{self._counted} instructions, {up_to}"))
         return [*rows, ("values", f"{self.values}, {self.words} words, layout {self.layout}")]
 
     @property
-    def _traced(self) -> str:
-        return ", reference image"
+    def _counted(self) -> str:
+        return f"{self.tick_instructions:,}"
 
 
 def export(system: System, out: str | os.PathLike[str]) -> Exported:
@@ -98,7 +103,7 @@ def export(system: System, out: str | os.PathLike[str]) -> Exported:
 def described_table(system: System, words: np.ndarray, folder: Path) -> dict[str, Any]:
     """Return the fields of `Exported`."""
     controller, plate = system.controller, system.plate
-    worst, loop = worst_tick(controller.kind), rings_if_linear(system)
+    loop = rings_if_linear(system)
     resonant = isinstance(plate, ResonantPlate)
     at_hz = carrier_hz(system) if resonant else None
     own_um = system.board.ceiling_um
@@ -111,8 +116,8 @@ def described_table(system: System, words: np.ndarray, folder: Path) -> dict[str
         "carrier_share": amplitude_left(plate, at_hz) if isinstance(plate, ResonantPlate) and at_hz else None,
         "delay_us": 1e6 * controller.delay_s,
         "whole_delay_us": 1e6 * (controller.delay_s + 0.5 / controller.rate_hz),
-        "worst_tick_cycles": worst.cycles if worst else None,
-        "tick_cycles": BUDGET_CYCLES,
+        "rate_hz": controller.rate_hz,
+        **_cost(worst_tick(controller.kind)),
         "stable": loop and loop.stable,
         "words": len(words),
         "layout": f"{table_hash():08x}",
@@ -129,9 +134,8 @@ def _findings(system: System, rings: Finding | None) -> Iterator[Finding]:
     yield from ceiling_findings(system)
 
 
-Cycles = Mapping[str, Mapping[str, int]]
-"""What the cycles of a tick period go to, by what is assumed of the waits."""
-PARTS = ["tick", "interrupts", "background", "sum"]
+def _cost(instructions: int | None) -> dict[str, Any]:
+    return {"tick_instructions": instructions, "highest_hz": highest_hz(instructions) if instructions else None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,37 +151,25 @@ class Built(Exported):
     map: str
     flash_bytes: int
     ram_bytes: int
-    cycles: Cycles | None = None
-    """Of this image: tick, interrupts, background, their sum; with the longest effect, and a host that never stops."""
+    law_instructions: int | None = None
+    """Of the worst tick's for law, inverse and overdrive; None if not counted."""
 
     def rows(self) -> list[Row]:
         """Return the image, and what the table has beside the delay."""
-        flash, ram = ("", "") if self.board != image.FLASHED else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
-        sizes = f"flash {self.flash_bytes:,}{flash}, memory {self.ram_bytes:,}{ram} bytes"
+        sizes = f"flash {self.flash_bytes:,}, memory {self.ram_bytes:,} bytes"
         return [(Path(self.hex).name, sizes), *(row for row in super().rows() if row[0] != "delay")]
 
-    def tables(self) -> dict[str, pd.DataFrame]:
-        """Return the cycles of a tick, and what more was traced."""
-        if self.cycles is None:
-            return {}
-        import pandas as pd
-
-        whole = pd.DataFrame(dict(self.cycles)).T.rename_axis(f"cycles of {BUDGET_CYCLES:,}")
-        return {"cycles": whole[PARTS], "more cycles": whole.drop(columns=PARTS)}
-
     @property
-    def _traced(self) -> str:
-        return ", this image" if self.cycles else super()._traced
+    def _counted(self) -> str:
+        law = f" (law {self.law_instructions:,})" if self.law_instructions else ""
+        return super()._counted + law
 
 
-def build(
-    system: System,
-    out: str | os.PathLike[str],
-    board: str = image.FLASHED,
-    laws: Sequence[str] | None = None,
-    trace: Callable[[str], Cycles | None] | None = None,
-) -> Built:
+def build(system: System, out: str | os.PathLike[str], board: str = image.FLASHED) -> Built:
     """Build the image that runs a System's controller, with its table beside it; the first time takes half a minute.
+
+    The law is translated from its step, one from outside (`fl.register`) like a built-in one. Beside it the image has the
+    lookup: state open, and the law of a table of kind lookup.
 
     Parameters
     ----------
@@ -186,35 +178,32 @@ def build(
     out
         Folder for the files; made if it is missing.
     board
-        teensy31, or mps2 or mps2-scenario for qemu-system-arm.
-    laws
-        Kinds of controller to build in; None: all.
-    trace
-        What traces the cycles of an image to be flashed, such as ``fl.device.cycles``.
+        teensy41, or mps2 or mps2-scenario for qemu-system-arm.
 
     Raises
     ------
     FrictionloopError
-        For what the firmware cannot do, an unknown board or law, and sources that do not compile.
+        NO-C for a law with something that has no C; for what the firmware cannot do, an unknown board, sources that do
+        not compile, and a rate far beyond what the counted instructions allow.
     """
     all_needed("ziglang", "elftools", "cobs", "fastcrc", "intelhex")
-    words, folder = firmware_words(system), Path(out)
-    made = image.build(board, words.tolist(), folder, laws=laws, carrier_ticks=period_ticks(system))
-    cycles = trace(str(made.elf)) if trace is not None and board == image.FLASHED else None
+    words, folder, rate_hz = firmware_words(system), Path(out), tick_hz(system.controller.rate_hz)
+    law = board_law(law_of(system.controller))
+    made = image.build(board, words.tolist(), law, folder, rate_hz=rate_hz, carrier_ticks=period_ticks(system))
+    count = counted(made.elf, rate_hz) if find_spec("unicorn") else None
     write_table(system, words, folder)
     table = described_table(system, words, folder)
-    if cycles:
-        table["worst_tick_cycles"] = next(iter(cycles.values()))["tick"]
-        table["findings"] = (*table["findings"], *_late(cycles))
+    if count is not None:
+        table |= {**_cost(count.tick), "law_instructions": count.law}
+        table["findings"] = (*table["findings"], *_late(count, rate_hz))
     table |= {"image": str(made.elf), "hex": str(made.hex), "map": str(made.map)}
-    return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes, cycles=cycles)
+    return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes)
 
 
-def _late(cycles: Cycles) -> Iterator[Finding]:
-    """Yield that tick and interrupts exceed a period, and that an interrupt of the port makes ticks late."""
-    name, worst = max(cycles.items(), key=lambda item: item[1]["tick"] + item[1]["interrupts"])
-    alone, longest = worst["tick"] + worst["interrupts"], next(iter(cycles.values()))["longest_interrupt"]
-    if alone > BUDGET_CYCLES:
-        yield Finding("TICK-LATE", value=alone, limit=BUDGET_CYCLES, more={"waits": f"tick and interrupts, {name}"})
-    if longest > LATE_CYCLES:
-        yield Finding("TICK-LATE", value=longest, limit=LATE_CYCLES, more={"waits": "an interrupt of the port"})
+def _late(count: Counted, rate_hz: int) -> Iterator[Finding]:
+    """Yield that ticks may be late at a rate; refuse one that no counter of a board could make right."""
+    highest = highest_hz(count.tick)
+    if rate_hz > BEYOND * highest:
+        raise must_be("controller.rate_hz", rate_hz, f"at most {BEYOND * highest:.0f}", "Hz", "TICK-LATE")
+    if rate_hz > highest:
+        yield Finding("TICK-LATE", value=rate_hz, unit="Hz", limit=highest, more={"instructions": count.tick})
