@@ -48,7 +48,7 @@ def scenario(law_words):
 
 def qemu(image, timeout_s=100):
     command = [
-        QEMU, "-M", "mps2-an386", "-icount", "shift=4", "-nographic", "-monitor", "none", "-serial", "null",
+        QEMU, "-M", "mps2-an500", "-icount", "shift=4", "-nographic", "-monitor", "none", "-serial", "null",
         "-semihosting-config", "enable=on,target=native", "-kernel", str(image),
     ]  # fmt: skip
     # semihosting writes to the standard error

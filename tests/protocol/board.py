@@ -92,7 +92,7 @@ class Board:
         self.done(message)
 
     def on_commit(self, message: Message, fields: dict[str, Any]) -> None:
-        if zlib.crc32(self.waiting.astype("<i4").tobytes()) != fields["crc"]:
+        if zlib.crc32(self.waiting.astype("<f8").tobytes()) != fields["crc"]:
             return self.refuse(message, "wrong_crc")
         self.words[:] = self.waiting
         self.commits += 1
