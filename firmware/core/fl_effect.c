@@ -12,8 +12,7 @@ static void begin(fl_effect *effect) {
 }
 
 double fl_turned(double x, double count) {
-    double left = x - count * floor(x / count);
-    return left < 0 ? 0 : left > count ? count : left; /* as well for what is no number */
+    return fl_clip(x - count * floor(x / count), 0, count);
 }
 
 /* Between two values; `u` is within them. */

@@ -237,7 +237,3 @@ def test_more_frames_than_answers_fit_lose_answers_not_the_board(rig):
     rig.board.receive(b"".join(encode("heartbeat", k) for k in range(40)), 0)
     assert len(rig.listen()) == 16
     assert rig.ask("heartbeat").name == "status"
-
-
-def test_memory_is_within_its_budget(library):
-    assert library[1].fl_app_size() <= 12 * 1024

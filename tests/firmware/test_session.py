@@ -254,7 +254,7 @@ def test_a_frame_that_comes_three_times_is_done_once_and_answered_three_times(ri
 def test_a_refusal_comes_again_as_it_was(rig):
     session = hello(rig, 5)
     for _ in range(2):
-        answer = say(rig, "set", 1, session, first=0, values=[99])
+        answer = say(rig, "set", 1, session, first=0, values=[-1.0])
         assert (answer["reason"], answer["index"]) == (REFUSALS["out_of_range"], 0)
 
 
