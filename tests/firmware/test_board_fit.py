@@ -62,8 +62,8 @@ def test_what_is_left_is_the_response_of_a_resonator_beside_its_peak():
 
 def test_another_rate_and_a_plate_between_two_carriers_are_found_and_the_bench_is_not():
     assert [*board_findings(fl.bench())] == [*board_findings(fl.feasible())] == []
-    (rate,) = board_findings(at(38200.0).evolve({"controller.rate_hz": 4000.0}))
-    assert (rate.code, rate.value, rate.limit) == ("BOARD-RATE", 4000.0, 5000.0)
+    (rate,) = board_findings(at(38200.0).evolve({"controller.rate_hz": 4400.0}))
+    assert (rate.code, rate.value, rate.limit) == ("BOARD-RATE", 4400.0, 4000.0)
     between = at(BUS_HZ / 942.4, q=2000.0)
     (plate,) = gain_findings(between)
     share = amplitude_left(between.plate, BUS_HZ / 942)

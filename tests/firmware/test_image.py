@@ -1,12 +1,12 @@
 """The image as it would be flashed."""
 
-import struct
-
 import pytest
 
 from frictionloop import FrictionloopError
 from frictionloop.firmware.image import build
-from frictionloop.firmware.image_files import check, check_teensy, loaded, read_hex
+from frictionloop.control.laws import LAWS
+from frictionloop.firmware.board_law import board_law
+from frictionloop.firmware.image_files import check, check_teensy, elf_file, loaded, read_hex
 from frictionloop.quantities.schema import word_count
 
 
@@ -35,20 +35,6 @@ def test_the_hex_file_is_the_elf_files_flash(images):
     assert max(flashed) + 1 == image.flash_bytes
 
 
-def test_vectors_and_flash_configuration_are_where_the_chip_looks(images):
-    flashed = intel_hex(images("pi").hex.read_text())
-    vectors = struct.unpack("<111I", bytes(flashed[k] for k in range(444)))
-    assert 0x1FFF8000 < vectors[0] <= 0x20008000
-    assert vectors[0] % 8 == 0
-    places = [vector for k, vector in enumerate(vectors) if k not in {0, 16 + 45, 16 + 68}]
-    assert all(place % 2 == 1 and 0x410 <= place < 0x8000 for place in places)
-    # The tick and the port are in the RAM, where instructions do not wait.
-    assert all(vectors[k] % 2 == 1 and 0x1FFF8000 <= vectors[k] < 0x1FFFF000 for k in (16 + 45, 16 + 68))
-    # The handlers of ticks and of the port are not the one of faults, all others are.
-    assert [k for k in range(2, 111) if vectors[k] != vectors[3]] == [16 + 45, 16 + 68]
-    assert bytes(flashed[0x400 + k] for k in range(16)).hex() == "ff" * 12 + "def9ffff"
-
-
 def test_an_image_keeps_to_its_budget(images):
     image = images("filtered_pi")
     assert image.flash_bytes <= 32 * 1024
@@ -57,23 +43,31 @@ def test_an_image_keeps_to_its_budget(images):
 
 def test_the_map_names_what_takes_room(images):
     rows = [line.split() for line in images("pi").map.read_text().splitlines()]
-    assert "fl_built_parameters" in {name for _, size, name in rows if int(size) == 4 * word_count()}
+    assert "fl_built_parameters" in {name for _, size, name in rows if int(size) == 8 * word_count()}
     assert sorted((int(size) for _, size, _ in rows), reverse=True) == [int(size) for _, size, _ in rows]
 
 
 def test_the_same_words_make_the_same_image(images, law_words, tmp_path):
-    again = build("teensy31", law_words["pi"].tolist(), tmp_path)
+    again = build("mps2", law_words["pi"].tolist(), board_law(LAWS["pi"]), tmp_path, rate_hz=5000)
     assert again.hex.read_text() == images("pi").hex.read_text()
 
 
-def test_an_image_that_would_lock_the_chip_is_refused(images, tmp_path):
-    content = bytearray(images("pi").elf.read_bytes())
-    place = content.index(bytes.fromhex("def9ffff"))
-    content[place] = 0xDC  # FSEC: mass erase disabled
-    spoilt = tmp_path / "spoilt.elf"
-    spoilt.write_bytes(content)
-    with pytest.raises(FrictionloopError, match=r"configuration = 'f+dcf9ffff': must be f+def9ffff"):
-        check(spoilt, flash_configuration=True)
+@pytest.mark.parametrize("symbol", ["__aeabi_dadd", "__aeabi_dcmplt", "__aeabi_i2d", "__divdf3", "fma", "sqrtf", "malloc"])
+def test_an_image_that_calculates_doubles_in_software_is_refused(images, tmp_path, symbol):
+    """Its symbol table names what it calls; conversions of 64-bit whole numbers have no instruction."""
+    elf = images("pi").elf
+    with elf.open("rb") as file:
+        strings = elf_file(file).get_section_by_name(".strtab")
+        names, at = strings.data(), strings["sh_offset"]
+    assert b"__aeabi_l2d" in names and b"__aeabi_d2lz" in names
+    old = next(name for name in names.split(b"\0") if len(name) >= len(symbol))
+    content = bytearray(elf.read_bytes())
+    place = at + names.index(b"\0" + old + b"\0") + 1
+    content[place : place + len(symbol) + 1] = symbol.encode() + b"\0"
+    (tmp_path / "spoilt.elf").write_bytes(content)
+    check(elf)
+    with pytest.raises(FrictionloopError, match=rf"must be without (soft floating point|a heap): {symbol}$"):
+        check(tmp_path / "spoilt.elf")
 
 
 def test_the_hex_file_holds_what_the_elf_file_loads(images):
@@ -82,7 +76,6 @@ def test_the_hex_file_holds_what_the_elf_file_loads(images):
     in_hex, in_elf = ({at + k: byte for at, part in parts for k, byte in enumerate(part)}
                       for parts in (read_hex(image.hex), loaded(image.elf)))  # fmt: skip
     assert in_hex == in_elf and len(in_hex) > 10_000
-    check_teensy("image", read_hex(image.hex))
 
 
 def test_an_image_of_another_board_is_no_teensys(tmp_path):

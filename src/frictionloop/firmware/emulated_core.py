@@ -59,9 +59,11 @@ class EmulatedCore:
         self.call("fl_app_start", self._app, SCRATCH, self.symbols["fl_built_parameters"])
         self._sent = self._session = 0
 
-    def call(self, name: str, *given: int) -> int:
-        """Call a function of the image with whole numbers, and return what is in r0 then."""
+    def call(self, name: str, *given: int, doubles: Sequence[float] = ()) -> int:
+        """Call a function of the image with whole numbers and doubles, and return what is in r0 then."""
         cpu, arm = self._cpu, self._arm
+        for k, (bits,) in enumerate(struct.iter_unpack("<Q", struct.pack(f"<{len(doubles)}d", *doubles))):
+            cpu.reg_write(arm.UC_ARM_REG_D0 + k, bits)
         cpu.mem_write(self._top, struct.pack(f"<{max(len(given) - 4, 0)}I", *given[4:]))
         cpu.reg_write(arm.UC_ARM_REG_SP, self._top)
         cpu.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
@@ -80,6 +82,15 @@ class EmulatedCore:
         self.call("fl_app_tick", to, self._app, at, now_us % 2**32, 0)
         duty, amplitude_um = struct.unpack("<i4xd", self._cpu.mem_read(to, 16))
         return duty, amplitude_um
+
+    def law(self, state: Sequence[float], measured: Sequence[float], setpoint_n: float, low: float, high: float) -> bytes:
+        """Run a tick of the law alone; return the bytes of its state, of u and of saturated."""
+        at, seen = SCRATCH + FRAMES, SCRATCH + 2 * FRAMES
+        self._cpu.mem_write(at, struct.pack(f"<{len(state)}d", *state))
+        self._cpu.mem_write(seen, struct.pack("<5d", *measured))
+        self.call("fl_own_step", at, seen, self.symbols["fl_built_parameters"], doubles=(setpoint_n, low, high))
+        out = (self._cpu.reg_read(self._arm.UC_ARM_REG_D0 + k) for k in range(2))
+        return bytes(self._cpu.mem_read(at, 8 * len(state))) + struct.pack("<2Q", *out)
 
     def ask(self, name: str, body: bytes, now_us: int) -> None:
         """Give it the frame of a message; ``hello`` begins the session of those that follow."""

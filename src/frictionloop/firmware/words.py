@@ -63,7 +63,8 @@ def from_words(word: Word, words: np.ndarray) -> float | np.ndarray:
 
 def shown(word: Word, value: float | np.ndarray) -> str:
     """Return a parameter's value as text with its unit; of several numbers how many there are."""
-    number = f"{value:.6g}" if isinstance(value, float) else f"{len(value)} numbers"
+    digits = 10 if word.format == "count" else 6
+    number = f"{value:.{digits}g}" if isinstance(value, float) else f"{len(value)} numbers"
     return f"{number} {word.unit}".rstrip()
 
 
