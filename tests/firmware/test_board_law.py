@@ -29,7 +29,7 @@ from frictionloop.quantities.schema import schema
 from frictionloop.sensing.measurement import Measurement
 from frictionloop.sensing.touch import TouchState, board_touch, touch_step
 from tests.helpers.host_frames import SESSION, heartbeat, hello
-from tests.helpers.own_laws import DeadBandPi, register_both
+from tests.helpers.own_laws import register_both
 
 TICKS, OPEN_S = 50_000, 0.2
 MORE: dict[str, dict[str, Any]] = {
@@ -151,7 +151,9 @@ def strokes(rate_hz: float, ticks: int, seed: int = 0):
         place_mm, lifted = abs(20.0 * t % 40.0 - 20.0), t % 3.0 > 2.8
         force = 0 if lifted else 7000 + 900 * math.sin(9.0 * t)
         noise = rng.integers(-80, 81, 3)
-        yield Sample(int(force + noise[0]), 0, round(1e3 * place_mm + noise[1] % 3), int((0 if lifted else 3277) + noise[2] // 8))
+        yield Sample(
+            int(force + noise[0]), 0, round(1e3 * place_mm + noise[1] % 3), int((0 if lifted else 3277) + noise[2] // 8)
+        )
 
 
 @pytest.mark.parametrize("rate_hz", [1000.0, 5000.0, 20_000.0])
@@ -214,7 +216,9 @@ def commands(state, measured, setpoint_n, gains, dt):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"), [(1.5, 2.25), (1e-160, 1e-320), (1e30, math.inf), (0.0, 0.0)], ids=["beyond", "denormal", "infinite", "none"]
+    ("given", "told"),
+    [(1.5, 2.25), (1e-160, 1e-320), (1e30, math.inf), (0.0, 0.0)],
+    ids=["beyond", "denormal", "infinite", "none"],
 )
 def test_a_command_that_is_no_force_is_told_and_the_plate_goes_to_rest(given: float, told: float):
     board, amplitudes, faults = slid(commands, given=given)

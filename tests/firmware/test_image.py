@@ -3,9 +3,9 @@
 import pytest
 
 from frictionloop import FrictionloopError
-from frictionloop.firmware.image import build
 from frictionloop.control.laws import LAWS
 from frictionloop.firmware.board_law import board_law
+from frictionloop.firmware.image import build
 from frictionloop.firmware.image_files import check, check_teensy, elf_file, loaded, read_hex
 from frictionloop.quantities.schema import word_count
 
@@ -52,7 +52,9 @@ def test_the_same_words_make_the_same_image(images, law_words, tmp_path):
     assert again.hex.read_text() == images("pi").hex.read_text()
 
 
-@pytest.mark.parametrize("symbol", ["__aeabi_dadd", "__aeabi_dcmplt", "__aeabi_i2d", "__divdf3", "fma", "sqrtf", "malloc"])
+@pytest.mark.parametrize(
+    "symbol", ["__aeabi_dadd", "__aeabi_dcmplt", "__aeabi_i2d", "__divdf3", "fma", "sqrtf", "malloc"]
+)
 def test_an_image_that_calculates_doubles_in_software_is_refused(images, tmp_path, symbol):
     """Its symbol table names what it calls; conversions of 64-bit whole numbers have no instruction."""
     elf = images("pi").elf

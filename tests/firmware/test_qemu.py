@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from frictionloop.device.codec import Decoder
-from frictionloop.firmware.built_in import revision_here
 from frictionloop.firmware.board_law import board_law
+from frictionloop.firmware.built_in import revision_here
 from frictionloop.firmware.compiled_core import declarations, host_sources, law_of_table
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.image_files import loaded, symbol_bytes

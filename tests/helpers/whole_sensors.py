@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import ENDS
 from frictionloop.control.law import Law
+from frictionloop.device.bench_boards import ENDS
 from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.compiled_core import host_sources, law_of_table
 from frictionloop.firmware.compiler import shared_library
@@ -129,7 +129,8 @@ def raised(readings: Told, words: np.ndarray, finger: int = 0) -> list[Raised]:
     faults = named("faults")
     rows = found[: min(many, room)].tolist()
     return [
-        Raised(finger, int(tick), faults[int(fault)], value, float(readings.force_n[int(tick)])) for tick, fault, value in rows
+        Raised(finger, int(tick), faults[int(fault)], value, float(readings.force_n[int(tick)]))
+        for tick, fault, value in rows
     ]
 
 

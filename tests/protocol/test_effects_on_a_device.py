@@ -9,8 +9,6 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.firmware.effect_tables import effect_tables, write_tables
-from frictionloop.firmware.image import build
-from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.rendering.source import EffectSource
 
 R = fl.rendering

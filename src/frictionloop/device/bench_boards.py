@@ -11,9 +11,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
+from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.device.transport import Pipe
 from frictionloop.firmware.built_in import other_sources, revision_here
@@ -22,8 +22,7 @@ from frictionloop.firmware.image import FLASHED
 from frictionloop.firmware.parameter_words import firmware_words, n_per_count
 from frictionloop.loop.stepper import Movement, Stepper
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities import trees
+from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.schema import schema, word_count
 from frictionloop.sensing.measurement import Measurement
 

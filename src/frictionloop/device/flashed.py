@@ -14,7 +14,6 @@ from frictionloop.findings.result import Row
 from frictionloop.firmware.image_files import check_teensy, read_hex
 from frictionloop.quantities import FrictionloopError, must_be
 
-
 LOADER = "teensy_loader_cli"
 GET_IT = "https://www.pjrc.com/teensy/loader_cli.html"
 STDERR = 2

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.control.lookup import LOOKUP_LAW
 from frictionloop.control.pi import PI_LAW
+from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Info, Link
 from frictionloop.firmware.board_law import LOOKUP
 from frictionloop.firmware.compiled_core import controller_words

@@ -83,7 +83,9 @@ class EmulatedCore:
         duty, amplitude_um = struct.unpack("<i4xd", self._cpu.mem_read(to, 16))
         return duty, amplitude_um
 
-    def law(self, state: Sequence[float], measured: Sequence[float], setpoint_n: float, low: float, high: float) -> bytes:
+    def law(
+        self, state: Sequence[float], measured: Sequence[float], setpoint_n: float, low: float, high: float
+    ) -> bytes:
         """Run a tick of the law alone; return the bytes of its state, of u and of saturated."""
         at, seen = SCRATCH + FRAMES, SCRATCH + 2 * FRAMES
         self._cpu.mem_write(at, struct.pack(f"<{len(state)}d", *state))

@@ -17,8 +17,8 @@ from frictionloop.control.laws import law_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.firmware import image
-from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.board_fit import amplitude_left, board_findings, carrier_hz, ceiling_findings, period_ticks
+from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.compiled_core import tick_hz
 from frictionloop.firmware.emulated_core import Counted, counted
 from frictionloop.firmware.parameter_words import firmware_words

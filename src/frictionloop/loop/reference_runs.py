@@ -22,7 +22,7 @@ from frictionloop.perception.weighting import weighting_sos
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.units import SignalWarning
 
-OPENED = {"controller.kind": "lookup", "controller.form": "float"}
+OPENED = {"controller.kind": "lookup"}
 """What opens a loop: the lookup table alone turns the set-point into an amplitude (paper, Sec. 2.2)."""
 OPEN_ERROR = "open_loop_rms_error"
 """Name of the rms error in open loop beside that of the loop."""

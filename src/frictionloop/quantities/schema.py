@@ -11,6 +11,7 @@ from typing import Any
 
 from frictionloop.quantities.units import FrictionloopError
 
+
 @dataclass(frozen=True)
 class Word:
     """A parameter of the firmware: `count` doubles from word `first` on; of the format count they are whole numbers."""
