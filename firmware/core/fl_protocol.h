@@ -24,7 +24,7 @@
 #define FL_TABLE_HASH 0xf0909b9bu
 #define FL_WORDS 428
 
-enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
+enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY41 = 3 };
 
 enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2, FL_SOURCE_EFFECT = 3 };
 

@@ -16,25 +16,32 @@ from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import firmware_folder, word_count
 from frictionloop.quantities.whole_files import replacing
 
-BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
-"""Boards with the files they share with others; a scenario is a program of its own on the same board."""
+BOARDS = {
+    "teensy41": ("main.c",), "teensy41-ads8688": ("main.c",), "mps2": ("main.c", "stimulus.c"),
+    "mps2-scenario": ("scenario.c", "stimulus.c"),
+}  # fmt: skip
+"""Boards with the files they share with others; after the hyphen another converter or program on the same board."""
+_WITHOUT = {"teensy41": "ads8688.c", "teensy41-ads8688": "converters.c", "mps2": "scenario_main.c"}
+"""File of its folder that a board leaves out."""
 CHECK_SUM = "flash_crc"
 """Where a board has the check sum of its flash."""
-FLASHED = "teensy31"
+FLASHED = "teensy41"
 """The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
     (
         "app_messages.c", "app_replies.c", "app_parameters.c", "app_session.c", "app_start.c", "app_waveform.c",
         "fl_crc.c", "fl_divide.c", "fl_effect_wrong.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c",
-        "clock.c", "port.c",
+        "clock.c", "port.c", "protection.c",
     )
 )  # fmt: skip
 """Files of which the tick runs next to nothing: small rather than quick."""
 _COMMON = (
     "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
-    "-fdata-sections", "-ffp-contract=off",
+    "-fdata-sections", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all",
 )  # fmt: skip
-_ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
+_CORTEX_M4 = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4")
+_CORTEX_M7 = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16")
+"""Without the unit's name its registers pass arguments, and the arithmetic is soft all the same."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,7 @@ def build(
     laws
         Kinds of the control laws to build in, the table's among them; all by default.
     carrier_ticks
-        Period of the carrier, `board_fit.period_ticks` of the system; other boards than teensy31 have none.
+        Period of the carrier, `board_fit.period_ticks` of the system; those of qemu have none.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -101,17 +108,16 @@ def build(
     with replacing(elf) as fresh:
         _compile_and_link(board, built.resolve(), fresh.resolve(), define, optimise)
         seal(fresh, CHECK_SUM)
-        check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
+        check(fresh, teensy=_home(board).name == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
 
 
 def _sources(board: str) -> list[Path]:
     boards, home = firmware_folder() / "boards", _home(board)
-    programs = {"scenario_main.c"} if board == home.name else set()
     return [
         *sorted((firmware_folder() / "core").glob("*.c")),
-        *(path for path in sorted(home.glob("*.c")) if path.name not in programs),
+        *(path for path in sorted(home.glob("*.c")) if path.name != _WITHOUT.get(board)),
         *(boards / name for name in BOARDS[board]),
         boards / "whole.c",
         boards / "freestanding" / "memory.c",
@@ -119,12 +125,12 @@ def _sources(board: str) -> list[Path]:
 
 
 def _home(board: str) -> Path:
-    return firmware_folder() / "boards" / board.removesuffix("-scenario")
+    return firmware_folder() / "boards" / board.partition("-")[0]
 
 
 def _compile_and_link(board: str, built: Path, elf: Path, define: Sequence[str], optimise: str | None) -> None:
-    command = (*zig(), *_ZIG)
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
+    command = (*zig(), *(_CORTEX_M7 if home.name == FLASHED else _CORTEX_M4))
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
     fails = f"{board}: does not build"
