@@ -39,9 +39,9 @@ void port_start(void) {
 }
 
 /* A full ring loses bytes, which the CRC of the frame notices. */
-static void receive(void) {
+static void receive(uint32_t count) {
     if (LPUART6_STAT & OVERRUN) LPUART6_STAT = OVERRUN; /* until it is cleared nothing more comes in */
-    for (uint32_t count = LPUART6_WATER >> 24 & 7; count > 0; count--) {
+    for (; count > 0; count--) {
         uint8_t byte = (uint8_t)LPUART6_DATA;
         if (filled - taken == RING) continue;
         received[filled % RING] = byte;
@@ -49,23 +49,24 @@ static void receive(void) {
     }
 }
 
-static void send(void) {
-    for (uint32_t free = QUEUE - (LPUART6_WATER >> 8 & 7); free > 0 && sent != given; free--) {
+static void send(uint32_t room) {
+    for (; room > 0 && sent != given; room--) {
         LPUART6_DATA = sending[sent % SENDING];
         sent++;
     }
-    LPUART6_CTRL = LISTENING | (sent != given ? SEND_INTERRUPT : 0);
+    if (sent == given) LPUART6_CTRL = LISTENING;
 }
 
 void port_interrupt(void) {
-    receive();
-    send(); /* also with nothing left to send, to end the interrupt */
+    uint32_t queues = LPUART6_WATER;
+    receive(queues >> 24 & 7);
+    send(QUEUE - (queues >> 8 & 7));
     __asm volatile("dsb" ::: "memory");
 }
 
 size_t board_read(uint8_t *bytes, size_t room) {
     __asm volatile("cpsid i" ::: "memory");
-    receive();
+    receive(LPUART6_WATER >> 24 & 7);
     __asm volatile("cpsie i" ::: "memory");
     size_t count = 0;
     for (; count < room && taken != filled; count++) {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import struct
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, Any
 
@@ -36,6 +37,14 @@ def symbol_bytes(path: Path, name: str) -> bytes:
             if 0 <= offset < part["p_filesz"]:
                 return bytes(part.data()[offset : offset + symbol["st_size"]])
     return b""
+
+
+def addresses(path: Path, names: Iterable[str]) -> dict[str, int]:
+    """Return where an image has these symbols; without those that it has not."""
+    with path.open("rb") as file:
+        table = elf_file(file).get_section_by_name(".symtab")
+        found = {name: table.get_symbol_by_name(name) for name in names}
+    return {name: symbols[0]["st_value"] for name, symbols in found.items() if symbols}
 
 
 def seal(path: Path, name: str) -> None:

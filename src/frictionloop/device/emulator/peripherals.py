@@ -70,6 +70,7 @@ class Converters:
         self._values, self._clocks = bank.values, clocks
         self.counts = (0, 0, 0, 0)
         """Force along and across, load, position; 0 in the middle of the range."""
+        self._started: list[tuple[str, list[int]]] = []
         for adc in TRIGGERS:
             bank.on_write[f"{adc}_GC"] = lambda value, adc=adc: self._calibrated(adc, value)  # type: ignore[misc]
         self._asked, self._answers = 0, deque[int]()
@@ -82,33 +83,38 @@ class Converters:
             raise FrictionloopError(f"{adc}: calibrated with a hardware trigger", "BAD-IMAGE")
         self._values[f"{adc}_GC"] = value & ~CALIBRATE
 
-    def convert(self) -> None:
-        """Convert what is at the inputs, on the chip, if the timer starts it."""
-        values = self._values
+    def start(self) -> None:
+        """Look up which inputs the timer starts on the chip, and refuse what is not done when a tick reads it."""
+        values, self._started = self._values, []
         for adc, (number, connection) in TRIGGERS.items():
-            trigger = f"ADC_ETC_TRIG{number}"
             if not values["ADC_ETC_CTRL"] >> number & 1 or values[connection] >> 8 & 0x7F != FROM_PIT0:
                 continue
-            chain, result = values[f"{trigger}_CHAIN_1_0"], 0
-            self._check_done(adc, values[f"{trigger}_COUNTER"] & 0xFFFF)
+            trigger = f"ADC_ETC_TRIG{number}"
+            chain, sources = values[f"{trigger}_CHAIN_1_0"], []
             for place in range((values[f"{trigger}_CTRL"] >> 8 & 7) + 1):
                 segment = chain >> 16 * place
                 source = INPUTS.get((adc, segment & 15))
                 if source is None or values[f"{adc}_HC{place}"] != BY_ETC or segment >> 4 & 0xFF != 1 << place:
                     raise FrictionloopError(f"{trigger}_CHAIN_1_0 = {chain:#x}: nothing connected", "BAD-IMAGE")
-                result |= (self.counts[source] + HALF) >> STEP_BITS << 16 * place
-            values[f"{trigger}_RESULT_1_0"] = result
+                sources.append(source)
+            self._check_done(adc, values[f"{trigger}_COUNTER"] & 0xFFFF, len(sources))
+            self._started.append((f"{trigger}_RESULT_1_0", sources))
 
-    def _check_done(self, adc: str, delay: int) -> None:
-        """Refuse a delay after which the two means are not there when the tick reads them."""
-        values, bus = self._values, self._clocks.frequencies().bus
+    def _check_done(self, adc: str, delay: int, conversions: int) -> None:
+        values, (_, bus, timer, _) = self._values, self._clocks.frequencies()
         config = values[f"{adc}_CFG"]
         means = 4 << (config >> 14 & 3) if values[f"{adc}_GC"] & MEAN else 1
         clock = bus / (1, 2)[config & 1] / (1 << (config >> 5 & 3))
         wait = delay * ((values["ADC_ETC_CTRL"] >> 16 & 0xFF) + 1) / bus
-        period = (values["PIT_LDVAL0"] + 1) / self._clocks.frequencies().timer
-        if config & 0xC != CFG_12_BIT or wait + 2 * means * CLOCKS / clock > period:
+        period = (values["PIT_LDVAL0"] + 1) / timer
+        if config & 0xC != CFG_12_BIT or wait + conversions * means * CLOCKS / clock > period:
             raise FrictionloopError(f"{adc}: not done in a tick", "BAD-IMAGE")
+
+    def convert(self) -> None:
+        """Convert what is at these inputs."""
+        for result, sources in self._started:
+            raw = [(self.counts[source] + HALF) >> STEP_BITS for source in sources]
+            self._values[result] = raw[0] | raw[-1] << 16
 
     def _frame(self, value: int) -> None:
         """One frame of the ADS8688: the answer to the command before this one (its data sheet, 8.4)."""

@@ -70,8 +70,6 @@ RETURN = 0x10000000
 HARD_FAULT = 3
 FRAME_BYTES = 104
 """Eight registers and eighteen of floating point on the stack (ARMv7-M B1.5.7)."""
-FRAME = bytes(range(1, FRAME_BYTES + 1))
-"""Put there in their place, to be found again: unicorn keeps the registers themselves."""
 INSTRUCTIONS, DATA = 0, 0x20000000
 """Tightly coupled memories."""
 FLOATING_POINT = 0xF << 20
@@ -96,8 +94,8 @@ class Processor:
 
     def __init__(self, image_path: Path, bank: Bank) -> None:
         unicorn = needed("unicorn", "unicorn", "emulator")
-        arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
-        self._error, self._name = unicorn.UcError, image_path
+        arm = self.arm = needed("unicorn.arm_const", "unicorn", "emulator")
+        self._error, self.image = unicorn.UcError, image_path
         self._bank = bank
         self.failure: Exception | None = None
         uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB)
@@ -115,10 +113,10 @@ class Processor:
         bank.on_write["SCB_CPACR"] = self._switched
 
     def _load(self, segments: list[tuple[int, bytes]]) -> None:
-        check_teensy(str(self._name), segments)
+        check_teensy(str(self.image), segments)
         for address, content in segments:
             if not FLASH <= address <= FLASH + FLASH_BYTES - len(content):
-                raise FrictionloopError(f"{self._name}: 0x{address:08x} outside the flash", "BAD-IMAGE")
+                raise FrictionloopError(f"{self.image}: 0x{address:08x} outside the flash", "BAD-IMAGE")
             self.uc.mem_write(address, content)
         self._entry = entry_of(segments) or 0
 
@@ -129,24 +127,27 @@ class Processor:
 
     def reset(self) -> None:
         """Begin as after power comes, and go on until the background first rests."""
-        self._run(self._entry)
+        with self.stretch():
+            self._run(self._entry)
         if self._bank.values["SCB_CPACR"] & FLOATING_POINT != FLOATING_POINT:
-            raise FrictionloopError(f"{self._name}: floating point not switched on, CPACR", "BAD-IMAGE")
+            raise FrictionloopError(f"{self.image}: floating point not switched on, CPACR", "BAD-IMAGE")
 
     def rest(self) -> None:
         """Go on in the background until it rests."""
-        self._run(self.uc.reg_read(self._arm.UC_ARM_REG_PC))
+        self._run(self.uc.reg_read(self.arm.UC_ARM_REG_PC))
 
-    def interrupt(self, number: int) -> None:
-        """Run an exception from entry to return; 16 and up are interrupts."""
-        uc, arm = self.uc, self._arm
+    def interrupt(self, number: int, pending: Callable[[], bool] = lambda: False) -> None:
+        """Run an exception from entry to return, again while it is pending; 16 and up are interrupts."""
+        uc, arm = self.uc, self.arm
         uc.context_update(self._background)
         stack = (uc.reg_read(arm.UC_ARM_REG_SP) - FRAME_BYTES) & ~7
-        uc.mem_write(stack, FRAME)
         uc.reg_write(arm.UC_ARM_REG_SP, stack)
-        uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
-        self._run(self.vector(number))
-        if uc.reg_read(arm.UC_ARM_REG_SP) != stack or uc.mem_read(stack, FRAME_BYTES) != FRAME:
+        begin, again = self.vector(number), True
+        while again:
+            uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
+            self._run(begin)
+            again = pending()
+        if uc.reg_read(arm.UC_ARM_REG_SP) != stack:
             raise FrictionloopError("image: another stack after an interrupt", "BAD-IMAGE")
         uc.context_restore(self._background)
 
@@ -155,12 +156,17 @@ class Processor:
         self.failure = self.failure or why
         self.uc.emu_stop()
 
-    def _run(self, begin: int) -> None:
+    @contextmanager
+    def stretch(self) -> Iterator[None]:
+        """Let what runs within be whole, and end it where it does not come to an end."""
         with _whole(), self._patience.stretch():
-            try:
-                self.uc.emu_start(begin | 1, RETURN)
-            except self._error as error:
-                self._fault(str(error))
+            yield
+
+    def _run(self, begin: int) -> None:
+        try:
+            self.uc.emu_start(begin | 1, RETURN)
+        except self._error as error:
+            self._fault(str(error))
         if self._patience.lost:
             self.failure = self.failure or FrictionloopError(f"image: does not come to rest within {LONGEST_S:g} s")
         if self.failure is not None:
@@ -168,7 +174,7 @@ class Processor:
 
     def _fault(self, what: str) -> None:
         """Run the handler of the hard fault, whose end is an endless loop that `stop` leaves."""
-        place = self.uc.reg_read(self._arm.UC_ARM_REG_PC)
+        place = self.uc.reg_read(self.arm.UC_ARM_REG_PC)
         reason = FrictionloopError(f"the image faults at 0x{place:08x}: {what}")
         with suppress(self._error):
             self.uc.emu_start(self.vector(HARD_FAULT) | 1, RETURN)
@@ -177,7 +183,7 @@ class Processor:
     def _step(self, uc: Any, address: int, size: int, _: Any) -> None:
         """Look at an instruction before floating point is on."""
         if is_floating_point(bytes(uc.mem_read(address, size))):
-            self.stop(FrictionloopError(f"{self._name}: 0x{address:08x} before CPACR is written", "BAD-IMAGE"))
+            self.stop(FrictionloopError(f"{self.image}: 0x{address:08x} before CPACR is written", "BAD-IMAGE"))
 
     def _switched(self, value: int) -> None:
         if self._without is not None and value & FLOATING_POINT == FLOATING_POINT:

@@ -68,6 +68,7 @@ class TeensyEmulator:
         if not (self._enabled(PIT_INTERRUPT) and self._enabled(LPUART6_INTERRUPT)) or bank.values["PIT_TCTRL0"] & 3 != 3:
             raise FrictionloopError(f"{image_path}: timer or port not started", "BAD-IMAGE")
         self._running = True
+        self._converters.start()
         self._tick_counts = bank.values["PIT_LDVAL0"] + 1
         self.tick_hz = self.frequencies().timer / self._tick_counts
         """Rate of the ticks."""
@@ -87,11 +88,16 @@ class TeensyEmulator:
         FrictionloopError
             When the image has stopped; the carrier is off then, and stays off.
         """
+        if self.processor.failure is not None:
+            raise self.processor.failure
+        with self.processor.stretch():
+            self._period((*force_counts, load_counts, position))
+        return self.duty
+
+    def _period(self, counts: tuple[int, int, int, int]) -> None:
         processor, port = self.processor, self._port
-        if processor.failure is not None:
-            raise processor.failure
         port.begin(self._bytes_a_tick)
-        self._converters.counts = (*force_counts, load_counts, position)
+        self._converters.counts = counts
         self._converters.convert()
         self._watchdog.check(self.ticks / self.tick_hz)
         self._enter(TICK)
@@ -99,11 +105,10 @@ class TeensyEmulator:
         self.ticks += 1
         self._rest()
         while port.arrive() or port.interrupts():
-            while port.interrupts():
+            if port.interrupts():
                 self._enter(PORT)
-                processor.interrupt(16 + LPUART6_INTERRUPT)
+                processor.interrupt(16 + LPUART6_INTERRUPT, port.interrupts)
             self._rest()
-        return self.duty
 
     @property
     def in_tick(self) -> bool:
