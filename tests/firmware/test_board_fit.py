@@ -29,7 +29,7 @@ def at(frequency_hz, q=230.0):
 
 
 def test_clock_and_usual_period_are_those_of_the_boards_source():
-    text = (firmware_folder() / "boards/teensy31/carrier.c").read_text()
+    text = (firmware_folder() / "boards/teensy41/carrier.c").read_text()
     assert float(re.search(r"(\d+) MHz / FL_CARRIER_TICKS", text)[1]) * 1e6 == BUS_HZ
     assert int(re.search(r"#define FL_CARRIER_TICKS (\d+)", text)[1]) == USUAL_TICKS == period_ticks(fl.bench())
     assert carrier_hz(fl.bench()) == CARRIER_HZ and period_ticks(fl.feasible()) == USUAL_TICKS

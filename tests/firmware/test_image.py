@@ -62,7 +62,7 @@ def test_the_map_names_what_takes_room(images):
 
 
 def test_the_same_words_make_the_same_image(images, law_words, tmp_path):
-    again = build("teensy31", law_words["pi"].tolist(), tmp_path)
+    again = build("teensy41", law_words["pi"].tolist(), tmp_path)
     assert again.hex.read_text() == images("pi").hex.read_text()
 
 

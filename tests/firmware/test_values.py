@@ -236,7 +236,7 @@ def test_by_default_all_are_built_in(images):
 
 
 def test_laws_that_are_left_out_leave_their_room(images, law_words, tmp_path):
-    small = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi"])
+    small = build("teensy41", law_words["pi"].tolist(), tmp_path, laws=["pi"])
     assert "fl_filtered_pi_step" not in symbols(small)
     assert small.flash_bytes < images("pi").flash_bytes - 4000
     assert small.ram_bytes < images("pi").ram_bytes - 2000
@@ -260,13 +260,13 @@ def test_all_are_where_none_is_named(law_words):
 )
 def test_bad_choices_are_one_line(law_words, tmp_path, laws, says):
     with pytest.raises(FrictionloopError, match=says):
-        build("teensy31", law_words["pi"].tolist(), tmp_path / "none", laws=laws)
+        build("teensy41", law_words["pi"].tolist(), tmp_path / "none", laws=laws)
     assert not (tmp_path / "none").exists()
 
 
 def test_a_device_tells_its_laws_and_refuses_others(law_words, tmp_path):
     pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-    some = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi"])
+    some = build("teensy41", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi"])
     with fl.connect(f"emulated:{some.elf}") as device:
         assert device.info.laws == ("pi", "lookup", "filtered_pi")
         device.set("law.number", 4)

@@ -16,9 +16,9 @@ SYSTEM = fl.bench().evolve(fl.RETUNED)
 
 @pytest.mark.slow
 def test_the_image_does_what_the_library_does(tmp_path: Any) -> None:
-    image = build("teensy31", list(map(int, firmware_words(SYSTEM))), tmp_path)
+    image = build("teensy41", list(map(int, firmware_words(SYSTEM))), tmp_path)
     with fl.connect(f"emulated:{image.elf}", SYSTEM) as board, fl.connect("sim:", SYSTEM) as library:
-        assert (board.info.board, board.info.revision) == ("teensy31", library.info.revision)
+        assert (board.info.board, board.info.revision) == ("teensy41", library.info.revision)
         assert board.system == SYSTEM
         run, same = board.run(0.5, 1.5), library.run(0.5, 1.5)
     assert (run.attrs["source"], run.attrs["lost_samples"]) == ("emulated", 0)

@@ -70,7 +70,7 @@ SITUATIONS = {
 def test_the_screen_is_small_and_as_it_was(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(transport, "described_ports", lambda: [("serial:///dev/ttyACM0", "Teensy")])
-    made = image.Image(*(tmp_path.joinpath(f"teensy31.{kind}") for kind in ("elf", "hex", "map")), 21_345, 16_789)
+    made = image.Image(*(tmp_path.joinpath(f"teensy41.{kind}") for kind in ("elf", "hex", "map")), 21_345, 16_789)
     monkeypatch.setattr(image, "build", lambda *_, **__: made)
     found = SITUATIONS[name]()
     check_screen(name, str(found))

@@ -58,5 +58,5 @@ def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
 
 def test_its_ticks_are_those_that_are_traced():
     kinds = {"open loop": "lookup", "printed gains": "pi", "re-tuned gains": "pi", NOTCH: "notch_pi"}
-    found = {law: stored().tick_cycles[law] for law in kinds}
-    assert found == {law: worst_tick(kind).cycles for law, kind in kinds.items()}
+    found = {law: stored().tick_instructions[law] for law in kinds}
+    assert found == {law: worst_tick(kind) for law, kind in kinds.items()}

@@ -45,7 +45,7 @@ def build(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    board: flags.Run[str] = "teensy31",
+    board: flags.Run[str] = "teensy41",
     laws: flags.Run[str | None] = None,
     out: Out,
     shown: screen.Shown = screen.BRIEFLY,
@@ -55,7 +55,8 @@ def build(
     Parameters
     ----------
     board
-        teensy31, or mps2 or mps2-scenario for qemu-system-arm.
+        teensy41, or teensy41-ads8688 with that converter; mps2 or mps2-scenario for
+        qemu-system-arm.
     laws
         Kinds of controller that the image has, with commas: pi,notch_pi; all by default. filtered_pi also
         runs notch_pi.
@@ -64,7 +65,7 @@ def build(
     given = flags.system_given(file, preset, overrides, "bench")
     kinds = laws.split(",") if laws is not None else None
     with fl.progress.waiting(f"building {board}"):
-        found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.cycles)
+        found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.instructions)
     shown.show(found.with_findings(given.findings), saved={"image and table": out})
 
 

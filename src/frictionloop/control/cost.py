@@ -6,8 +6,6 @@ decides, which `device info` shows.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 CORE_HZ = 396_000_000
 """Of the board (firmware/boards/teensy41/teensy41.h)."""
 CYCLES_AT_MOST = 20
@@ -21,24 +19,15 @@ def highest_rate_hz(instructions: int) -> float:
     return CORE_HZ / (CYCLES_AT_MOST * instructions)
 
 
-class WorstTick(NamedTuple):
-    """Instructions: the most that law, lookup and overdrive took in a tick, and the most that a whole tick took."""
+WORST_TICK = {"pi": 1809, "lookup": 1789, "notch_pi": 2625, "filtered_pi": 3541, "limit_observer": 2435}
+"""Most instructions of a tick by kind of controller, from entry to return of its interrupt.
 
-    law: int
-    tick: int
-
-
-WORST_TICK = {
-    "pi": WorstTick(0, 0),
-}
-"""By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
-
-With zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80 mm/s, and of edges; `frictionloop firmware
-build` counts so, and tests/firmware/test_instructions.py holds it. The filtered PIs have all they can: feed-forward,
-overdrive, 1 section (notch) or 6.
+On the image of bench() with two force axes, with zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80
+mm/s, and of edges; `frictionloop firmware build` counts so, and tests/firmware/test_instructions.py holds it. The filtered
+PIs have all they can: feed-forward, overdrive, 1 section (notch) or 6.
 """
 
 
-def worst_tick(kind: str) -> WorstTick | None:
-    """Return what the worst tick of a kind of controller takes, None of one that has no image."""
+def worst_tick(kind: str) -> int | None:
+    """Return the most instructions of a tick with a kind of controller, None of one that has no image."""
     return WORST_TICK.get(kind)

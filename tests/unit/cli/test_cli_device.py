@@ -93,9 +93,9 @@ def test_a_file_that_is_not_there_is_refused_before_the_device_is_looked_for(fri
 
 def test_a_folder_stands_for_the_image_in_it(frictionloop, tmp_path):
     said = refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
-    assert "teensy31.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
-    (tmp_path / "teensy31.elf").write_text("no image")
-    assert "teensy31.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
+    assert "teensy41.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
+    (tmp_path / "teensy41.elf").write_text("no image")
+    assert "teensy41.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
 
 
 def test_an_address_is_refused_before_what_drives_a_device_is_loaded():

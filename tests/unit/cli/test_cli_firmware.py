@@ -122,16 +122,16 @@ def test_an_image_in_numbers(built, tmp_path):
 def test_an_image_fits(frictionloop, tmp_path):
     pytest.importorskip("ziglang")
     said = json.loads(frictionloop("firmware", "build", *PI, "--out", str(tmp_path / "image"), "--json").out)
-    lines = (tmp_path / "image" / "teensy31.hex").read_text().splitlines()
+    lines = (tmp_path / "image" / "teensy41.hex").read_text().splitlines()
     assert lines[-1] == ":00000001FF" and all(line.startswith(":") for line in lines)
-    assert said["flash_bytes"] <= 32 * 1024 and said["hex"].endswith("teensy31.hex")
+    assert said["flash_bytes"] <= 32 * 1024 and said["hex"].endswith("teensy41.hex")
 
 
 @pytest.mark.slow
 def test_the_image_carries_the_values_that_build_says(frictionloop, tmp_path):
     pytest.importorskip("ziglang")
     pytest.importorskip("unicorn")
-    folder, arguments = tmp_path / "image", (*PI, "--board", "teensy31", "--json")
+    folder, arguments = tmp_path / "image", (*PI, "--board", "teensy41", "--json")
     built = json.loads(frictionloop("firmware", "build", *arguments, "--out", str(folder)).out)
     exported = json.loads(frictionloop("firmware", "export", *PI, "--out", str(tmp_path / "table"), "--json").out)
     told = json.loads(frictionloop("device", "info", f"emulated:{folder}", str(folder / "system.toml"), "--json").out)

@@ -43,7 +43,7 @@ MARGINS = {
     "sensitivity_peak_gain": "2.7 x",
     "sensitivity_peak_gain_low": "2.7 x, -10 %",
     "phase_margin_deg": "phase, deg",
-    "tick_cycles_m4": "tick, cycles",
+    "tick_instructions": "tick, instructions",
 }
 """Margins of the table of them, and their heads; those of the first table are the first four."""
 FIRST = 4

@@ -223,6 +223,8 @@ class Watchdog:
             raise FrictionloopError(f"watchdog: not refreshed for {now_s - self._refreshed_s:g} s")
 
     def _command(self, value: int) -> None:
+        if value not in {UNLOCK_WORD, REFRESH_WORD}:  # it resets at once
+            raise FrictionloopError(f"watchdog: 0x{value:08x} is none of its words", "BAD-IMAGE")
         self._unlocked = value == UNLOCK_WORD
         if value == REFRESH_WORD:
             self._refreshed_s = self._now_s
