@@ -69,8 +69,8 @@ void converters_start(void) {
     XBARA1_SEL53 = FROM_PIT0; /* output 107: trigger 4 */
 }
 
-/* 12 bits stretched over 16: the ends are the ends. */
-static int32_t counts(uint32_t raw) { return (int32_t)(raw << 4 | raw >> 8) - HALF; }
+/* Steps of 16 counts; the upper end is that of 16 bits. */
+static int32_t counts(uint32_t raw) { return raw == 0xFFF ? HALF - 1 : (int32_t)(raw << 4) - HALF; }
 
 fl_sample converters_read(void) {
     uint32_t adc1 = ADC_ETC_TRIG0->RESULT_1_0, adc2 = ADC_ETC_TRIG4->RESULT_1_0;

@@ -58,9 +58,9 @@ HALF, STEP_BITS = 32768, 4
 
 
 def converted(counts: int) -> int:
-    """Return what a converter on the chip, of 12 bit, makes of counts of 16 bit, stretched over these again."""
+    """Return what the image reads, from a converter on the chip of 12 bits, where one of 16 would give these counts."""
     raw = (counts + HALF) >> STEP_BITS
-    return (raw << STEP_BITS | raw >> 12 - STEP_BITS) - HALF
+    return HALF - 1 if raw == 0xFFF else (raw << STEP_BITS) - HALF
 
 
 class Converters:
