@@ -2,7 +2,6 @@
 
 import struct
 from functools import cache
-from importlib.metadata import version
 from itertools import pairwise
 
 import pytest
@@ -91,18 +90,11 @@ def budget(images):
     return cache(lambda law: traced(images(law, axes=2).elf))
 
 
-TRACED_WITH = "0.17.1"
-"""The version of ziglang whose counts WORST_TICK holds; another compiler makes other code."""
-MARGIN = 1.03
-
-
 @pytest.mark.parametrize("law", ["notch_pi", *(pytest.param(law, marks=pytest.mark.slow) for law in WORST_TICK)])
 def test_a_tick_keeps_to_its_budget(law, budget):
     """In 200 us at 20 cycles an instruction, with any effect too."""
     found = budget(law)
-    if version("ziglang") == TRACED_WITH:
-        assert found.tick == WORST_TICK[law]
-    assert found.tick <= MARGIN * WORST_TICK[law]
+    assert found.tick == pytest.approx(WORST_TICK[law], rel=0.03)  # another compiler makes other code
     assert found.tick + 200 < found.effect  # it played
     assert found.law <= 1000
     assert highest_rate_hz(found.effect) > (5000 if law != "filtered_pi" else 4900)

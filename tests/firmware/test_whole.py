@@ -89,7 +89,7 @@ def test_every_bit_of_the_table_counts(images):
     """On one board, whose check is called again for each: what it looks at is in its memory."""
     elf = images("pi").elf
     board = TeensyEmulator(elf).processor
-    begin, size = address_of(elf, "fl_built_parameters")
+    begin, size = address_of(elf, "fl_built_parameters", flash=True)
     check, _ = address_of(elf, "board_is_whole")
     assert called(board, check) == 1
     missed = []
@@ -114,11 +114,14 @@ def test_a_loop_without_end_is_ended(images):
         board.interrupt(number)
 
 
-def address_of(elf, name: str) -> tuple[int, int]:
-    """Return where a symbol is, and its size."""
+def address_of(elf, name: str, flash: bool = False) -> tuple[int, int]:
+    """Return where a symbol is, as linked or in the flash that it is copied from, and its size."""
     with elf.open("rb") as file:
         (symbol,) = elf_file(file).get_section_by_name(".symtab").get_symbol_by_name(name)
-    return symbol["st_value"] & ~1, symbol["st_size"]
+        parts = [(part["p_vaddr"], part["p_filesz"], part["p_paddr"]) for part in elf_file(file).iter_segments()]
+    place = symbol["st_value"] & ~1
+    (load,) = (place - linked + load for linked, size, load in parts if 0 <= place - linked < size)
+    return load if flash else place, symbol["st_size"]
 
 
 def called(processor, address: int) -> int:

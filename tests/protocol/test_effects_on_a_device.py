@@ -76,7 +76,7 @@ def test_the_tables_as_a_file_say_what_the_words_say(tmp_path):
 
 @pytest.mark.slow
 def test_the_image_plays_what_the_library_plays(tmp_path):
-    image = build("teensy41", list(map(int, firmware_words(SYSTEM))), tmp_path)
+    image = build("teensy41-ads8688", list(map(int, firmware_words(SYSTEM))), tmp_path)
     with fl.connect(f"emulated:{image.elf}", SYSTEM) as board, fl.connect("sim:", SYSTEM) as library:
         run, same = (
             each.run(R.find("bump") + R.Grating(offset_n=0.0, amplitude_n=0.1), 0.5) for each in (board, library)
