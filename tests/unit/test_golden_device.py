@@ -15,8 +15,7 @@ from frictionloop.loop.growing_file import Column, Spool
 
 NEAR = {"controller.kp": 0, "controller.ki": 150, "drive.ceiling_um": 2}
 RINGING = {"controller.kp": 0.04, "controller.ki": 90.0}
-TICK = {"tick": 3200, "interrupts": 900, "background": 2100, "sum": 6200, "flood": 4000, "longest_interrupt": 610,
-        "effect": 3900}  # fmt: skip
+TICK = {"tick": 2600, "law": 500, "effect": 3100, "interrupts": 1700, "background": 1500}
 
 
 def info():
@@ -60,7 +59,7 @@ SITUATIONS = {
     "device-clear": lambda: fl.device.clear("sim:"),
     "firmware-export": exported,
     "firmware-build": lambda: fl.firmware.build(
-        fl.bench(), "image", trace=lambda _: {"as assumed": TICK, "RAM waits a cycle": TICK}
+        fl.bench(), "image", trace=lambda _: TICK
     ),
     "firmware-law": law,
 }

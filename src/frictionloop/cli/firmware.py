@@ -55,8 +55,7 @@ def build(
     Parameters
     ----------
     board
-        teensy41, or teensy41-ads8688 with that converter; mps2 or mps2-scenario for
-        qemu-system-arm.
+        teensy41, teensy41-ads8688 (another converter); mps2, mps2-scenario for qemu-system-arm.
     laws
         Kinds of controller that the image has, with commas: pi,notch_pi; all by default. filtered_pi also
         runs notch_pi.
