@@ -82,7 +82,7 @@ def at_benches() -> None:
     for name in ("notch, fed forward, overdriven", "limit observer"):
         system = fl.bench().evolve({"controller": CONTROLLERS[name]})
         with tempfile.TemporaryDirectory() as folder:
-            image = build("teensy31", firmware_words(system).tolist(), Path(folder))
+            image = build("teensy41", firmware_words(system).tolist(), Path(folder))
             for what, address in (("library", "sim:"), ("image, emulated", f"emulated:{image.elf}")):
                 rate = at_a_bench(address, system)
                 print(f"{f'{name}: {what}':40s} {rate:14.0f} {rate / 5000:13.1f}x")

@@ -26,7 +26,7 @@
 #define FL_TABLE_HASH 0x38feabacu
 #define FL_WORDS 395
 
-enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY31 = 2 };
+enum fl_board { FL_BOARD_HOST = 0, FL_BOARD_MPS2 = 1, FL_BOARD_TEENSY41 = 3 };
 
 enum fl_source { FL_SOURCE_HOLD = 0, FL_SOURCE_TIME = 1, FL_SOURCE_POSITION = 2, FL_SOURCE_EFFECT = 3 };
 

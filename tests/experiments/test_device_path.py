@@ -177,7 +177,7 @@ def short(name):
 @pytest.fixture(scope="module")
 def image(tmp_path_factory):
     words = list(map(int, firmware_words(study_system())))
-    return build("teensy31", words, tmp_path_factory.mktemp("image")).elf
+    return build("teensy41", words, tmp_path_factory.mktemp("image")).elf
 
 
 @pytest.mark.slow
@@ -189,7 +189,7 @@ def test_every_bundled_protocol_runs_on_the_emulated_board(name, image, tmp_path
     assert trials["contact_share_1"][0] > 0.5
     assert np.isfinite(trials["delivered"][0])
     traces = fl.load(path / trials["raw"][0])
-    assert (traces.attrs["source"], traces.attrs["board"]) == ("emulated", "teensy31")
+    assert (traces.attrs["source"], traces.attrs["board"]) == ("emulated", "teensy41")
     assert trials["onset_s"][0] > 0
 
 

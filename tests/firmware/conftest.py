@@ -182,7 +182,7 @@ def images(law_words: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFa
     pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
 
     @cache
-    def built(law: str, board: str = "mps2", optimise: str | None = None, axes: int = 1) -> Image:
+    def built(law: str, board: str = "teensy41", optimise: str | None = None, axes: int = 1) -> Image:
         folder = tmp_path_factory.mktemp(f"{board}-{law}-{optimise or 'default'}-{axes}")
         table = law_words[law].copy()
         table[parameter_words()["force.axes"].first] = axes

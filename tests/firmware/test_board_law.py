@@ -98,15 +98,15 @@ def test_the_core_has_the_bits_of_simulate(kind: str, table_size: int):
 @pytest.mark.parametrize("kind", [*KINDS[:1], *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS[1:])])
 def test_an_emulated_cortex_m7_has_the_bits_of_the_step(kind: str, tmp_path):
     pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-    from frictionloop.firmware.emulated_core import EmulatedCore
+    from tests.helpers.emulated_core import EmulatedLaw
 
     system = bench(kind)
     ran, law = simulated(system, TICKS), law_of(system.controller)
     image = build("mps2", firmware_words(system).tolist(), board_law(law), tmp_path, rate_hz=5000)
-    core, model = EmulatedCore(image.elf), system.controller.model
+    core, model = EmulatedLaw(image.elf), system.controller.model
     state, differ = trees.flat(law.start_for(system.controller)), 0
     for measured, setpoint_n, (u, saturated, _), after in zip(*ran, strict=True):
-        found = core.law(state, measured, setpoint_n, model.floor_n, model.nominal_n)
+        found = core.step(state, measured, setpoint_n, model.floor_n, model.nominal_n)
         differ += found != np.array([*after, u, saturated]).tobytes()
         state = after
     assert differ == 0

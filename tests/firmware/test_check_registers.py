@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[2] / "firmware/boards/teensy31/check_registers.py"
+SCRIPT = Path(__file__).parents[2] / "firmware/boards/teensy41/check_registers.py"
 SVD = """<device><peripherals><peripheral><name>PIT</name><prependToName>PIT_</prependToName>
 <baseAddress>0x40037000</baseAddress><interrupt><name>PIT0</name><value>68</value></interrupt><registers>
 <register><name>MCR</name><addressOffset>0</addressOffset><size>32</size><resetValue>2</resetValue>

@@ -14,6 +14,8 @@ import frictionloop as fl
 from frictionloop.control.laws import LAWS
 from frictionloop.device.bench_boards import HostBoard
 from frictionloop.device.codec import Decoder, encode
+from frictionloop.device.emulator import TeensyEmulator
+from frictionloop.device.emulator.teensy import RESETS
 from frictionloop.device.errors import Refused
 from frictionloop.firmware import built_in
 from frictionloop.firmware.board_law import board_law
@@ -81,6 +83,42 @@ def test_values_that_six_digits_do_not_tell_apart_get_more():
 NAMES = schema()["resets"]
 FAULTS, STATES = schema()["faults"], schema()["states"]
 AFTER = {"brown_out": "brown_out", "watchdog": "watchdog"}
+
+
+def asked(board, name: str, sequence: int, session: int = 0, **fields):
+    """Return what an emulated board answers, and the faults that it tells."""
+    board.receive(encode(name, sequence, session, **fields))
+    for _ in range(5):
+        board.tick((0, 0), 0, 0)
+    messages = Decoder().feed(board.transmit())
+    return [m for m in messages if m.name != "fault"][-1], [m["fault"] for m in messages if m.name == "fault"]
+
+
+@pytest.mark.parametrize("reset", RESETS)
+def test_the_image_tells_what_its_registers_say(reset, images):
+    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+    board = TeensyEmulator(images("pi").elf, reset)
+    identity, told = asked(board, "identify", 1)
+    status, _ = asked(board, "heartbeat", 2)
+    assert identity["reset"] == status["reset"] == NAMES[reset]
+    fault = AFTER.get(reset, "none")
+    assert status["fault"] == FAULTS[fault]
+    assert status["state"] == STATES["idle" if fault == "none" else "fault"]
+    assert told == ([] if fault == "none" else [FAULTS[fault]])
+
+
+@pytest.mark.parametrize("reset", set(AFTER) & set(RESETS))
+def test_the_loop_stays_off_until_the_fault_is_cleared(reset, images):
+    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
+    board = TeensyEmulator(images("pi").elf, reset)
+    welcome, _ = asked(board, "hello", 1, major=schema()["protocol"]["major"], nonce=5)
+    session, closed = welcome["session"], {"state": STATES["closed"]}
+    refused, _ = asked(board, "mode", 2, session, **closed)
+    assert (refused.name, refused["reason"]) == ("refused", schema()["refusals"]["not_now"])
+    assert board.duty == 0
+    assert asked(board, "clear", 3, session)[0].name == "done"
+    assert asked(board, "mode", 4, session, **closed)[0].name == "done"
+    assert asked(board, "heartbeat", 5, session)[0]["state"] == STATES["closed"]
 
 
 @pytest.mark.parametrize("reset", [name for name in NAMES if name not in AFTER])

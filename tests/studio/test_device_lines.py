@@ -34,7 +34,7 @@ def line(way, folder):
     if way == "emulated":
         pytest.importorskip("ziglang", reason="the image is built by zig: install frictionloop[image]")
         pytest.importorskip("unicorn", reason="the board is emulated by unicorn: install frictionloop[emulator]")
-        yield f"emulated:{build('teensy31', list(map(int, firmware_words(SYSTEM))), folder).elf}"
+        yield f"emulated:{build('teensy41', list(map(int, firmware_words(SYSTEM))), folder).elf}"
         return
     with wired(way, SYSTEM) as (address, _):
         yield address

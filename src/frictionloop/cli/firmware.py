@@ -54,12 +54,12 @@ def build(
     Parameters
     ----------
     board
-        teensy41, or mps2 or mps2-scenario for qemu-system-arm.
+        teensy41, teensy41-ads8688 (another converter); mps2, mps2-scenario for qemu-system-arm.
     """
     file_arguments.check_folder("out", out)
     given = flags.system_given(file, preset, overrides, "bench")
     with fl.progress.waiting(f"building {board}"):
-        found = fl.firmware.build(given.system, out, board)
+        found = fl.firmware.build(given.system, out, board, trace=fl.device.instructions)
     shown.show(found.with_findings(given.findings), saved={"image and table": out})
 
 

@@ -163,7 +163,7 @@ class Simulated:
 
 
 class Emulated:
-    """An emulated Teensy 3.1 with its converters on a bench; errors say so if the image is of other sources than these.
+    """An emulated Teensy 4.1 with its converters on a bench; errors say so if the image is of other sources than these.
 
     The plate has its largest amplitude at duty 1/2: the fundamental of the carrier goes with sin(pi duty).
     """

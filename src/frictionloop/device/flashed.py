@@ -1,4 +1,4 @@
-"""An image onto a Teensy by PJRC's loader."""
+"""An image onto a Teensy by PJRC's loader, and the instructions that its ticks take."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import ClassVar
 
@@ -13,6 +14,20 @@ from frictionloop.findings import Result
 from frictionloop.findings.result import Row
 from frictionloop.firmware.image_files import check_teensy, read_hex
 from frictionloop.quantities import FrictionloopError, must_be
+
+
+def instructions(image: str | os.PathLike[str]) -> dict[str, int] | None:
+    """Return the instructions of a tick period by what they go to; None without the packages of the emulator.
+
+    ``tick`` is the most that a tick took, ``law`` what was the law's, ``effect`` a tick with the longest effect,
+    ``interrupts`` the port's while the line is full both ways, ``background`` the mean of what is done between ticks.
+    """
+    if not find_spec("unicorn"):
+        return None
+    from frictionloop.device.emulator import budget
+
+    return budget.traced(image)._asdict()
+
 
 LOADER = "teensy_loader_cli"
 GET_IT = "https://www.pjrc.com/teensy/loader_cli.html"
@@ -49,7 +64,7 @@ def flash(image: str | os.PathLike[str]) -> Flashed:
     loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))
     if loader is None:
         raise FrictionloopError(f"{LOADER}: not installed, {GET_IT}")
-    done = subprocess.run([loader, "--mcu=TEENSY31", "-w", "-v", str(path)], check=False, stdout=STDERR)
+    done = subprocess.run([loader, "--mcu=TEENSY41", "-w", "-v", str(path)], check=False, stdout=STDERR)
     if done.returncode:
         raise FrictionloopError(f"{LOADER}: exit code {done.returncode}; board plugged in? udev rule?", "NO-DEVICE")
     return Flashed(image=str(path), flash_bytes=sum(len(content) for _, content in parts))

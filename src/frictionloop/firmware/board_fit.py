@@ -13,9 +13,9 @@ from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.schema import schema
 
-BUS_HZ = 36e6
+BUS_HZ = 132e6
 """Clock of the carrier's timer."""
-USUAL_TICKS = 783
+USUAL_TICKS = 2870
 """Period of the carrier in an image for no certain plate: 46 kHz, as the paper's."""
 MOST_TICKS = 32766
 """Longest period whose product with a duty the board has room for."""

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from frictionloop.analysis.stability import rings_if_linear
-from frictionloop.control.cost import BEYOND, CYCLES, highest_hz, worst_tick
+from frictionloop.control.cost import BEYOND, highest_rate_hz, worst_tick
 from frictionloop.control.laws import law_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
@@ -20,7 +19,7 @@ from frictionloop.firmware import image
 from frictionloop.firmware.board_fit import amplitude_left, board_findings, carrier_hz, ceiling_findings, period_ticks
 from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.compiled_core import tick_hz
-from frictionloop.firmware.emulated_core import Counted, counted
+from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import fingerprint, write_table
 from frictionloop.parameters import ResonantPlate, System
@@ -28,6 +27,9 @@ from frictionloop.parameters.summary import gains_said
 from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import all_needed
 from frictionloop.quantities.schema import table_hash
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +50,10 @@ class Exported(Result):
     """From sample to amplitude."""
     whole_delay_us: float
     """With half the hold."""
-    rate_hz: float
-    tick_instructions: int | None
-    """Of the worst tick, on a reference image with two force axes or on the image built; None if not counted."""
-    highest_hz: float | None
-    """Rate that `control.cost.CYCLES` for each of these allow."""
+    worst_tick_instructions: int | None
+    """Of the law's worst tick on a reference image with two force axes, or of the image built; None if not counted."""
+    highest_rate_hz: float | None
+    """Of ticks that take so many, at 20 cycles each."""
     stable: bool | None
     """Whether the linear loop is, at the forces asked for, dry and moist; None where that is not known."""
     words: int
@@ -74,14 +75,14 @@ class Exported(Result):
             rows.append(
                 ("carrier", f"{self.carrier_hz:.0f} Hz, {100.0 * (self.carrier_share or 0.0):.3g} % of the resonance")
             )
-        if self.tick_instructions and self.highest_hz:
-            up_to = f"up to {self.highest_hz:,.0f} Hz at {CYCLES} cycles each"
-            rows.append(("tick", f"{self._counted} instructions, {up_to}"))
+        if self.worst_tick_instructions:
+            highest = f"up to {1e-3 * (self.highest_rate_hz or 0.0):.3g} kHz at 20 cycles each"
+            rows.append(("tick", f"{self.worst_tick_instructions:,} instructions, {highest}{self._counted}"))
         return [*rows, ("values", f"{self.values}, {self.words} words, layout {self.layout}")]
 
     @property
     def _counted(self) -> str:
-        return f"{self.tick_instructions:,}"
+        return ", reference image"
 
 
 def export(system: System, out: str | os.PathLike[str]) -> Exported:
@@ -103,7 +104,7 @@ def export(system: System, out: str | os.PathLike[str]) -> Exported:
 def described_table(system: System, words: np.ndarray, folder: Path) -> dict[str, Any]:
     """Return the fields of `Exported`."""
     controller, plate = system.controller, system.plate
-    loop = rings_if_linear(system)
+    worst, loop = worst_tick(controller.kind), rings_if_linear(system)
     resonant = isinstance(plate, ResonantPlate)
     at_hz = carrier_hz(system) if resonant else None
     own_um = system.board.ceiling_um
@@ -116,8 +117,8 @@ def described_table(system: System, words: np.ndarray, folder: Path) -> dict[str
         "carrier_share": amplitude_left(plate, at_hz) if isinstance(plate, ResonantPlate) and at_hz else None,
         "delay_us": 1e6 * controller.delay_s,
         "whole_delay_us": 1e6 * (controller.delay_s + 0.5 / controller.rate_hz),
-        "rate_hz": controller.rate_hz,
-        **_cost(worst_tick(controller.kind)),
+        "worst_tick_instructions": worst,
+        "highest_rate_hz": highest_rate_hz(worst) if worst else None,
         "stable": loop and loop.stable,
         "words": len(words),
         "layout": f"{table_hash():08x}",
@@ -134,8 +135,8 @@ def _findings(system: System, rings: Finding | None) -> Iterator[Finding]:
     yield from ceiling_findings(system)
 
 
-def _cost(instructions: int | None) -> dict[str, Any]:
-    return {"tick_instructions": instructions, "highest_hz": highest_hz(instructions) if instructions else None}
+Counts = Mapping[str, int]
+"""Instructions of a tick period by what they go to."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,21 +152,34 @@ class Built(Exported):
     map: str
     flash_bytes: int
     ram_bytes: int
-    law_instructions: int | None = None
-    """Of the worst tick's for law, inverse and overdrive; None if not counted."""
+    instructions: Counts | None = None
+    """Of this image: tick, law, tick with the longest effect, interrupts of a full line, background."""
 
     def rows(self) -> list[Row]:
         """Return the image, and what the table has beside the delay."""
-        sizes = f"flash {self.flash_bytes:,}, memory {self.ram_bytes:,} bytes"
+        flash, ram = ("", "") if not self.board.startswith(image.FLASHED) else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
+        sizes = f"flash {self.flash_bytes:,}{flash}, memory {self.ram_bytes:,}{ram} bytes"
         return [(Path(self.hex).name, sizes), *(row for row in super().rows() if row[0] != "delay")]
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Return the instructions of a tick period."""
+        if self.instructions is None:
+            return {}
+        import pandas as pd
+
+        return {"instructions": pd.DataFrame([dict(self.instructions)], index=["at most"])}
 
     @property
     def _counted(self) -> str:
-        law = f" (law {self.law_instructions:,})" if self.law_instructions else ""
-        return super()._counted + law
+        return "" if self.instructions else super()._counted
 
 
-def build(system: System, out: str | os.PathLike[str], board: str = image.FLASHED) -> Built:
+def build(
+    system: System,
+    out: str | os.PathLike[str],
+    board: str = image.FLASHED,
+    trace: Callable[[str], Counts | None] | None = None,
+) -> Built:
     """Build the image that runs a System's controller, with its table beside it; the first time takes half a minute.
 
     The law is translated from its step, one from outside (`fl.register`) like a built-in one. Beside it the image has the
@@ -178,32 +192,35 @@ def build(system: System, out: str | os.PathLike[str], board: str = image.FLASHE
     out
         Folder for the files; made if it is missing.
     board
-        teensy41, or mps2 or mps2-scenario for qemu-system-arm.
+        teensy41, or teensy41-ads8688 with that converter; mps2 or mps2-scenario for qemu-system-arm.
+    trace
+        What counts the instructions of an image to be flashed, such as ``fl.device.instructions``.
 
     Raises
     ------
     FrictionloopError
         NO-C for a law with something that has no C; for what the firmware cannot do, an unknown board, sources that do
-        not compile, and a rate far beyond what the counted instructions allow.
+        not compile, and a rate above four times that of 20 cycles an instruction.
     """
     all_needed("ziglang", "elftools", "cobs", "fastcrc", "intelhex")
-    words, folder, rate_hz = firmware_words(system), Path(out), tick_hz(system.controller.rate_hz)
-    law = board_law(law_of(system.controller))
+    words, folder, law = firmware_words(system), Path(out), board_law(law_of(system.controller))
+    rate_hz = tick_hz(system.controller.rate_hz)
     made = image.build(board, words.tolist(), law, folder, rate_hz=rate_hz, carrier_ticks=period_ticks(system))
-    count = counted(made.elf, rate_hz) if find_spec("unicorn") else None
+    counts = trace(str(made.elf)) if trace is not None and board.startswith(image.FLASHED) else None
     write_table(system, words, folder)
     table = described_table(system, words, folder)
-    if count is not None:
-        table |= {**_cost(count.tick), "law_instructions": count.law}
-        table["findings"] = (*table["findings"], *_late(count, rate_hz))
+    if counts:
+        most = max(counts["tick"], counts["effect"])
+        table |= {"worst_tick_instructions": most, "highest_rate_hz": highest_rate_hz(most)}
+        table["findings"] = (*table["findings"], *_late(system.controller.rate_hz, most))
     table |= {"image": str(made.elf), "hex": str(made.hex), "map": str(made.map)}
-    return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes)
+    return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes, instructions=counts)
 
 
-def _late(count: Counted, rate_hz: int) -> Iterator[Finding]:
-    """Yield that ticks may be late at a rate; refuse one that no counter of a board could make right."""
-    highest = highest_hz(count.tick)
-    if rate_hz > BEYOND * highest:
-        raise must_be("controller.rate_hz", rate_hz, f"at most {BEYOND * highest:.0f}", "Hz", "TICK-LATE")
-    if rate_hz > highest:
-        yield Finding("TICK-LATE", value=rate_hz, unit="Hz", limit=highest, more={"instructions": count.tick})
+def _late(rate_hz: float, instructions: int) -> Iterator[Finding]:
+    """Yield that ticks of so many instructions may be late at a rate; refuse where they will be."""
+    highest_hz = highest_rate_hz(instructions)
+    if rate_hz > BEYOND * highest_hz:
+        raise must_be("controller.rate_hz", rate_hz, f"at most {BEYOND * highest_hz:.0f}", "Hz", "TICK-LATE")
+    if rate_hz > highest_hz:
+        yield Finding("TICK-LATE", value=rate_hz, unit="Hz", limit=highest_hz, more={"instructions": instructions})

@@ -19,8 +19,13 @@ from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import firmware_folder, word_count
 from frictionloop.quantities.whole_files import replacing
 
-BOARDS = {"teensy41": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
-"""Boards with the files they share with others; a scenario is a program of its own on the same board."""
+BOARDS = {
+    "teensy41": ("main.c",), "teensy41-ads8688": ("main.c",), "mps2": ("main.c", "stimulus.c"),
+    "mps2-scenario": ("scenario.c", "stimulus.c"),
+}  # fmt: skip
+"""Boards with the files they share with others; after the hyphen another converter or program on the same board."""
+_WITHOUT = {"teensy41": "ads8688.c", "teensy41-ads8688": "converters.c", "mps2": "scenario_main.c"}
+"""File of its folder that a board leaves out."""
 CHECK_SUM = "flash_crc"
 """Where a board has the check sum of its flash."""
 FLASHED = "teensy41"
@@ -28,17 +33,17 @@ FLASHED = "teensy41"
 BACKGROUND = frozenset(
     (
         "app_messages.c", "app_replies.c", "app_parameters.c", "app_session.c", "app_start.c", "app_waveform.c",
-        "fl_crc.c", "fl_effect_wrong.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c",
-        "clock.c", "port.c",
+        "fl_crc.c", "fl_effect_wrong.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c", "clock.c", "port.c",
+        "protection.c",
     )
 )  # fmt: skip
 """Files of which the tick runs next to nothing: small rather than quick."""
 _COMMON = (
     "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
-    "-fdata-sections", "-ffp-contract=off", "-fno-math-errno",
+    "-fdata-sections", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all",
 )  # fmt: skip
-_ZIG = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16", "-fno-sanitize=all")
-"""Without fp_armv8d16 doubles are software, whatever the ABI; without -fno-math-errno fma and sqrt are calls."""
+_CORTEX_M7 = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16")
+"""Without the unit's name its registers pass arguments, and the arithmetic is soft all the same."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ def build(
     rate_hz
         Of the ticks.
     carrier_ticks
-        Period of the carrier, `board_fit.period_ticks` of the system; boards of qemu have none.
+        Period of the carrier, `board_fit.period_ticks` of the system; those of qemu have none.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -108,17 +113,16 @@ def build(
     with replacing(elf) as fresh:
         _compile_and_link(board, own, fresh.resolve(), define, optimise)
         seal(fresh, CHECK_SUM)
-        check(fresh, budget=optimise is None)
+        check(fresh, teensy=_home(board).name == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
 
 
 def _sources(board: str) -> list[Path]:
     boards, home = firmware_folder() / "boards", _home(board)
-    programs = {"scenario_main.c"} if board == home.name else set()
     return [
         *sorted((firmware_folder() / "core").glob("*.c")),
-        *(path for path in sorted(home.glob("*.c")) if path.name not in programs),
+        *(path for path in sorted(home.glob("*.c")) if path.name != _WITHOUT.get(board)),
         *(boards / name for name in BOARDS[board]),
         boards / "whole.c",
         boards / "freestanding" / "memory.c",
@@ -126,12 +130,12 @@ def _sources(board: str) -> list[Path]:
 
 
 def _home(board: str) -> Path:
-    return firmware_folder() / "boards" / board.removesuffix("-scenario")
+    return firmware_folder() / "boards" / board.partition("-")[0]
 
 
 def _compile_and_link(board: str, own: Sequence[Path], elf: Path, define: Sequence[str], optimise: str | None) -> None:
-    command = (*zig(), *_ZIG)
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
+    command = (*zig(), *_CORTEX_M7)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
     fails = f"{board}: does not build"

@@ -51,7 +51,7 @@ class Beyond:
     ``median_finger_rms_n`` what is left on the sines.
     """
     tick_instructions: Mapping[str, int | None]
-    """Cycles of the worst tick on a Cortex-M4, by law."""
+    """Instructions of the worst tick on a Teensy 4.1, by law."""
     limit_n: Mapping[float, float]
     """Bound on the residual of any linear controller of force and load with Ms at most 2 there, by slip length."""
     steps: xr.Dataset

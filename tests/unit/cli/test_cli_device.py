@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 
@@ -93,9 +94,9 @@ def test_a_file_that_is_not_there_is_refused_before_the_device_is_looked_for(fri
 
 def test_a_folder_stands_for_the_image_in_it(frictionloop, tmp_path):
     said = refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
-    assert "teensy31.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
-    (tmp_path / "teensy31.elf").write_text("no image")
-    assert "teensy31.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
+    assert "teensy41.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
+    (tmp_path / "teensy41.elf").write_text("no image")
+    assert "teensy41.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
 
 
 def test_an_address_is_refused_before_what_drives_a_device_is_loaded():
@@ -466,18 +467,32 @@ def record(address, content):
     return f":{(body + bytes([-sum(body) % 256])).hex().upper()}\n"
 
 
-# Twelve times FF, then FSEC, FOPT and two more: what the manual of the chip asks for at 0x400.
-OPEN_CHIP = bytes.fromhex("ffffffffffffffffffffffffdef9ffff")
+# What the ROM of the chip looks for: the tag of the flash's words, 4 KB further the image's, which say where they are.
+def head(tag=b"FCFB", entry=0x6000_1030, itself=0x6000_1000, begin=0x6000_0000):
+    vectors = struct.pack("<8I", 0x432000D1, entry, 0, 0, 0x6000_1020, itself, 0, 0)
+    return tag.ljust(0x1000, b"\xff") + vectors + struct.pack("<3I", begin, 0x1040, 0).ljust(32, b"\xff")
+
+
+def upper(address):
+    """Return the record that gives the upper half of the addresses that follow."""
+    body = bytes([2, 0, 0, 4]) + address.to_bytes(2, "big")
+    return f":{(body + bytes([-sum(body) % 256])).hex().upper()}\n"
+
+
+def records(content):
+    return upper(0x6000) + "".join(record(k, content[k : k + 16]) for k in range(0, len(content), 16))
+
+
 ENDS = ":00000001FF\n"
-TEENSY = record(0, bytes(16)) + record(0x400, OPEN_CHIP) + ENDS
+TEENSY = records(head()) + ENDS
 
 
 @pytest.mark.parametrize("name", ["teensy_loader_cli", "teensy-loader-cli"])
 def test_the_loader_is_told_the_board_and_the_image(frictionloop, loader, name):
     arguments = loader(name)
     answer = frictionloop("device", "flash", "image.hex")
-    assert (answer.code, answer.out) == (0, "flashed  image.hex, 32 bytes\n")
-    assert arguments.read_text().split("\n") == ["--mcu=TEENSY31", "-w", "-v", "image.hex"]
+    assert (answer.code, answer.out) == (0, "flashed  image.hex, 4,160 bytes\n")
+    assert arguments.read_text().split("\n") == ["--mcu=TEENSY41", "-w", "-v", "image.hex"]
 
 
 def test_a_loader_that_fails_is_said(frictionloop, loader):
@@ -500,23 +515,23 @@ def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, im
     assert not arguments.exists()
 
 
-LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
-
-
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (record(0, bytes(64)) + ENDS, "is no Teensy image"),
-        (record(0x400, LOCKED_CHIP) + ENDS, "is no Teensy image"),
-        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no Teensy image"),
-        (record(0x400, OPEN_CHIP), "cut off"),
-        (TEENSY.replace("DEF9", "DEF8"), "no Intel hex (Record at line 2 has invalid checksum)"),
+        (records(bytes(0x1040)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(tag=b"FCFA")) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(entry=0x2000_0000)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(itself=0x6000_0000)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(begin=0)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head()[:0x1000]) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head()), "cut off"),
+        (TEENSY.replace("46434642", "46434643"), "no Intel hex (Record at line 2 has invalid checksum)"),
         ("not hex\n", "no Intel hex (Hex file contains invalid record at line 1)"),
         ("", "cut off"),
         ("\u00b5", "no Intel hex"),
     ],
 )
-def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
+def test_an_image_of_another_board_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
     arguments = loader()
     (tmp_path / "image.hex").write_text(content, encoding="utf-8")
     assert says in refused(frictionloop("device", "flash", "image.hex"))

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.cost import CORE_HZ, WORST_TICK, highest_hz
-from frictionloop.firmware.emulated_core import Counted
+from frictionloop.control.cost import BEYOND, WORST_TICK, highest_rate_hz, worst_tick
+from frictionloop.device.emulator import budget
 from frictionloop.firmware import exported, image
 from frictionloop.firmware.image import BOARDS
 from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
@@ -57,35 +57,35 @@ def test_gains_that_ring_on_the_bench_are_told_before_they_are_flashed(tmp_path)
 def test_help_lists_every_board(frictionloop, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     out = frictionloop("firmware", "build", "--help").out
-    (line,) = (line for line in out.splitlines() if "--board" in line and "qemu" in line)
-    assert set(BOARDS) <= set(re.findall(r"[\w-]+", line))
+    about = re.search(r"--board STR(.*?)--laws", out, re.DOTALL)[1]
+    assert set(BOARDS) <= set(re.findall(r"[\w-]+", about))
 
 
 @pytest.mark.parametrize("kind", ["pi", "filtered_pi", "lookup"])
 def test_the_cost_is_the_one_that_was_counted(tmp_path, kind):
     found = fl.firmware.export(fl.bench().evolve({"controller.kind": kind}), tmp_path / "table")
-    assert found.tick_instructions == WORST_TICK[kind]
-    assert found.highest_hz == pytest.approx(CORE_HZ / 20 / WORST_TICK[kind])
+    assert found.worst_tick_instructions == worst_tick(kind)
+    assert found.highest_rate_hz == pytest.approx(396e6 / 20 / worst_tick(kind))
 
 
 def test_the_table_of_the_laws_costs_is_the_one_in_use():
     text = (firmware_folder() / "README.md").read_text(encoding="utf-8")
-    told = {kind: int(number) for kind, number in re.findall(r"^\| `(\w+)`[^|]* \| ([\d]+) \|", text, re.M)}
-    assert told == WORST_TICK
+    rows = re.findall(r"^\| ([A-Za-z-]+)[^|]* \| (\d{3,}) \|$", text, re.M)
+    names = {"PI": "pi", "notch": "notch_pi", "filtered": "filtered_pi", "limit-observer": "limit_observer"}
+    assert {names.get(name, name): int(instructions) for name, instructions in rows} == WORST_TICK
 
 
 @pytest.fixture
 def built(monkeypatch, tmp_path):
-    """Return a function that builds an image which takes no time."""
+    """Return a function that builds an image which takes no time, whose ticks take so many instructions."""
     made = image.Image(*(tmp_path / f"made.{kind}" for kind in ("elf", "hex", "map")), 12_345, 6789)
     monkeypatch.setattr(image, "build", lambda *_, **__: made)
-    counts = Counted(1500, 400)
-    monkeypatch.setattr(exported, "counted", lambda *_: counts)
     gains = {"controller.kind": "pi", "controller.kp": 0.06, "controller.ki": 134.0}
 
-    def build(rate_hz=5000.0, **more):
-        own = fl.bench().evolve(gains | {"controller.rate_hz": rate_hz})
-        return fl.firmware.build(own, tmp_path / "image", board="mps2", **more)
+    def build(tick=1000, **more):
+        counted = budget.Instructions(tick=tick, law=100, effect=tick + 200, interrupts=300, background=400)
+        monkeypatch.setattr(budget, "traced", lambda _: counted)
+        return fl.firmware.build(fl.bench().evolve(gains), tmp_path / "image", trace=fl.device.instructions, **more)
 
     return build
 
@@ -93,32 +93,45 @@ def built(monkeypatch, tmp_path):
 def test_the_instructions_are_those_of_the_image_that_was_built(built):
     pytest.importorskip("unicorn")
     found = built()
-    assert (found.tick_instructions, found.law_instructions) == (1500, 400)
-    assert found.highest_hz == highest_hz(1500) == pytest.approx(13_200)
+    assert found.worst_tick_instructions == 1200 and found.highest_rate_hz == pytest.approx(16500.0)
+    assert found.table("instructions").loc["at most"].tolist() == [1000, 100, 1200, 300, 400]
     assert "TICK-LATE" not in [each.code for each in found.findings]
 
 
-def test_a_rate_that_the_tick_may_not_meet_is_told_and_one_far_beyond_is_refused(built, monkeypatch):
+def test_a_rate_that_ticks_may_not_keep_is_found_and_one_that_they_cannot_is_refused(built):
     pytest.importorskip("unicorn")
-    (late,) = (each for each in built(rate_hz=20_000.0).findings if each.code == "TICK-LATE")
-    assert (late.value, late.limit, late.severity) == (20_000, highest_hz(1500), "warning")
-    monkeypatch.setattr(exported, "counted", lambda *_: Counted(4000, 400))
-    built(rate_hz=15_625.0)
-    with pytest.raises(fl.FrictionloopError, match=r"^controller.rate_hz = 20000 Hz: must be at most 19800$") as refused:
-        built(rate_hz=20_000.0)
+    (late,) = (each for each in built(tick=5000).findings if each.code == "TICK-LATE")
+    assert (late.value, late.limit) == (5000.0, highest_rate_hz(5200)) and late.more["instructions"] == 5200
+    most = int(BEYOND * highest_rate_hz(1) / 5000)
+    assert built(tick=most - 200).worst_tick_instructions == most
+    with pytest.raises(fl.FrictionloopError, match="controller.rate_hz = 5000 Hz: must be at most 4999") as refused:
+        built(tick=most - 198)
     assert refused.value.code == "TICK-LATE"
 
 
 def test_an_image_in_numbers(built, tmp_path):
     said = built().to_dict()
     assert (said["board"], said["flash_bytes"], said["ram_bytes"]) == ("mps2", 12_345, 6789)
-    assert (said["hex"], said["folder"]) == (str(tmp_path / "made.hex"), str(tmp_path / "image"))
+    assert (said["hex"], said["folder"], said["instructions"]) == (str(tmp_path / "made.hex"), str(tmp_path / "image"), None)
 
 
 @pytest.mark.slow
 def test_an_image_fits(frictionloop, tmp_path):
     pytest.importorskip("ziglang")
-    said = json.loads(frictionloop("firmware", "build", *PI, "--board", "mps2", "--out", str(tmp_path / "image"), "--json").out)
-    lines = (tmp_path / "image" / "mps2.hex").read_text().splitlines()
+    said = json.loads(frictionloop("firmware", "build", *PI, "--out", str(tmp_path / "image"), "--json").out)
+    lines = (tmp_path / "image" / "teensy41.hex").read_text().splitlines()
     assert lines[-1] == ":00000001FF" and all(line.startswith(":") for line in lines)
-    assert said["flash_bytes"] <= 32 * 1024 and said["hex"].endswith("mps2.hex")
+    assert said["flash_bytes"] <= 64 * 1024 and said["hex"].endswith("teensy41.hex")
+
+
+@pytest.mark.slow
+def test_the_image_carries_the_values_that_build_says(frictionloop, tmp_path):
+    pytest.importorskip("ziglang")
+    pytest.importorskip("unicorn")
+    folder, arguments = tmp_path / "image", (*PI, "--board", "teensy41", "--json")
+    built = json.loads(frictionloop("firmware", "build", *arguments, "--out", str(folder)).out)
+    exported = json.loads(frictionloop("firmware", "export", *PI, "--out", str(tmp_path / "table"), "--json").out)
+    told = json.loads(frictionloop("device", "info", f"emulated:{folder}", str(folder / "system.toml"), "--json").out)
+    assert told["values"] == built["values"] == exported["values"] != built["layout"]
+    assert (told["layout"], told["differing"]) == (built["layout"], [])
+    assert (folder / "values.txt").read_text() == f"values {told['values']}\n"

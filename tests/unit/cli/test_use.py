@@ -93,7 +93,7 @@ def test_what_draws_needs_the_report(frictionloop, monkeypatch, tmp_path, tokens
     ("library", "extra", "call"),
     [
         ("cffi", "firmware", lambda folder: host_library.__wrapped__()),
-        ("ziglang", "image", lambda folder: image.build("teensy31", [], folder / "made")),
+        ("ziglang", "image", lambda folder: image.build("teensy41", [], folder / "made")),
         ("intelhex", "device", lambda folder: read_hex(folder / "image.hex")),
     ],
 )

@@ -1,37 +1,35 @@
-/* Teensy 3.1: the board of board.h, and the interrupt of its timer. */
+/* Teensy 4.1: the board of board.h, and the interrupt of its timer. */
 #include "board.h"
 #include "built.h"
 #include "registers.h"
-#include "teensy31.h"
+#include "teensy41.h"
 
 enum {
-    LATE_COUNTS = BUS_HZ / 100000, /* 10 us after its time a tick is late: a twentieth (assumed) */
-    PIT_ON = 1 << 0, PIT_INTERRUPT = 1 << 1, PIT_EXPIRED = 1,
-    TRACE_ON = 1 << 24, COUNTER_ON = 1 << 0,
+    LATE_COUNTS = TIMER_HZ / 100000, /* 10 us after its time a tick is late: a twentieth at 5 kHz (assumed) */
+    PIT_ON = 1 << 0, PIT_INTERRUPTS = 1 << 1, PIT_EXPIRED = 1,
     TICK_PRIORITY = 0x40,
 };
 
-const fl_identity board_identity = {FL_BOARD_TEENSY31, 0, fl_built_revision, FL_RESET_UNKNOWN};
+const fl_identity board_identity = {FL_BOARD_TEENSY41, 0, fl_built_revision, FL_RESET_UNKNOWN};
 static uint32_t began; /* cycle at which the tick began */
 
 void board_start(void) {
     carrier_off();
     clock_start();
-    DEMCR |= TRACE_ON;
-    DWT_CYCCNT = 0;
-    DWT_CTRL |= COUNTER_ON;
     converters_start();
     port_start();
     carrier_start();
 }
 
+/* The first period has no tick: what it would read is converted in it. */
 void board_run(void) {
-    SIM_SCGC6 |= 1u << 23; /* PIT */
-    PIT_MCR = 0;
     PIT_LDVAL0 = TICK_COUNTS - 1;
-    NVIC_IPR(PIT0_INTERRUPT) = TICK_PRIORITY;
-    NVIC_ISER(PIT0_INTERRUPT / 32) = 1u << PIT0_INTERRUPT % 32;
-    PIT_TCTRL0 = PIT_INTERRUPT | PIT_ON;
+    PIT_TFLG0 = PIT_EXPIRED;
+    PIT_TCTRL0 = PIT_INTERRUPTS | PIT_ON;
+    while (!PIT_TFLG0) {}
+    PIT_TFLG0 = PIT_EXPIRED;
+    NVIC_IPR(PIT_INTERRUPT) = TICK_PRIORITY;
+    NVIC_ISER(PIT_INTERRUPT / 32) = 1u << PIT_INTERRUPT % 32;
 }
 
 /* A tick is late when the timer is well past its end, or when the tick before it lasted into this period. */
@@ -52,15 +50,15 @@ uint32_t board_now_us(void) {
         tick = fl_ticks;
         counts = TICK_COUNTS - 1 - PIT_CVAL0;
     } while (tick != fl_ticks);
-    return tick * FL_TICK_US + counts / (BUS_HZ / 1000000);
+    return tick * FL_TICK_US + counts / (TIMER_HZ / 1000000);
 }
 
 fl_sample board_sample(void) { return converters_read(); }
 
 void board_drive(int32_t duty) { carrier_set(duty); }
 
-/* cycles * 2^8 / 72; a tick of 1.8 s would wrap */
-uint32_t board_took(void) { return (DWT_CYCCNT - began) * 32u / 9u; }
+/* cycles * 2^8 / 396; a tick of 0.17 s would wrap */
+uint32_t board_took(void) { return (DWT_CYCCNT - began) * 64u / 99u; }
 
 void board_rest(void) { __asm volatile("wfi"); }
 
