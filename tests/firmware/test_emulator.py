@@ -8,6 +8,7 @@ import pytest
 from broken_sensors import FAILURES, bench
 
 from frictionloop import FrictionloopError
+from frictionloop.control.laws import LAWS
 from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
@@ -15,7 +16,6 @@ from frictionloop.device.emulator.budget import SESSION, edges, heartbeat, hello
 from frictionloop.device.emulator.peripherals import CORE_HZ, converted
 from frictionloop.device.emulator.processor import is_floating_point
 from frictionloop.device.emulator.registers import Bank
-from frictionloop.control.laws import LAWS
 from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
@@ -49,8 +49,8 @@ def test_the_carrier_is_off_until_a_host_closes_the_loop(board):
 
 def test_the_identity_is_told(board):
     board.receive(encode("identify", 7))
-    board.tick((0, 0), 0, 0)
-    board.tick((0, 0), 0, 0)
+    for _ in range(3):
+        board.tick((0, 0), 0, 0)
     (identity,) = Decoder().feed(board.transmit())
     assert identity.name == "identity"
     assert identity["board"] == schema()["boards"]["teensy41"]
@@ -285,7 +285,9 @@ def whole(tmp_path_factory):
     """An image with the limits of the bench's sensors, and its words."""
     pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
     words = firmware_words(bench("notch_pi"))
-    return build("teensy41", words.tolist(), board_law(LAWS["notch_pi"]), tmp_path_factory.mktemp("whole"), rate_hz=5000).elf, words
+    return build(
+        "teensy41", words.tolist(), board_law(LAWS["notch_pi"]), tmp_path_factory.mktemp("whole"), rate_hz=5000
+    ).elf, words
 
 
 @pytest.mark.parametrize("name", FAILURES)

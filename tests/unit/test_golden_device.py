@@ -58,9 +58,7 @@ SITUATIONS = {
     "device-recover": recovered,
     "device-clear": lambda: fl.device.clear("sim:"),
     "firmware-export": exported,
-    "firmware-build": lambda: fl.firmware.build(
-        fl.bench(), "image", trace=lambda _: TICK
-    ),
+    "firmware-build": lambda: fl.firmware.build(fl.bench(), "image", trace=lambda _: TICK),
     "firmware-law": law,
 }
 

@@ -157,7 +157,9 @@ class Built(Exported):
 
     def rows(self) -> list[Row]:
         """Return the image, and what the table has beside the delay."""
-        flash, ram = ("", "") if not self.board.startswith(image.FLASHED) else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
+        flash, ram = (
+            ("", "") if not self.board.startswith(image.FLASHED) else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
+        )
         sizes = f"flash {self.flash_bytes:,}{flash}, memory {self.ram_bytes:,}{ram} bytes"
         return [(Path(self.hex).name, sizes), *(row for row in super().rows() if row[0] != "delay")]
 

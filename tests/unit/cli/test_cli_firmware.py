@@ -12,7 +12,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.cost import BEYOND, WORST_TICK, highest_rate_hz, worst_tick
 from frictionloop.device.emulator import budget
-from frictionloop.firmware import exported, image
+from frictionloop.firmware import image
 from frictionloop.firmware.image import BOARDS
 from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
 
@@ -104,7 +104,7 @@ def test_a_rate_that_ticks_may_not_keep_is_found_and_one_that_they_cannot_is_ref
     assert (late.value, late.limit) == (5000.0, highest_rate_hz(5200)) and late.more["instructions"] == 5200
     most = int(BEYOND * highest_rate_hz(1) / 5000)
     assert built(tick=most - 200).worst_tick_instructions == most
-    with pytest.raises(fl.FrictionloopError, match="controller.rate_hz = 5000 Hz: must be at most 4999") as refused:
+    with pytest.raises(fl.FrictionloopError, match=r"controller.rate_hz = 5000 Hz: must be at most 4999") as refused:
         built(tick=most - 198)
     assert refused.value.code == "TICK-LATE"
 
@@ -112,7 +112,11 @@ def test_a_rate_that_ticks_may_not_keep_is_found_and_one_that_they_cannot_is_ref
 def test_an_image_in_numbers(built, tmp_path):
     said = built().to_dict()
     assert (said["board"], said["flash_bytes"], said["ram_bytes"]) == ("mps2", 12_345, 6789)
-    assert (said["hex"], said["folder"], said["instructions"]) == (str(tmp_path / "made.hex"), str(tmp_path / "image"), None)
+    assert (said["hex"], said["folder"], said["instructions"]) == (
+        str(tmp_path / "made.hex"),
+        str(tmp_path / "image"),
+        None,
+    )
 
 
 @pytest.mark.slow

@@ -65,7 +65,10 @@ class TeensyEmulator:
         self.processor = Processor(Path(image_path), bank)
         self.processor.reset()
         self._watchdog.check_started()
-        if not (self._enabled(PIT_INTERRUPT) and self._enabled(LPUART6_INTERRUPT)) or bank.values["PIT_TCTRL0"] & 3 != 3:
+        if (
+            not (self._enabled(PIT_INTERRUPT) and self._enabled(LPUART6_INTERRUPT))
+            or bank.values["PIT_TCTRL0"] & 3 != 3
+        ):
             raise FrictionloopError(f"{image_path}: timer or port not started", "BAD-IMAGE")
         self._running = True
         self._converters.start()
