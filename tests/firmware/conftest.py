@@ -20,7 +20,7 @@ from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
 
 TICK_US = 200
-MOST = 1000.0
+MOST = 8.0
 """The most that a limit of a table may be."""
 TALK = ("fault", "telemetry")
 TELLING = ("identify", "heartbeat", "statistics", "get", "hello")

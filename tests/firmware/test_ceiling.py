@@ -75,7 +75,9 @@ def test_many_more_of_them(wild):
 
 PLANTED = {
     "another ceiling": ("app_parameters.c", "is_more(p, built))", "(0 && is_more(p, built)))", "duty: "),
-    "it rises while it is idle": ("app_control.c", "app->amplitude - p->drive_ramp_um", "app->amplitude + 1", "rises: "),
+    "it rises while it is idle": (
+        "app_control.c", "app->amplitude - p->drive_ramp_um", "app->amplitude + 1", "rises: ",
+    ),
     "any rise in a tick": ("app_drive.c", "p->drive_largest_um / FL_RISE_TICKS", "p->drive_largest_um", "leaps: "),
     "twice the silence": ("app_safety.c", "> FL_SILENCE_MS * 1000", "> FL_SILENCE_MS * 2000", "silence: "),
     "one sample beyond the ring": ("app_telemetry.c", "at + 1 < FL_SAMPLES", "at < FL_SAMPLES", "out of bounds"),

@@ -50,7 +50,7 @@ def test_the_carrier_is_off_until_a_host_closes_the_loop(board):
 
 def test_the_identity_is_told(board):
     board.receive(encode("identify", 7))
-    for _ in range(4):
+    for _ in range(3):
         board.tick((0, 0), 0, 0)
     (identity,) = Decoder().feed(board.transmit())
     assert identity.name == "identity"
@@ -308,8 +308,9 @@ def whole(tmp_path_factory):
     """An image with the limits of the bench's sensors, and its words."""
     pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
     words = firmware_words(bench("notch_pi"))
-    folder, law = tmp_path_factory.mktemp("whole"), board_law(LAWS["notch_pi"])
-    return build("teensy41", words.tolist(), law, folder, rate_hz=5000).elf, words
+    return build(
+        "teensy41", words.tolist(), board_law(LAWS["notch_pi"]), tmp_path_factory.mktemp("whole"), rate_hz=5000
+    ).elf, words
 
 
 @pytest.mark.parametrize("name", FAILURES)

@@ -15,7 +15,7 @@ from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
 
 N_PER_COUNT = 5.0 / 2**16
-LARGEST = 1000.0
+LARGEST = 8.0
 PATIENT = {
     "safety__stuck_ticks": 500_000,
     "safety__force_jump_n": LARGEST,

@@ -116,7 +116,7 @@ def bring(rig, state: str) -> None:
 @pytest.mark.parametrize(("event", "state", "follows"), table())
 def test_every_cell(make_rig, event: str, state: str, follows: str):
     # A host that is quiet only where silence is the event: other events last longer than its patience.
-    jumps = {} if event == "sensor_jumps" else {f"safety__{name}": 1000.0 for name in JUMPS}
+    jumps = {} if event == "sensor_jumps" else {f"safety__{name}": 8.0 for name in JUMPS}
     rig = make_rig(**jumps)
     bring(rig, state)
     was = rig.fault

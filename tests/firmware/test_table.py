@@ -72,7 +72,7 @@ def test_a_wrong_crc_changes_nothing(rig, words):
 
 
 def limits() -> list[tuple[int, float]]:
-    """Return (index, value) of what each parameter's last number may not be: outside its range, no number, no whole one."""
+    """Return (index, value) of what a parameter's last number may not be: outside its range, none, or no whole one."""
     found = []
     for word in parameter_words().values():
         step = 1.0 if word.format == "count" else 1e-6 * max(abs(word.low), abs(word.high))

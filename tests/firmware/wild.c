@@ -71,14 +71,14 @@ static void fill(fl_table *table, fl_built_in built) {
     qsort(p->lookup_squares_um2, 257, sizeof(double), falling);
     p->safety_hum_ticks = 1 + below(FL_HUM_TICKS);
     p->safety_force_ticks = 1 + below(100); /* so that it gets somewhere before it faults */
-    if (below(2)) p->safety_force_limit_n = 1000;
-    if (below(4)) p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = 1000;
-    if (below(2)) p->safety_contrary_n = 1000;
+    if (below(2)) p->safety_force_limit_n = 8;
+    if (below(4)) p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = 8;
+    if (below(2)) p->safety_contrary_n = 8;
     if (below(2)) return; /* or a board that takes any reading */
-    for (int k = 0; k < 2; k++) p->force_n_per_count[k] *= 1e-33;
+    for (int k = 0; k < 2; k++) p->force_n_per_count[k] *= 1e-35;
     p->touch_m_per_count *= 1e-38, p->touch_n_per_count *= 1e-38;
-    p->safety_force_limit_n = p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = 1000;
-    p->safety_contrary_n = p->safety_hum_n = 1000, p->safety_stuck_ticks = 500000;
+    p->safety_force_limit_n = p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = 8;
+    p->safety_contrary_n = p->safety_hum_n = 8, p->safety_stuck_ticks = 500000;
 }
 
 static void spoil(fl_table *table) {

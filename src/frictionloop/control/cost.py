@@ -24,7 +24,7 @@ WORST_TICK = {"pi": 1671, "lookup": 1493, "notch_pi": 2103, "filtered_pi": 2103,
 
 On the image of bench() with two force axes, with zig 0.17.1, over 400 samples each of a finger that strokes at 20 and
 80 mm/s, and of edges; `frictionloop firmware build` counts so, and tests/firmware/test_instructions.py holds it. The
-filtered PIs have all they can: feed-forward, overdrive, 6 sections, which cost as much where they let everything through.
+filtered PIs have all they can: feed-forward, overdrive, 6 sections, of which one costs as much.
 """
 
 

@@ -208,7 +208,7 @@ def _image_of(path: Path) -> Path:
 LISTEN_TICKS = 8
 """The background of a simulated board takes and gives bytes every so many ticks (assumed; 1.6 ms at 5 kHz)."""
 REMEMBERED = 300_000
-"""Ticks of which the force on the finger is remembered until somebody asks: a minute at 5 kHz, many times what a run leaves."""
+"""Ticks of which the force on the finger is remembered until somebody asks: many times what a run leaves."""
 ENDS = -(2**15), 2**15 - 1
 """Of a converter: 16 bit."""
 

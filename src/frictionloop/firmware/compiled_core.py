@@ -137,6 +137,6 @@ def tick_hz(rate_hz: float) -> int:
     """Return the rate of the ticks of an image; raise FrictionloopError for one that no board has."""
     rates = schema()["rates"]["hz"]
     if rate_hz not in rates:
-        accepted = f"one of {', '.join(map(str, rates))} on a board"
+        accepted = f"{rates[0]} to {rates[-1]}, whole us a tick, on a board"
         raise must_be("controller.rate_hz", rate_hz, accepted, "Hz", "BOARD-RATE")
     return int(rate_hz)

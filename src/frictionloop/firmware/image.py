@@ -98,7 +98,8 @@ def build(
     Raises
     ------
     FrictionloopError
-        For an unknown board, a table of another length, a missing ziglang, sources that do not compile, and an image that fails `image_checks.check`.
+        For an unknown board, a table of another length, a missing ziglang, sources that do not compile, and an image
+        that fails `image_files.check`.
     """
     if board not in BOARDS or not _home(board).is_dir():
         raise must_be("board", board, " or ".join(each for each in BOARDS if _home(each).is_dir()), code="UNKNOWN-NAME")

@@ -31,6 +31,8 @@ SOFTEST_N_M = 250.0
 """Stiffness of the softest skin: four standard deviations below the median of the population (physics/fingers)."""
 HALF_MAINS_S, LONGEST_HALF_S = 9e-3, 10e-3
 """Half a period of the mains, between those of 50 and 60 Hz; as long as the firmware remembers."""
+LARGEST = 8.0
+"""Of a limit of these (protocol/frictionloop.toml)."""
 OVERRUN_TICKS = 5
 """Late ticks in a second that are a fault (assumed: 0.1 %)."""
 
@@ -120,13 +122,13 @@ def _safety(system: System) -> dict[str, Any]:
         "safety.force_ticks": round(FORCE_S * rate_hz),
         "safety.stuck_ticks": _stuck_ticks(system),
         "safety.overrun_ticks": OVERRUN_TICKS,
-        "safety.force_jump_n": _fastest(system.sensor, 1.0 / rate_hz) * range_n,
+        "safety.force_jump_n": min(_fastest(system.sensor, 1.0 / rate_hz) * range_n, LARGEST),
         "safety.position_jump_m": 1e-3 * position.fastest_mm_s / rate_hz
         + 1e-6 * (8 * math.sqrt(2) * position.noise_um + position.resolution_um),
-        "safety.load_jump_n": TAP_N_S / rate_hz + 8 * math.sqrt(2) * 2 * load.noise_n,
-        "safety.contrary_n": COEFFICIENT * load.touch_n,
-        "safety.turn_m": limit_n / SOFTEST_N_M,
-        "safety.hum_n": system.board.hum_share * range_n,
+        "safety.load_jump_n": min(TAP_N_S / rate_hz + 8 * math.sqrt(2) * 2 * load.noise_n, LARGEST),
+        "safety.contrary_n": min(COEFFICIENT * load.touch_n, LARGEST),
+        "safety.turn_m": min(limit_n / SOFTEST_N_M, LARGEST),
+        "safety.hum_n": min(system.board.hum_share * range_n, LARGEST),
         "safety.hum_ticks": _hum_ticks(system.sensor, rate_hz),
     }
 

@@ -104,7 +104,7 @@ def test_a_rate_that_ticks_may_not_keep_is_found_and_one_that_they_cannot_is_ref
     assert (late.value, late.limit) == (5000.0, highest_rate_hz(5200)) and late.more["instructions"] == 5200
     most = int(BEYOND * highest_rate_hz(1) / 5000)
     assert built(tick=most - 200).worst_tick_instructions == most
-    with pytest.raises(fl.FrictionloopError, match=r"controller\.rate_hz = 5000 Hz: must be at most 4999") as refused:
+    with pytest.raises(fl.FrictionloopError, match=r"controller.rate_hz = 5000 Hz: must be at most 4999") as refused:
         built(tick=most - 198)
     assert refused.value.code == "TICK-LATE"
 

@@ -1,4 +1,4 @@
-"""How many instructions an image takes: in its tick, its law, its port's interrupts and its background."""
+"""How many instructions an image takes: in its tick and the law in it, in its port's interrupts, in its background."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class InstructionTrace:
         self._stretches.append((what, self._total, self._in_law))
 
     def _block(self, uc: Any, address: int, size: int, _: Any) -> None:
-        """Take a block of instructions; the law's are those from the begin of one of its functions to its return."""
+        """Take a block of instructions; of the law is what runs from the begin of a function of it to its return."""
         found = self._blocks.get((address, size))
         if found is None:
             found = self._blocks[address, size] = count(bytes(uc.mem_read(address, size)))
