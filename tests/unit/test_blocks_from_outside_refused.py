@@ -225,11 +225,12 @@ def test_what_the_compiler_does_not_know_is_told_by_its_line():
 
 
 def test_a_law_that_has_no_c_is_refused_for_a_board_by_function_line_and_text():
-    def looked_up(state, measured, setpoint_n, gains, dt):
-        return state, fl.ForceCommand({0.5: gains.high}.get(setpoint_n, gains.low), 0.0)
+    @fl.step
+    def decays(state, measured, setpoint_n, gains, dt):
+        return state, fl.ForceCommand(setpoint_n * math.exp(-dt), 0.0)
 
-    fl.register(fl.Law("mine", looked_up, State, Gains), Mine)
-    with pytest.raises(fl.FrictionloopError, match=r"^looked_up, line \d+: .*\{0\.5: gains\.high\}") as refused:
+    fl.register(fl.Law("mine", decays, State, Gains), Mine)
+    with pytest.raises(fl.FrictionloopError, match=r"^decays, line \d+: .*math\.exp\(-dt\)") as refused:
         fl.firmware.build(BENCH.evolve({"controller.kind": "mine"}), "none", "mps2")
     assert refused.value.code == "NO-C"
 
