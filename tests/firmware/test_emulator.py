@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from broken_sensors import FAILURES, bench
 
+import frictionloop as fl
 from frictionloop import FrictionloopError
 from frictionloop.control.laws import LAWS
 from frictionloop.device.bench_boards import HostBoard, Sample
@@ -24,7 +25,7 @@ from frictionloop.quantities.schema import named, schema
 unicorn = pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 arm_const = pytest.importorskip("unicorn.arm_const", reason="install frictionloop[emulator]")
 
-PERIOD = 2870
+PERIOD, PI = 2870, board_law(LAWS["pi"])
 
 
 @pytest.fixture
@@ -94,6 +95,28 @@ def test_every_duty_is_the_host_librarys(law, period, name, law_words, tmp_path)
     telemetry = [fields(message) for message in seen if message.name == "telemetry"]
     assert len(telemetry) > 30
     assert telemetry == [fields(message) for message in expected if message.name == "telemetry"][: len(telemetry)]
+
+
+@pytest.mark.parametrize("rate_hz", [1000, 1600, 15625, 20000])
+def test_the_board_ticks_at_any_rate_of_an_image(rate_hz, tmp_path):
+    """Timer, line and converters are those of the rate, and every duty is the library's."""
+    words = firmware_words(fl.bench().evolve(fl.RETUNED | {"controller.rate_hz": float(rate_hz)}))
+    teensy = TeensyEmulator(build("teensy41", words.tolist(), PI, tmp_path, rate_hz=rate_hz).elf)
+    host, tick_us, line = HostBoard(words, rate_hz=rate_hz), 1_000_000 // rate_hz, int(200_000 / rate_hz)
+    frames = hello() + encode("mode", 1, SESSION, state=schema()["states"]["closed"])
+    pending = [frames[k : k + line] for k in range(0, len(frames), line)]
+    teensy.receive(frames)
+    assert teensy.tick_hz == rate_hz and teensy.baud() == 2e6
+    duties = set()
+    for k in range(rate_hz // 8):
+        force, position = (8000 + 16 * (k * 7919 % 101), 0), round(20_000 * k / rate_hz)
+        teensy.tick(force, 3277, position)
+        drive = host.tick(read_by("teensy41", force, 3277, position), tick_us * k)
+        assert teensy.compare == (2 * drive.duty * PERIOD + 2**17 - 1) // 2**18
+        duties.add(teensy.compare)
+        if pending:
+            host.receive(pending.pop(0), tick_us * k + tick_us // 2)
+    assert len(duties) > 20
 
 
 @pytest.mark.parametrize("counts", [-32768, -17, -16, -1, 0, 15, 16, 12345, 32751, 32752, 32767])

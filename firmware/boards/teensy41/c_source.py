@@ -15,17 +15,12 @@ def source(name: str) -> str:
 
 
 def constants(name: str) -> dict[str, int]:
-    """Return the constants of a C file that are made of numbers; of startup.c, the words at 0x400."""
+    """Return the constants of a C file that are made of numbers."""
     text = re.sub(r"/\*.*?\*/", "", source(name), flags=re.DOTALL)
     known: dict[str, int] = {}
     members = ",".join(re.findall(r"\benum \{(.*?)\}", text, re.DOTALL))
     for key, expression in re.findall(r"(\w+) = ([^,]+)", members):
         known[key] = evaluate(expression, known)
-    for key, expression in re.findall(r"#define (\w+) (\(\d.*<<.*\))\n", text):
-        known[key] = evaluate(expression, known)
-    if words := re.search(r"flash_configuration\[4\] = \{(.*?)\}", text, re.DOTALL):
-        last = int(words[1].split(",")[3], 16)
-        known |= {"security": last & 0xFF, "option": last >> 8 & 0b111}  # the bits above have no name
     return known
 
 

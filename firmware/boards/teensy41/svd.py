@@ -9,7 +9,8 @@ from typing import Any
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 
-PREFIXES = {"PDB0_": "PDB_", "NVIC_NVICISER": "NVIC_ISER", "NVIC_NVICIP": "NVIC_IPR"}
+SHORTER = {r"^NVIC_NVICISER": "NVIC_ISER", r"^NVIC_NVICIP": "NVIC_IPR", r"^PIT_TIMER\[(\d)\]_(\w+)": r"PIT_\2\1",
+           r"^IOMUXC_SW_(MUX|PAD)_CTL_PAD_GPIO_": r"IOMUXC_\1_"}  # fmt: skip
 """Where this project's names are shorter than the vendor's."""
 
 
@@ -27,8 +28,8 @@ class Svd:
         for part in device.peripherals:
             for register in part.get_registers():
                 name = register.name if part.prepend_to_name else f"{part.name}_{register.name}"
-                for long, short in PREFIXES.items():
-                    name = re.sub(f"^{long}", short, name)
+                for long, short in SHORTER.items():
+                    name = re.sub(long, short, name)
                 self.registers[name] = (part.base_address + register.address_offset, register)
 
     def compare(self, name: str, address: int, width: int, reset: int | None = None) -> list[str]:
@@ -56,3 +57,9 @@ class Svd:
                 return None
             word |= int(number or 0) << fields[field].bit_offset
         return word
+
+    def fields(self, name: str) -> list[tuple[int, str]]:
+        """Return the fields of a register, as first bit and what the file says of each."""
+        if name not in self.registers:
+            return []
+        return [(each.bit_offset, each.description or "") for each in self.registers[name][1].fields]

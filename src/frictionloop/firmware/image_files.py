@@ -31,11 +31,11 @@ def symbol_bytes(path: Path, name: str) -> bytes:
     with path.open("rb") as file:
         elf = elf_file(file)
         table = elf.get_section_by_name(".symtab")
-        symbol = next(iter(table.get_symbol_by_name(name) or ()), None) if table else None
-        for part in elf.iter_segments():
-            offset = symbol["st_value"] - part["p_vaddr"] if symbol is not None and part["p_type"] == "PT_LOAD" else -1
-            if 0 <= offset < part["p_filesz"]:
-                return bytes(part.data()[offset : offset + symbol["st_size"]])
+        for symbol in (table.get_symbol_by_name(name) or ()) if table else ():
+            for part in elf.iter_segments():
+                offset = symbol["st_value"] - part["p_vaddr"]
+                if part["p_type"] == "PT_LOAD" and 0 <= offset < part["p_filesz"]:
+                    return bytes(part.data()[offset : offset + symbol["st_size"]])
     return b""
 
 
