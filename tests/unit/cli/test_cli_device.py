@@ -64,7 +64,7 @@ def test_who_answers(frictionloop):
     assert (found.board, found.law, found.tick_hz, found.protocol) == ("host", "pi", 5000, "5.0")
     assert (found.layout, found.values) == (f"{table_hash():08x}", fingerprint(firmware_words(fl.bench())))
     assert found.clamp_n[1] == pytest.approx(model.nominal_n, abs=2**-28)
-    assert found.ceiling_um == model.max_amplitude_um and found.laws["filtered_pi"] == ("notch_pi",)
+    assert found.ceiling_um == model.max_amplitude_um and found.laws == {"lookup": (), "pi": ()}
     assert found.counts["ticks"] > 0 and found.counts["frames"] > 0
     assert found.counts["broken"] == found.counts["missed"] == found.counts["dropped"] == found.counts["overruns"] == 0
     said = frictionloop("device", "info", "sim:", "--json").json()
