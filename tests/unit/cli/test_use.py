@@ -8,8 +8,8 @@ from pathlib import Path
 import half_law
 import pytest
 
-from frictionloop.firmware import image
 from frictionloop.control.lookup import LOOKUP_LAW
+from frictionloop.firmware import image
 from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image_files import read_hex
 from frictionloop.loop.blocks import forget
