@@ -363,8 +363,8 @@ def boards_of_a_bench(monkeypatch):
     yield fl.firmware.build(BENCH, "image", trace=lambda _: {"tick": 5000, "effect": 6000})
 
 
-@raises("LINE-CARRIES", "AT-CEILING", "TABLE-DIFFERS", "LINE-LOSSES", "SAMPLES-LOST", "NOT-CHECKED", "EFFECT-COARSER", "EFFECT-ROW",
-        "BAD-IMAGE", "NO-DEVICE", "DEVICE-REFUSED", "DEVICE-LOST")  # fmt: skip
+@raises("LINE-CARRIES", "AT-CEILING", "TABLE-DIFFERS", "LINE-LOSSES", "SAMPLES-LOST", "NOT-CHECKED", "EFFECT-COARSER",
+        "EFFECT-ROW", "BAD-IMAGE", "NO-DEVICE", "DEVICE-REFUSED", "DEVICE-LOST")  # fmt: skip
 def devices():
     held = {"controller.kp": 0.03, "controller.ki": 60.0}
     yield fl.device.run("sim:", BENCH.evolve(held | {"board.ceiling_um": 0.5}), 0.5)

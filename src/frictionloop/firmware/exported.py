@@ -184,8 +184,8 @@ def build(
 ) -> Built:
     """Build the image that runs a System's controller, with its table beside it; the first time takes half a minute.
 
-    The law is translated from its step, one from outside (`fl.register`) like a built-in one. Beside it the image has the
-    lookup: state open, and the law of a table of kind lookup.
+    The law is translated from its step, one from outside (`fl.register`) like a built-in one. Beside it the image has
+    the lookup: state open, and the law of a table of kind lookup.
 
     Parameters
     ----------
