@@ -15,6 +15,7 @@ from frictionloop.firmware.board_fit import (
     board_findings,
     carrier_hz,
     ceiling_findings,
+    converter_findings,
     gain_findings,
     period_ticks,
 )
@@ -87,6 +88,12 @@ def test_steps_are_found_which_a_table_of_points_has_not():
     (found,) = board_findings(fl.bench().evolve({"setpoint": levels}))
     assert (found.code, found.limit, found.value) == ("BOARD-STEPS", 1024, pytest.approx(0.2, rel=0.03))
     assert [*board_findings(fl.bench().evolve({"setpoint": levels | {"times_s": (0.0,), "levels_n": (0.4,)}}))] == []
+
+
+def test_converters_that_are_coarser_than_the_files_are_found_with_the_bits_that_they_have():
+    (found,) = converter_findings(fl.bench())
+    assert (found.code, found.value, found.limit) == ("BOARD-BITS", 16, 12)
+    assert [*converter_findings(fl.bench().evolve(found.remedy))] == [*converter_findings(fl.feasible())] == []
 
 
 @pytest.mark.parametrize(("ceiling_um", "reached"), [(0.3, False), (1.1, False), (2.0, True), (None, True)])

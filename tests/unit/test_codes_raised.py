@@ -351,7 +351,16 @@ def studies():
     yield X.report(folder)
 
 
-@raises("BOARD-RATE", "BOARD-CARRIER", "BOARD-STEPS", "BOARD-POSITION", "CEILING-REACH", "FIRST-RUN", "TICK-LATE")
+@raises(
+    "BOARD-RATE",
+    "BOARD-CARRIER",
+    "BOARD-STEPS",
+    "BOARD-POSITION",
+    "BOARD-BITS",
+    "CEILING-REACH",
+    "FIRST-RUN",
+    "TICK-LATE",
+)
 def boards_of_a_bench(monkeypatch):
     odd = {"plate.frequency_hz": 38200.0, "plate.q": 2000.0, "motion.stroke_mm": 80.0, "board.ceiling_um": 0.3}
     steps = {"setpoint": fl.Steps(times_s=(0.0, 1.0), levels_n=(0.4, 0.6))}

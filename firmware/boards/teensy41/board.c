@@ -19,17 +19,20 @@ void board_start(void) {
     converters_start();
     port_start();
     carrier_start();
+    watchdog_refresh();
 }
 
-/* The first period has no tick: what it would read is converted in it. */
+/* The first period has no tick: what it would read is converted in it. No interrupt may be pending from its end. */
 void board_run(void) {
+    watchdog_refresh();
     PIT_LDVAL0 = TICK_COUNTS - 1;
     PIT_TFLG0 = PIT_EXPIRED;
-    PIT_TCTRL0 = PIT_INTERRUPTS | PIT_ON;
+    PIT_TCTRL0 = PIT_ON;
     while (!PIT_TFLG0) {}
     PIT_TFLG0 = PIT_EXPIRED;
     NVIC_IPR(PIT_INTERRUPT) = TICK_PRIORITY;
     NVIC_ISER(PIT_INTERRUPT / 32) = 1u << PIT_INTERRUPT % 32;
+    PIT_TCTRL0 = PIT_INTERRUPTS | PIT_ON;
 }
 
 /* A tick is late when the timer is well past its end, or when the tick before it lasted into this period. */

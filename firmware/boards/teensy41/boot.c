@@ -18,7 +18,7 @@ enum {
 __attribute__((section(".flexspi"), used)) const uint32_t flexspi[128] = {
     [0] = TAG, [1] = VERSION, [3] = SAMPLE_FROM_PAD << 0 | HOLD_AND_SETUP, [17] = SERIAL_NOR | FOUR_PADS | MHZ_100,
     [20] = CAPACITY, [32] = READ_AND_ADDRESS, [33] = MODE_AND_WAIT, [34] = DATA,
-    [112] = 256, [113] = 4096, /* bytes of a page, of a sector */
+    [112] = 256, [113] = 4096, [114] = 1, [116] = 65536, /* bytes of a page, of a sector; 30 MHz; of a block */
 };
 
 __attribute__((section(".boot"), used)) const uint32_t boot_data[3] = {

@@ -90,7 +90,7 @@ port.c       PIN_UART            IOMUXC_MUX_AD_B0_03 MUX_MODE=2
 port.c       PULL_UP_22K         IOMUXC_PAD_AD_B0_03 PKE=1 PUE=1 PUS=3
 port.c       HYSTERESIS          IOMUXC_PAD_AD_B0_03 HYS=1
 port.c       FROM_PIN_0          IOMUXC_LPUART6_RX_SELECT_INPUT DAISY=1
-protection.c CACHES              SCB_CCR       DC=1 IC=1
+protection.c CACHE               SCB_CCR       IC=1
 protection.c FAULTS              SCB_SHCSR     MEMFAULTENA=1
 startup.c    COPROCESSORS_10_11  SCB_CPACR     CP10=3 CP11=3
 watchdog.c   ENABLED             RTWDOG_CS     EN=1

@@ -1,4 +1,4 @@
-/* What may be read, written and run (memory protection unit), and caches for the flash; ARMv7-M Architecture Reference
+/* What may be read, written and run (memory protection unit), and the cache of instructions; ARMv7-M Architecture Reference
  * Manual, B3.5. Where no region lies nothing may be touched, not even by the processor ahead of its program. */
 #include "board.h"
 #include "registers.h"
@@ -7,7 +7,7 @@
 enum {
     VALID = 1 << 4, ENABLE = 1 << 0, ON = 1 << 0,
     READ_WRITE = 3 << 24, READ_ONLY = 7 << 24, NEVER_RUN = 1 << 28, CACHED = 1 << 17, DEVICE = 2 << 19, NORMAL = 1 << 19,
-    CACHES = 3 << 16, /* instructions, data */
+    CACHE = 1 << 17, /* of instructions: no data are read from the flash in a tick */
     FAULTS = 1 << 16,
 };
 #define SIZE(bits) (((uint32_t)(bits) - 1u) << 1 | ENABLE)
@@ -33,6 +33,6 @@ void protection_start(void) {
     __asm volatile("dsb\n isb" ::: "memory");
     SCB_ICIALLU = 0;
     __asm volatile("dsb\n isb" ::: "memory");
-    SCB_CCR |= CACHES;
+    SCB_CCR |= CACHE;
     __asm volatile("dsb\n isb" ::: "memory");
 }

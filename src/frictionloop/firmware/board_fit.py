@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from frictionloop.analysis.operating import force_band, law_at
 from frictionloop.findings import Condition, Finding
 from frictionloop.firmware.effect_tables import STORE
-from frictionloop.parameters import ResonantPlate, Steps, Strokes, System
+from frictionloop.parameters import ResonantPlate, Steps, Strokes, SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.schema import schema
@@ -19,6 +19,8 @@ USUAL_TICKS = 2870
 """Period of the carrier in an image for no certain plate: 46 kHz, as the paper's."""
 MOST_TICKS = 32766
 """Longest period whose product with a duty the board has room for."""
+CHIP_BITS = 12
+"""Of the converters of a Teensy 4.1."""
 COUNTS, ROOM = 2**15 - 1, 1.1
 """Largest reading of a converter, and what a stroke leaves of it free (chosen)."""
 SCALE = "board.position_m_per_count"
@@ -69,6 +71,14 @@ def gain_findings(system: System) -> Iterator[Finding]:
         yield Finding("BOARD-RATE", value=wanted, unit="Hz", limit=nearest, remedy={"controller.rate_hz": nearest})
     if isinstance(plate, ResonantPlate):
         yield from _off_the_carrier(system, plate)
+
+
+def converter_findings(system: System) -> Iterator[Finding]:
+    """Yield that the converters on the chip are coarser than the file's."""
+    sensor = system.sensor
+    if isinstance(sensor, SuspendedSensor) and sensor.adc_bits > CHIP_BITS:
+        remedy = {"sensor.adc_bits": CHIP_BITS}
+        yield Finding("BOARD-BITS", value=sensor.adc_bits, limit=CHIP_BITS, remedy=remedy)
 
 
 def ceiling_findings(system: System) -> Iterator[Finding]:

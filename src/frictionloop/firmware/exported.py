@@ -16,7 +16,14 @@ from frictionloop.control.laws import law_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.firmware import image
-from frictionloop.firmware.board_fit import amplitude_left, board_findings, carrier_hz, ceiling_findings, period_ticks
+from frictionloop.firmware.board_fit import (
+    amplitude_left,
+    board_findings,
+    carrier_hz,
+    ceiling_findings,
+    converter_findings,
+    period_ticks,
+)
 from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.compiled_core import tick_hz
 from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES
@@ -215,6 +222,8 @@ def build(
         most = max(counts["tick"], counts["effect"])
         table |= {"worst_tick_instructions": most, "highest_rate_hz": highest_rate_hz(most)}
         table["findings"] = (*table["findings"], *_late(system.controller.rate_hz, most))
+    if board == image.FLASHED:
+        table["findings"] = (*table["findings"], *converter_findings(system))
     table |= {"image": str(made.elf), "hex": str(made.hex), "map": str(made.map)}
     return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes, instructions=counts)
 
