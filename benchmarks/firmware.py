@@ -1,7 +1,7 @@
 """Speed of the firmware on this machine: its core called by Python, the whole of it at a simulated bench, its image.
 
-`python benchmarks/firmware.py`. A tick of the core is law, lookup and overdrive; asked are 500 000 ticks/s. At a bench a tick is the whole firmware and the plant; asked of the emulated image are the 5000 ticks/s of real
-time.
+`python benchmarks/firmware.py`. A tick of the core is law, lookup and overdrive; asked are 500 000 ticks/s. At a
+bench a tick is the whole firmware and the plant; asked of the emulated image are the 5000 ticks/s of real time.
 """
 
 from __future__ import annotations

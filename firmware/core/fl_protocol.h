@@ -22,6 +22,7 @@
 #define FL_EFFECT_STEPS 9
 #define FL_ALL_TRIGGERS 255
 #define FL_SAMPLES_A_FRAME 16
+#define FL_BAUD 2000000
 #define FL_OLDEST_MS 20
 #define FL_TABLE_HASH 0x38feabacu
 #define FL_WORDS 395

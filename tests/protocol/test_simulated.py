@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -149,3 +150,11 @@ def test_a_board_that_is_wired_otherwise_tells_the_same_forces() -> None:
     at = slice(run.attrs["start_tick"], run.attrs["start_tick"] + run.sizes["time"])
     np.testing.assert_allclose(run.f_m, measured[at], atol=HALF + 1e-4 + 3e-5)
     assert run.a.values.max() == pytest.approx(0.9, abs=HALF)
+
+
+def test_a_run_has_as_many_samples_as_a_line_carries() -> None:
+    """All channels of 16 samples are 278 bytes on the line: at 12.5 kHz 0.22 MB a second, where 2 Mbaud are 0.2."""
+    for rate_hz, ticks in ((10_000.0, 1), (12_500.0, 2), (20_000.0, 2)):
+        run = fl.device.run("sim:", SYSTEM.evolve({"controller.rate_hz": rate_hz}), 0.05)
+        assert run.samples == math.ceil(0.05 * rate_hz / ticks) and run.lost_samples == 0
+        assert [each.code for each in run.findings if each.code == "LINE-CARRIES"] == ["LINE-CARRIES"] * (ticks > 1)

@@ -20,6 +20,7 @@ from frictionloop.device.recorded_run import (
     STATES,
     Interrupted,
     Running,
+    carried,
     check_decimation,
     check_folder,
     ending,
@@ -248,7 +249,7 @@ class Device(metaclass=Brief):
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int
-            Ticks per sample, 1 or more.
+            Ticks per sample, 1 or more; more than asked for where a line would not carry as many samples.
         progress, live : callable, optional
             Called with the number of samples so far; with the newest, channels by name and ``elapsed_s``.
 
@@ -266,6 +267,8 @@ class Device(metaclass=Brief):
         KeyboardInterrupt
             At Ctrl-C, SIGTERM or SIGHUP, with the file named as well.
         """
+        check_decimation(decimation)
+        decimation = carried(decimation, self.info.tick_hz)
         rows = rows_of(duration_s, decimation, self.info.tick_hz)
         if state not in ("open", "closed"):
             raise must_be("state", state, "open or closed")

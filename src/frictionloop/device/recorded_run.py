@@ -19,7 +19,7 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.device.codec import Message
+from frictionloop.device.codec import HEADER, LAYOUTS, Message
 from frictionloop.device.errors import (
     DeviceError,
     NoReply,
@@ -31,7 +31,7 @@ from frictionloop.device.errors import (
     reading_of,
 )
 from frictionloop.device.link import RESETS, Link
-from frictionloop.device.recording import ALL, Recorder
+from frictionloop.device.recording import ALL, CHANNELS, Recorder
 from frictionloop.device.transport import Pipe
 from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
@@ -50,6 +50,19 @@ def check_decimation(decimation: Any) -> None:
     """Refuse what is no number of ticks per sample."""
     if not (isinstance(decimation, Integral) and 1 <= int(decimation) <= 65535):
         raise must_be("decimation", decimation, "whole, 1 to 65535")
+
+
+SHARE = 0.9
+"""Of what a line carries for telemetry; the rest is for answers (assumed)."""
+
+
+def carried(decimation: int, tick_hz: int) -> int:
+    """Return the ticks per sample of a run: so many, or as many more as a line needs to carry every channel."""
+    protocol, telemetry = schema()["protocol"], LAYOUTS["telemetry"]
+    together = protocol["samples_a_frame"]
+    frame = HEADER.size + telemetry.body.size + together * 2 * len(CHANNELS) + 5  # CRC, COBS, zero byte
+    most_hz = SHARE * protocol["baud"] / 10.0 / frame * together
+    return max(int(decimation), math.ceil(tick_hz / most_hz))
 
 
 def rows_of(duration_s: Any, decimation: Any, tick_hz: int) -> int:
