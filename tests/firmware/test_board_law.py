@@ -102,7 +102,7 @@ def test_an_emulated_cortex_m7_has_the_bits_of_the_step(kind: str, tmp_path):
 
     system = bench(kind)
     ran, law = simulated(system, TICKS), law_of(system.controller)
-    image = build("mps2", firmware_words(system).tolist(), board_law(law), tmp_path, rate_hz=5000)
+    image = build("teensy41", firmware_words(system).tolist(), board_law(law), tmp_path, rate_hz=5000)
     core, model = EmulatedLaw(image.elf), system.controller.model
     state, differ = trees.flat(law.start_for(system.controller)), 0
     for measured, setpoint_n, (u, saturated, _), after in zip(*ran, strict=True):

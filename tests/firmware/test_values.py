@@ -211,6 +211,21 @@ def test_an_image_tells_its_law_and_refuses_the_table_of_another():
     )
 
 
+def test_the_table_of_another_rate_is_refused_before_anything_is_written():
+    """Its gains and its ticks are for other periods."""
+    quick = BENCH.evolve({"controller.rate_hz": 10_000.0})
+    with fl.connect("sim:") as device:
+        for write in (device.upload, lambda each: fl.device.configure(device, system=each)):
+            with pytest.raises(
+                fl.FrictionloopError, match=r"^controller.rate_hz = 10000 Hz: must be 5000 on this board$"
+            ):
+                write(quick)
+        assert device.parameters.hold(firmware_words(BENCH))
+    with fl.connect("sim:", quick) as device:
+        assert device.info.tick_hz == 10_000
+        device.upload(quick.evolve({"controller.kp": 0.05}))
+
+
 def test_open_and_closed_loop_alternate_without_another_image():
     """Every image has the lookup: by its state open, and by the table of a system whose law it is."""
     with fl.connect("sim:") as device:

@@ -14,7 +14,7 @@ import xarray as xr
 
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link, identified
-from frictionloop.device.parameter_table import Parameters, told_controller, tuned_words
+from frictionloop.device.parameter_table import Parameters, table_for, told_controller, tuned_words
 from frictionloop.device.recorded_run import (
     KEPT_AS,
     STATES,
@@ -129,7 +129,7 @@ class Device(metaclass=Brief):
             return
         tuned = {**self._tuned, name: value}
         base = self.system or told_controller(self.parameters, self.info)
-        for word, words in tuned_words(base, tuned).items():
+        for word, words in tuned_words(base, tuned, self.info).items():
             self.parameters.put(word, words)
         self._tuned = tuned
 
@@ -148,7 +148,7 @@ class Device(metaclass=Brief):
     def uploading(self, system: System) -> Iterator[None]:
         """As `upload`, with a pause after each frame, for who listens to the device meanwhile."""
         self._tuned, self._others_wait = {}, False
-        yield from self.parameters.writing(firmware_words(system))
+        yield from self.parameters.writing(table_for(system, self.info))
         self.parameters.commit()
         self.system = system
 

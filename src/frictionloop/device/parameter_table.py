@@ -190,6 +190,15 @@ TOLD = "controller.kp", "controller.ki"
 ELSE = "give the system, or upload() it"
 
 
+def table_for(system: System, info: Info) -> np.ndarray:
+    """Return the parameter table of a System for a device, whose ticks are those of its image."""
+    if system.controller.rate_hz != info.tick_hz:
+        raise must_be(
+            "controller.rate_hz", system.controller.rate_hz, f"{info.tick_hz} on this board", "Hz", "BOARD-RATE"
+        )
+    return firmware_words(system)
+
+
 def law_in_force(parameters: Parameters, info: Info) -> str:
     """Return the kind of the law that a parameter table runs."""
     return LOOKUP_LAW.kind if parameters["law.hash"] == LOOKUP else info.law
@@ -204,11 +213,11 @@ def told_controller(parameters: Parameters, info: Info) -> PiController:
     return PiController(kp=kp, ki=ki, rate_hz=info.tick_hz, model=Model(nominal_n=parameters["law.high_n"]))
 
 
-def tuned_words(base: System | PiController, values: dict[str, Any]) -> dict[str, np.ndarray]:
+def tuned_words(base: System | PiController, values: dict[str, Any], info: Info) -> dict[str, np.ndarray]:
     """Return the words by name of a controller with other values, of a System or as a device tells it."""
     if isinstance(base, System):
         tuned = base.evolve(values)
-        firmware_words(tuned)  # also refuses what of the controller is not the firmware's, such as a rate
+        table_for(tuned, info)  # also refuses what is not the board's, such as a rate
         return controller_words(tuned)
     for name in values:
         if name not in TOLD:
