@@ -155,6 +155,28 @@ def test_late_ticks_are_counted_and_raise_the_fault(board):
         assert counted["overruns"] == expected
 
 
+def test_the_longest_tick_is_told_in_microseconds(board):
+    """From the counter of cycles: 396 a microsecond, in steps of 1/256."""
+    for lasts_us in (20.0, 37.5, 10.0):
+        board.lasts_us = lasts_us
+        board.tick((0, 0), 0, 0)
+    board.receive(encode("statistics", 1))
+    for _ in range(4):
+        board.tick((0, 0), 0, 0)
+    (counted,) = Decoder().feed(board.transmit())
+    assert counted["longest_us"] == 37.5 * 256
+
+
+@pytest.mark.parametrize(("old", "new"), [("07002000", "03002000"), ("abaaaaaa", "aaaaaaaa")])
+def test_an_image_without_its_memory_faults(old, new, images, tmp_path):
+    """FlexRAM not shared out by the register; all of it for data."""
+    content = images("pi").elf.read_bytes()
+    assert bytes.fromhex(old) in content
+    (tmp_path / "without.elf").write_bytes(content.replace(bytes.fromhex(old), bytes.fromhex(new)))
+    with pytest.raises(FrictionloopError, match=r"faults at 0x6000\w+: Invalid memory write"):
+        TeensyEmulator(tmp_path / "without.elf")
+
+
 def closed(board):
     board.receive(opening())
     for force, load, position in strokes(200):

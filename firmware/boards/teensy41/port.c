@@ -57,10 +57,15 @@ static void send(uint32_t room) {
     if (sent == given) LPUART6_CTRL = LISTENING;
 }
 
+/* Again while there is room for what is left: a queue that is full ends it. */
 void port_interrupt(void) {
-    uint32_t queues = LPUART6_WATER;
-    receive(queues >> 24 & 7);
-    send(QUEUE - (queues >> 8 & 7));
+    uint32_t room;
+    do {
+        uint32_t queues = LPUART6_WATER;
+        room = QUEUE - (queues >> 8 & 7);
+        receive(queues >> 24 & 7);
+        send(room);
+    } while (room > 0 && sent != given);
     __asm volatile("dsb" ::: "memory");
 }
 

@@ -72,6 +72,8 @@ FRAME_BYTES = 104
 """Eight registers and eighteen of floating point on the stack (ARMv7-M B1.5.7)."""
 INSTRUCTIONS, DATA = 0, 0x20000000
 """Tightly coupled memories."""
+BY_REGISTER = 1 << 2
+"""Of GPR16: FlexRAM is shared out by GPR17, not by fuses."""
 FLOATING_POINT = 0xF << 20
 """Of CPACR: coprocessors 10 and 11."""
 
@@ -101,8 +103,7 @@ class Processor:
         uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB)
         self._patience = Patience(uc.emu_stop)
         uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M7)
-        uc.mem_map(INSTRUCTIONS, RAM_BYTES, unicorn.UC_PROT_ALL)
-        uc.mem_map(DATA, RAM_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_WRITE)
+        self._shares = ((INSTRUCTIONS, 0b11, unicorn.UC_PROT_ALL), (DATA, 0b10, 3))
         uc.mem_map(FLASH, 2**23, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
         for page in PAGES:
             uc.mmio_map(page, PAGE, self._read, page, self._write, page)
@@ -111,6 +112,7 @@ class Processor:
         self._background = uc.context_save()
         self._without = uc.hook_add(unicorn.UC_HOOK_CODE, self._step)
         bank.on_write["SCB_CPACR"] = self._switched
+        bank.on_write["IOMUXC_GPR_GPR16"] = self._share
 
     def _load(self, segments: list[tuple[int, bytes]]) -> None:
         check_teensy(str(self.image), segments)
@@ -184,6 +186,13 @@ class Processor:
         """Look at an instruction before floating point is on."""
         if is_floating_point(bytes(uc.mem_read(address, size))):
             self.stop(FrictionloopError(f"{self.image}: 0x{address:08x} before CPACR is written", "BAD-IMAGE"))
+
+    def _share(self, value: int) -> None:
+        """Put the banks of memory where GPR17 says, two bits each; before, there are none."""
+        banks = [self._bank.values["IOMUXC_GPR_GPR17"] >> 2 * k & 3 for k in range(16)]
+        for place, kind, rights in self._shares:
+            if value & BY_REGISTER and kind in banks:
+                self.uc.mem_map(place, banks.count(kind) * RAM_BYTES // 16, rights)
 
     def _switched(self, value: int) -> None:
         if self._without is not None and value & FLOATING_POINT == FLOATING_POINT:

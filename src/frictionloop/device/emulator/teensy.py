@@ -57,7 +57,9 @@ class TeensyEmulator:
         """Ticks so far."""
         self.late_us = 0.0
         """How long after its time the next ticks begin."""
-        self._waited = 0
+        self.lasts_us = 0.0
+        """How long they last, by the counter of cycles."""
+        self._waited = self._looked = 0
         bank.on_read["PIT_CVAL0"] = self._timer
         bank.on_read["DWT_CYCCNT"] = self._cycles
         bank.on_read["PIT_TFLG0"] = lambda: int(not self._running and bank.values["PIT_TCTRL0"] & 1)
@@ -100,7 +102,7 @@ class TeensyEmulator:
     def _period(self, counts: tuple[int, int, int, int]) -> None:
         processor, port = self.processor, self._port
         port.begin(self._bytes_a_tick)
-        self._converters.counts = counts
+        self._converters.counts, self._looked = counts, 0
         self._converters.convert()
         self._watchdog.check(self.ticks / self.tick_hz)
         self._enter(TICK)
@@ -172,10 +174,12 @@ class TeensyEmulator:
         return last - passed
 
     def _cycles(self) -> int:
-        """Cycles by the tick alone: how long a tick takes is not known here."""
+        """Cycles by the tick, and what the next ticks are said to last when they look again."""
         if not self._running:
             return round(self._waited * self.frequencies().core / self.frequencies().timer) & 0xFFFFFFFF
-        return self.ticks * self._cycles_a_tick & 0xFFFFFFFF
+        self._looked += self.in_tick
+        passed = round(self.lasts_us * 1e-6 * self.frequencies().core) if self._looked > 1 else 0
+        return self.ticks * self._cycles_a_tick + passed & 0xFFFFFFFF
 
     def _pin(self, value: int) -> None:
         """Once it was low, as an image begins, the image gives up the pin only to stop for good."""
