@@ -157,7 +157,7 @@ def run(
     steps = steps_of(kind, masses_g)
     simulated = device.address.startswith("sim:")
     line: Line = Rig(kind, steps) if simulated and kind != "friction" else device
-    rate_hz, tick_hz = (RIG_HZ, RIG_HZ) if line is not device else (device.sample_hz, device.info.tick_hz)
+    rate_hz, tick_hz = (RIG_HZ, RIG_HZ) if isinstance(line, Rig) else (device.sample_hz, device.info.tick_hz)
     columns = recorded(kind, steps, line, ask or (lambda step: None), watch or (lambda block: None), rate_hz, tick_hz)
     unit_n = with_counts(columns, device)
     time = columns["time"]
