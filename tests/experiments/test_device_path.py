@@ -102,7 +102,7 @@ def test_a_trial_in_which_a_clock_jumps_does_not_count_and_says_so(tmp_path, eng
 
 def test_an_answer_is_mapped_to_the_clock_of_the_device_with_its_uncertainty(engines):
     """A clock 30 ppm fast and 100 s ahead, read over a line of 1 to 3 ms."""
-    rng, clock = np.random.default_rng(0), ClockMap()
+    rng, clock = np.random.default_rng(0), ClockMap(2e-4)
     for host in np.arange(0.0, 60.0, 0.5):
         trip, share = rng.uniform(1e-3, 3e-3), rng.uniform()
         true = 100.0 + (1 + 30e-6) * (host + (share - 0.5) * trip)

@@ -113,6 +113,11 @@ class Device(metaclass=Brief):
         self._link.resume()
 
     @property
+    def sample_hz(self) -> float:
+        """Most samples a second, of all channels, that a line carries: of every tick, or of every few."""
+        return self.info.tick_hz / carried(1, self.info.tick_hz)
+
+    @property
     def controller(self) -> Any:
         """The controller in force; where no System is known, the gains that the device tells (PI)."""
         return self.system.controller if self.system else told_controller(self.parameters, self.info)
