@@ -20,7 +20,9 @@ from frictionloop.device.emulator.registers import Bank
 from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.loop.blocks import forget
 from frictionloop.quantities.schema import named, schema
+from tests.helpers.own_laws import register_both
 
 unicorn = pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 arm_const = pytest.importorskip("unicorn.arm_const", reason="install frictionloop[emulator]")
@@ -58,6 +60,13 @@ def test_the_identity_is_told(board):
     assert identity["tick_hz"] == 5000
 
 
+@pytest.fixture
+def own_laws():
+    register_both()
+    yield
+    forget()
+
+
 def read_by(board_name, force, load, position):
     """Return what the image reads of a sample: its converters on the chip have 12 bits, the ADS8688 has 16."""
     sample = Sample(*force, position, load)
@@ -69,11 +78,12 @@ def read_by(board_name, force, load, position):
     [
         ("pi", PERIOD, "teensy41"), ("notch_pi", PERIOD, "teensy41"), ("limit_observer", PERIOD, "teensy41"),
         ("pi", 13200, "teensy41"), ("pi", 2640, "teensy41"), ("pi", PERIOD, "teensy41-ads8688"),
+        ("dead_band_pi", PERIOD, "teensy41"),
     ],
 )  # fmt: skip
-def test_every_duty_is_the_host_librarys(law, period, name, law_words, tmp_path):
+def test_every_duty_is_the_host_librarys(law, period, name, law_words, own_laws, tmp_path):
     """The same bits in the processor's carrier as in this machine's library, compare value by compare value."""
-    words = law_words[law]
+    words = law_words[law] if law in law_words else firmware_words(fl.bench().evolve({"controller.kind": law}))
     ours = build(name, words.tolist(), board_law(LAWS[law]), tmp_path, rate_hz=5000, carrier_ticks=period)
     teensy, host = TeensyEmulator(ours.elf), HostBoard(words)
     pending = [opening()[k : k + 40] for k in range(0, len(opening()), 40)]
