@@ -28,6 +28,7 @@ from typing import Any
 _HOME = {
     "quantities": "FrictionloopError Lti",
     "quantities.units": "SignalWarning",
+    "findings.catalogue": "explain",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
     "parameters.written": "to_toml",
     "parameters.summary": "parameters_named",

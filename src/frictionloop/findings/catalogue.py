@@ -34,7 +34,7 @@ CATALOGUE = _read()
 """Entries by code, such as RING-MOIST."""
 
 
-def entry(code: str) -> Entry:
+def explain(code: str) -> Entry:
     """Return what the catalogue says of a code.
 
     Raises

@@ -34,7 +34,7 @@ class Description(Block):
         FrictionloopError
             For unknown paths, naming near ones, or a value outside its range.
         """
-        overrides = {**(overrides or {}), **blocks}
+        overrides = self.resolved({**(overrides or {}), **blocks})
         # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
         tree = {name: getattr(self, name) for name in type(self).model_fields}
         for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
@@ -47,6 +47,10 @@ class Description(Block):
             raise FrictionloopError(refusal(strangers, type(self), tree))
         return self.from_tree(tree)
 
+    def resolved(self, overrides: Mapping[str, Any]) -> dict[str, Any]:
+        """Return overrides with those that other values follow from in these values; there are none here."""
+        return dict(overrides)
+
     @classmethod
     def from_tree(cls, tree: Mapping[str, Any], where: str = "") -> Self:
         """Return what a nested mapping describes; ``where`` (a file) is named in errors."""
@@ -54,6 +58,14 @@ class Description(Block):
             return cls.model_validate(tree)
         except ValidationError as error:
             raise FrictionloopError(where + explain(cls, error, tree)) from None
+
+
+def flat(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted names, also those in a block within a block."""
+    found: dict[str, Any] = {}
+    for name, value in changes.items():
+        found |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
+    return found
 
 
 def _values(block: BaseModel) -> dict[str, Any]:

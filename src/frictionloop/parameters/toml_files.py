@@ -147,8 +147,13 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
 def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:
     if not tree:
         raise FrictionloopError(f'{path}: is empty; accepted: preset = "paper"')
+    friction = tree.get("friction")
+    own = friction if isinstance(friction, dict) and "coefficient" in friction else {}
+    named = {f"friction.{name}": own[name] for name in ("coefficient", "nominal_n") if name in own}
+    own.pop("coefficient", None)
     try:
-        return System.from_tree(tree)
+        whole = System.from_tree(tree)
+        return whole.evolve(named) if named else whole
     except FrictionloopError as error:
         raise FrictionloopError(f"{path}: {with_line(path, str(error))}") from None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,8 @@ class Fingers(list[dict[str, float]]):
     """Overrides of a `System`, one finger each; a sweep over them has the dimension ``finger``."""
 
     dim = "finger"
+    drawn: Mapping[str, Any] = MappingProxyType({})
+    """What `fingers` was given for them."""
 
 
 def fingers(
@@ -110,6 +113,7 @@ def fingers(
     if coefficients is not None:
         drawn = _between("coefficients", coefficients, z, "friction.nominal_n")
         found = Fingers(_with_coefficient(each, value) for each, value in zip(found, drawn, strict=True))
+    found.drawn = {"n": n, "seed": seed, "population": population, "loads_n": loads_n, "coefficients": coefficients}
     return found
 
 
