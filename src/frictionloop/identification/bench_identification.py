@@ -46,8 +46,8 @@ def bench(
     path : path
         Project file (`Project` lists its fields).
     kept : mapping or path, optional
-        Results of an earlier time (`Bench.entry_results`), or a JSON file of them, which is written anew: an entry whose files
-        and settings are unchanged is not analysed again.
+        Results of an earlier time (`Bench.entry_results`), or a JSON file of them, which is written anew: an entry
+        whose files and settings are unchanged is not analysed again.
     again : bool
         Whether to analyse everything anew; the file is written all the same.
     without_refused : bool

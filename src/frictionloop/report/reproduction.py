@@ -89,8 +89,8 @@ class Reproduction(Result):
     def rows(self) -> list[tuple[str, str]]:
         """Return the statements and where the page is; of claims alone each of them."""
         if self.page is not None:
-            said = [(f"{k}", f"{each.verdict_text}: {each.title} ({each.number})") for k, each in enumerate(self.statements, 1)]
-            return [*said, ("page", str(self.page))]
+            texts = (f"{each.verdict_text}: {each.title} ({each.number})" for each in self.statements)
+            return [*((f"{k}", text) for k, text in enumerate(texts, 1)), ("page", str(self.page))]
         found = [row for claim in self.claims for row in _claim_rows(claim)]
         return found + [row for figure in self.figures for row in _figure_rows(figure)]
 
