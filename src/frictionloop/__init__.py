@@ -5,7 +5,7 @@
 >>> bool(fl.r2_identity(run) <= fl.r2_bound(run))
 True
 
-A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve, from_toml)
+A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve)
 its blocks      Sine  Recording  FingerFriction  ResonantPlate  SuspendedSensor  PiController  Skin  Strokes  ...
 Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  load
 Judge it        diagnose  doubts  plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS

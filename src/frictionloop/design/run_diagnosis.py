@@ -22,7 +22,7 @@ from frictionloop.loop.record import system_of
 from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.run_ringing import of_loop, of_own_law, of_ringing, rings_alone, run_ringing, unseen
-from frictionloop.loop.signal_findings import of_recorded, recordings, signal_findings
+from frictionloop.loop.signal_findings import contact_turns, of_recorded, recordings, signal_findings
 from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.parameters.summary import gains_said, listed, summary
@@ -220,7 +220,7 @@ def diagnose(
     told += chain(
         of_recorded(system, duration_s),
         run_findings.of_unscored(run),
-        run_findings.contact_turns(system),
+        contact_turns(system),
         board_ceiling(system),
         _one_place(system),
     )

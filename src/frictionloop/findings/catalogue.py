@@ -37,6 +37,11 @@ CATALOGUE = _read()
 def explain(code: str) -> Entry:
     """Return what the catalogue says of a code.
 
+    Parameters
+    ----------
+    code
+        Of a finding or an error, such as RING-MOIST.
+
     Raises
     ------
     FrictionloopError

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import reprlib
 from collections.abc import Mapping
 from typing import Annotated, Any, Self
@@ -98,21 +97,8 @@ class System(Description):
     board: Board = Board()
     """How a device is wired; nothing of it enters a simulation."""
 
-    @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the System a TOML file describes; `read_toml` has the errors."""
-        from frictionloop.parameters.toml_files import read_toml
-
-        return read_toml(path)  # type: ignore[return-value]
-
     def resolved(self, overrides: Mapping[str, Any]) -> dict[str, Any]:
-        """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0.
-
-        Raises
-        ------
-        FrictionloopError
-            For a coefficient that is not above 0, beside ``friction.nominal_n``, or of friction without a load.
-        """
+        """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0."""
         if COEFFICIENT not in overrides and not isinstance(overrides.get("friction"), Mapping):
             return dict(overrides)
         own = flat(overrides)
