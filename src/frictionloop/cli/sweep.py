@@ -45,6 +45,7 @@ def command(
     metrics: flags.Result[str | None] = None,
     out: flags.Result[Path | None] = None,
     resume: flags.Result[flags.Flag] = False,
+    force: flags.Result[flags.Flag] = False,
     csv: flags.Result[Path | None] = None,
     plot: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
@@ -79,6 +80,8 @@ def command(
         Keep the result here (HDF5, .h5), also on Ctrl-C.
     resume
         Continue the sweep kept in --out instead of starting over.
+    force
+        Start over in --out whatever it holds.
     csv
         Write a table with one row per run here (.csv).
     plot
@@ -101,7 +104,7 @@ def command(
     given = flags.system_given(file, preset, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     doubts = fl.doubts(given.system, speeds_mm_s=axes.get("motion.speed_mm_s", ()))
-    how: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
+    how: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume, "force": force}
     how |= {"duration_s": duration_s, "seeds": seeds, "metrics": names}
     brought = tuple(flags.overrides_of(overrides))
     found, stopped = _people(given.system, brought, drawn, how) if fingers else _best(given.system, axes, how)

@@ -33,6 +33,7 @@ from frictionloop.device.errors import (
 from frictionloop.device.link import RESETS, Link
 from frictionloop.device.recording import ALL, TICK_HZ, Recorder
 from frictionloop.device.transport import Pipe
+from frictionloop.loop.growing_file import is_taken
 from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
 
@@ -220,10 +221,12 @@ class Running:
 
 
 def check_folder(path: str | os.PathLike[str] | None) -> None:
-    """Refuse a file that could not be written after a run, before it."""
+    """Refuse a file that could not be written after a run, or that is there: what is recorded does not come again."""
     folder = Path.cwd() if path is None else Path(path).absolute().parent
     if why := why_unwritable(folder) if folder.is_dir() else f"no folder {folder}":
         raise FrictionloopError(f"{path or folder}: cannot be written ({why})")
+    if path is not None and is_taken(Path(path)):
+        raise FrictionloopError(f"{path}: exists; name a new file")
 
 
 def free_path() -> Path:

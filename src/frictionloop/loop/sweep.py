@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,13 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.signal_findings import warn_of_signals
 from frictionloop.loop.simulate import lanes_without_number, no_number, periods_in, run_tile, traced
-from frictionloop.loop.sweep_checkpoint import CLOCK, Result, Timely, check_not_unfinished, computing, resumed
+from frictionloop.loop.sweep_checkpoint import CLOCK, Result, Timely, check_free, computing, resumed
 from frictionloop.loop.sweep_points import fingerprint, points_of, structures_of
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.blame import place, theirs
 from frictionloop.quantities.brief import Brief
+from frictionloop.quantities.whole_files import only_writer
 
 
 class SweepInterrupted(KeyboardInterrupt, metaclass=Brief):
@@ -48,6 +50,7 @@ def sweep(
     n_jobs: int | None = None,
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    force: bool = False,
     progress: bool | None = None,
     clock: Callable[[], float] = CLOCK,
 ) -> xr.Dataset:
@@ -73,9 +76,11 @@ def sweep(
         Parallel workers, by default one per core. Threads, unless a joblib back end is active: inside
         ``joblib.parallel_config(backend="dask")`` the same call runs on a Dask cluster.
     path : path, optional
-        HDF5 file that keeps what is done, also on Ctrl-C: saved every few seconds.
+        HDF5 file that keeps what is done, also on Ctrl-C: saved every few seconds, and written by no other meanwhile.
     resume : bool
         Continue the sweep in ``path`` instead of starting over; refused if other code computed its points.
+    force : bool
+        Start over in ``path`` whatever it holds.
     progress : bool, optional
         Show a progress bar; by default on a terminal.
     clock : callable
@@ -106,25 +111,31 @@ def sweep(
     structures = structures_of(system, grid, duration_s, score_from_s, names)
     warn_of_signals(system)
     key = fingerprint(system, grid, duration_s, score_from_s, names, outside_digest())
-    code, values = computing(), np.full((len(names), int(np.prod(grid.shape))), np.nan)
-    if resume:
-        values = resumed(path, key, code, names, grid)
-    else:
-        check_not_unfinished(path)
-    attrs = provenance(system, duration_s=duration_s, score_from_s=score_from_s, fingerprint=key, code=code)
-    result = Result(values, names, grid, attrs, path)
-    result.keep()
-    save = Timely(result.keep, clock)
-    wanted = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
-    tiles = list(tiles_of(structures, wanted, len(grid.seeds)))
-    of = list(grid.lanes())
-    outside = registered()
-    calls = ((outside, system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
-    done = shared_out(_run, calls, workers)
+    attrs = provenance(system, duration_s=duration_s, score_from_s=score_from_s, fingerprint=key, code=computing())
+    with only_writer(path):
+        values = np.full((len(names), int(np.prod(grid.shape))), np.nan)
+        if resume:
+            values = resumed(path, key, attrs["code"], names, grid)
+        elif force and path is not None:
+            Path(path).unlink(missing_ok=True)
+        else:
+            check_free(path, key)
+        result = Result(values, names, grid, attrs, path)
+        result.keep()
+        wanted = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
+        tiles = list(tiles_of(structures, wanted, len(grid.seeds)))
+        of, how = list(grid.lanes()), (duration_s, score_from_s, names)
+        calls = ((registered(), system, tile, [of[lane] for lane in tile], *how) for tile in tiles)
+        _fill(result, tiles, shared_out(_run, calls, workers), Timely(result.keep, clock), progress)
+    return result.dataset()
+
+
+def _fill(result: Result, tiles: Sequence[Any], done: Any, save: Timely, progress: bool | None) -> None:
+    """Put the values of tiles into a result as they are done, and keep it."""
     with progress_bar("sweep", len(tiles), progress) as advance, closing(done):
         try:
             for lanes, numbers in done:
-                values[:, lanes] = numbers
+                result.values[:, lanes] = numbers
                 result.done += len(lanes)
                 advance()
                 save()
@@ -132,7 +143,6 @@ def sweep(
             raise SweepInterrupted(result.dataset()) from None
         finally:
             result.keep()
-    return result.dataset()
 
 
 def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from frictionloop.loop.record import HDF5, load, save
 from frictionloop.loop.sweep_points import Points
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
+from frictionloop.quantities.seal import is_sealed
 from frictionloop.quantities.version import code_version
 
 SAVE_EVERY_S = 5.0
@@ -78,15 +79,14 @@ def runs_done(result: xr.Dataset) -> int:
     return int(np.any(~np.isnan(numbers), axis=0).sum()) if numbers else 0
 
 
-def check_not_unfinished(path: str | os.PathLike[str] | None) -> None:
-    """Refuse to start over in a file that keeps an unfinished sweep."""
-    if path is None or not Path(path).is_file():
+def check_free(path: str | os.PathLike[str] | None, key: str) -> None:
+    """Refuse to start over in a file that keeps anything but the same sweep, finished."""
+    if path is None or not Path(path).is_file() or not Path(path).stat().st_size:
         return
-    try:
-        there = load(path)
-    except FrictionloopError:
-        return
-    if "fingerprint" in there.attrs and runs_done(there) < np.prod(list(there.sizes.values())):
+    there = load(path) if is_sealed(path) else None
+    if there is None or there.attrs.get("fingerprint") != key:
+        raise FrictionloopError(f"{path}: holds something else; --force")
+    if runs_done(there) < np.prod(list(there.sizes.values())):
         raise FrictionloopError(f"{path}: unfinished; --resume or resume=True")
 
 

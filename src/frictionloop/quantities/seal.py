@@ -27,6 +27,13 @@ def append_seal(path: str | os.PathLike[str]) -> None:
         file.write(MARK + digest)
 
 
+def is_sealed(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file ends in a seal, whole or not."""
+    with open(path, "rb") as file:
+        file.seek(max(Path(path).stat().st_size - SEAL_BYTES, 0))
+        return file.read(len(MARK)) == MARK
+
+
 def is_whole(path: str | os.PathLike[str]) -> bool | None:
     """Return whether the content of a file is what was sealed, None for a file without a seal."""
     size = Path(path).stat().st_size - SEAL_BYTES

@@ -118,6 +118,40 @@ def alone(path: Path) -> int | None:
     return descriptor
 
 
+@contextmanager
+def only_writer(path: str | os.PathLike[str] | None) -> Iterator[None]:
+    """Keep a file from other writers by a lock beside it, which goes at the end; nothing without a file.
+
+    Raises
+    ------
+    FrictionloopError
+        While another process, or thread, writes the file, or where its folder cannot be written to.
+    """
+    if path is None:
+        yield
+        return
+    lock = Path(path).with_name(f".{Path(path).name}.lock")
+    try:
+        while (handle := alone(lock)) is not None and not _is_there(handle, lock):
+            os.close(handle)  # its last owner took it away meanwhile
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be written ({error.strerror or error})") from None
+    if handle is None:
+        raise FrictionloopError(f"{path}: is written by another process")
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # Windows removes nothing that is open
+            lock.unlink()
+        os.close(handle)
+
+
+def _is_there(handle: int, path: Path) -> bool:
+    with suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(handle), path.stat())
+    return False
+
+
 def is_held(path: Path) -> bool:
     """Return whether a process that lives holds a file, or reads it as HDF5."""
     if fcntl is None:
