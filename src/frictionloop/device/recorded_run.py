@@ -87,12 +87,13 @@ class Ending:
 
 @contextmanager
 def ending() -> Iterator[Ending]:
-    """Take Ctrl-C, SIGTERM and SIGHUP alike, and put back what took them before; only a main thread can."""
+    """Take Ctrl-C, SIGTERM and SIGHUP alike, those that nohup or a shell had ignored not; only a main thread can."""
     taken = Ending()
     if threading.current_thread() is not threading.main_thread():
         yield taken
         return
-    before = {number: signal.signal(number, taken) for number in ENDING}
+    heeded = [number for number in ENDING if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, taken) for number in heeded}
     try:
         yield taken
     finally:
