@@ -8,7 +8,7 @@ from typing import Any, Self
 from pydantic import BaseModel, ValidationError
 
 from frictionloop.parameters.block import Block
-from frictionloop.parameters.refusals import explain, known_names, refusal, registry_of
+from frictionloop.parameters.refusals import MOST_NAMED, explain, known_names, refusal, registry_of
 from frictionloop.quantities import FrictionloopError
 
 
@@ -87,7 +87,8 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
             node[name] = _values(node[name])
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
-    if not isinstance(node, dict) or (leaf not in node and path not in known_names(whole, tree)):
+    many = len(strangers) > MOST_NAMED
+    if not isinstance(node, dict) or (leaf not in node and (many or path not in known_names(whole, tree))):
         strangers[path] = value
     elif leaf == "kind" and len(parents) > 1:
         if value != node["kind"]:
