@@ -67,6 +67,12 @@ def test_any_changed_byte_is_seen(saved, run):
     xr.testing.assert_identical(fl.load(saved), run)
 
 
+@pytest.mark.parametrize("cut", [1, 20, SEAL_BYTES - 4])
+def test_a_file_cut_within_its_seal_is_damaged(saved, cut):
+    saved.write_bytes(saved.read_bytes()[:-cut])
+    refused(saved, "is damaged")
+
+
 def test_other_programs_read_a_sealed_file_and_what_they_change_loads(saved):
     with h5py.File(saved, "r+") as file:
         file.attrs["note"] = "mine"
