@@ -64,6 +64,7 @@ _HOME = {
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
     "loop.sweep": "SweepInterrupted sweep",
+    "loop.sweep_shards": "open_sweep sweep_status",
     "loop.reference_runs": "metrics perceptual_index plain_like plain_stroke relative_index",
     "loop.transients": "step_times",
     "loop.band_split": "disturbance_left_by_band",
