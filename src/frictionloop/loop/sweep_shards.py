@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -255,18 +256,17 @@ OWN = ("shard", "shards", "shape", "axes", "seeds", "coordinates", "_NCPropertie
 
 def _joined(files: Mapping[int, Path], name: str, sizes: Sequence[int], shape: tuple[int, ...], dtype: Any) -> Any:
     """Return one variable of all parts in its shape, lazily where Dask is installed."""
-    row = math.prod(shape[1:])
-    row = 1 if any(size % row for size in sizes) else row
-    pieces = [_Piece(files.get(part), name, size, dtype) for part, size in enumerate(sizes, 1)]
+    inner = () if any(size % math.prod(shape[1:]) for size in sizes) else shape[1:]
+    pieces = [_Piece(files.get(part), name, size, inner, dtype) for part, size in enumerate(sizes, 1)]
     try:
         import dask.array as da
-        from dask.delayed import delayed
     except ImportError:
         return np.concatenate([piece() for piece in pieces]).reshape(shape)
-    lazily: Any = da.from_delayed
-    made: list[Any] = [lazily(delayed(each, pure=True)(), (each.size,), dtype) for each in pieces]
-    rows = [each if row == 1 else each.reshape((-1, *shape[1:])) for each in made]
-    return da.concatenate(rows).reshape(shape)  # type: ignore[no-untyped-call,unused-ignore]
+    label = f"{name}-{hashlib.sha256(repr(pieces).encode()).hexdigest()}"
+    graph = {(label, k, *[0] * len(inner)): (piece,) for k, piece in enumerate(pieces)}
+    chunks = (tuple(size // math.prod(inner) for size in sizes), *((each,) for each in inner))
+    array: Any = da.Array
+    return array(graph, label, chunks, dtype).reshape(shape)
 
 
 class _Piece(NamedTuple):
@@ -275,9 +275,15 @@ class _Piece(NamedTuple):
     path: Path | None
     name: str
     size: int
+    row: tuple[int, ...]
     dtype: Any
 
     def __call__(self) -> Any:
+        import h5py
+
         if self.path is None:
-            return np.full(self.size, np.nan if np.dtype(self.dtype).kind == "f" else 0, self.dtype)
-        return load(self.path)[self.name].values
+            values = np.full(self.size, np.nan if np.dtype(self.dtype).kind == "f" else 0, self.dtype)
+        else:
+            with h5py.File(self.path) as file:
+                values = file[self.name][...]
+        return values.reshape((-1, *self.row)) if self.row else values
