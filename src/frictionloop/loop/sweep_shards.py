@@ -116,7 +116,7 @@ STATES = ("done", "running", "unfinished", "damaged", "missing")
 class SweepStatus(Answer):
     """How far the shards of a sweep are."""
 
-    SCHEMA: ClassVar[str] = "sweep-status/1"
+    SCHEMA: ClassVar[str] = "sweep.status/1"
     shards: int
     done: tuple[int, ...]
     running: tuple[int, ...]
