@@ -265,3 +265,21 @@ def test_a_cable_pulled_while_gains_are_written_leaves_all_of_them_or_none():
         (told,) = [each["values"].tolist() for each in board.said if each.name == "words"]
         seen.append(told)
     assert seen == [old[1:3].tolist()] * (len(seen) - 1) + [[0.03, 90.0]]
+
+
+def test_the_hash_of_a_law_is_of_what_it_does():
+    """Not of what is said of it: a board goes on with the tables of a version whose docstrings are others."""
+
+    @fl.step
+    def doubled(state, measured, setpoint_n, gains, dt):
+        """Twice the wish."""
+        return state, fl.ForceCommand(min(max(2.0 * setpoint_n, gains.low), gains.high), 0.0)
+
+    @fl.step
+    def halved(state, measured, setpoint_n, gains, dt):
+        return state, fl.ForceCommand(min(max(0.5 * setpoint_n, gains.low), gains.high), 0.0)
+
+    laws = [board_law(fl.Law("own", each, BrokenState, BrokenGains)) for each in (doubled, halved)]
+    doubled.py_func.__doc__ = "Two times it."
+    again = board_law.__wrapped__(fl.Law("own", doubled, BrokenState, BrokenGains))
+    assert again.text != laws[0].text and again.hash == laws[0].hash != laws[1].hash

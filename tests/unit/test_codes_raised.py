@@ -119,11 +119,13 @@ def check_on_people():
     yield D.check(BENCH.evolve(GAINS | {"controller.ki": 20.0} | strong), ONE, [PEOPLE[5], light, weak, PEOPLE[0]])
 
 
-@raises("LAW-CONTRADICTS")
+@raises("LAW-CONTRADICTS", "LOOP-WORSE")
 def law_of_ones_own():
     register_both()
     try:
-        yield D.check(BENCH.evolve({"controller.kind": "dead_band_pi", **LEVEL}), ONE)
+        own = BENCH.evolve({"controller.kind": "dead_band_pi", **LEVEL})
+        yield D.check(own, ONE)
+        yield fl.diagnose(fl.simulate(own, 2.0))
     finally:
         forget()
 

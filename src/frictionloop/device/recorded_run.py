@@ -33,6 +33,7 @@ from frictionloop.device.errors import (
 from frictionloop.device.link import RESETS, Link
 from frictionloop.device.recording import ALL, CHANNELS, Recorder
 from frictionloop.device.transport import Pipe
+from frictionloop.loop.growing_file import is_taken
 from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
 
@@ -99,12 +100,13 @@ class Ending:
 
 @contextmanager
 def ending() -> Iterator[Ending]:
-    """Take Ctrl-C, SIGTERM and SIGHUP alike, and put back what took them before; only a main thread can."""
+    """Take Ctrl-C, SIGTERM and SIGHUP alike, those that nohup or a shell had ignored not; only a main thread can."""
     taken = Ending()
     if threading.current_thread() is not threading.main_thread():
         yield taken
         return
-    before = {number: signal.signal(number, taken) for number in ENDING}
+    heeded = [number for number in ENDING if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, taken) for number in heeded}
     try:
         yield taken
     finally:
@@ -233,10 +235,12 @@ class Running:
 
 
 def check_folder(path: str | os.PathLike[str] | None) -> None:
-    """Refuse a file that could not be written after a run, before it."""
+    """Refuse a file that could not be written after a run, or that is there: what is recorded does not come again."""
     folder = Path.cwd() if path is None else Path(path).absolute().parent
     if why := why_unwritable(folder) if folder.is_dir() else f"no folder {folder}":
         raise FrictionloopError(f"{path or folder}: cannot be written ({why})")
+    if path is not None and is_taken(Path(path)):
+        raise FrictionloopError(f"{path}: exists; name a new file")
 
 
 def free_path() -> Path:

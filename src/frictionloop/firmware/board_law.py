@@ -5,6 +5,7 @@ A law registered from outside (`fl.register`) goes the same way as a built-in on
 
 from __future__ import annotations
 
+import re
 import zlib
 from dataclasses import dataclass
 from functools import cache
@@ -44,7 +45,7 @@ class BoardLaw:
     kind: str
     text: str
     hash: int
-    """CRC-32 of the C."""
+    """CRC-32 of the C without its comments."""
 
     def write(self, folder: Path) -> Path:
         """Write it into a folder, and return its path; a file that is so already stays."""
@@ -71,7 +72,8 @@ def board_law(law: Law) -> BoardLaw:
         raise must_be("kind", kind, f"letters, at most {KIND_BYTES - 1}, on a board")
     filled = {**_parts(law), "kind": kind, "closing": CLOSING}
     template = Template(TEMPLATE.read_text(encoding="utf-8"))
-    number = zlib.crc32(template.substitute(filled, hash="0").encode()) or 1
+    code = re.sub(r"/\*.*?\*/", "", template.substitute(filled, hash="0"), flags=re.DOTALL)
+    number = zlib.crc32(code.encode()) or 1
     return BoardLaw(kind, template.substitute(filled, hash=f"{number:08x}"), number)
 
 

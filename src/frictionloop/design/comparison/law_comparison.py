@@ -23,6 +23,7 @@ from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.quantities import check_known
+from frictionloop.quantities.whole_files import only_writer
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -194,7 +195,8 @@ def compare(
     trial_protocol.check_free(given)
     recorded = system.setpoint.kind in RECORDED
     bench = system.evolve({"setpoint": at_levels(system).setpoint}) if recorded else system
-    ran = run_laws(bench, laws, count, seed, speeds_mm_s, **options)
+    with only_writer(options.get("path")):
+        ran = run_laws(bench, laws, count, seed, speeds_mm_s, **options)
     scored = scores(ran)
     with progress_bar("margins of laws", len(ran.laws), options.get("progress")) as bar:
         rows, margins = score_rows(scored), margin_rows(ran, bar)
