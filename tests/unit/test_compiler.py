@@ -13,7 +13,7 @@ import pytest
 
 from frictionloop.firmware import compiler
 from frictionloop.firmware.compiler import shared_library
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, compile_events
 
 
 @pytest.fixture
