@@ -15,7 +15,7 @@ from frictionloop.recordings import stored
 from frictionloop.recordings.contents import told_rate
 from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
 from frictionloop.recordings.told import found
-from frictionloop.recordings.whole import read_contents
+from frictionloop.recordings.whole import _read, read_contents
 
 ROWS = "".join(f"{k / 10:.1f}\n" for k in range(1, 9))
 PAIRS = "".join(f"{k / 10:.1f},{k}\n" for k in range(1, 9))
@@ -45,7 +45,7 @@ def test_both_readers_take_the_same_rate_from_the_same_line(tmp_path, above, nam
     one = found(Recording(path=str(path), column="force"))
     assert one.rate_hz == pytest.approx(1000.0)
     assert one.rate_by.endswith("in line 1")
-    (by,) = read_contents(path).rates_hz.items()
+    (by,) = read_contents(path).channels[0].rates_hz.items()
     assert by == (one.rate_by, pytest.approx(1000.0))
     assert [each.name for each in read_contents(path).channels] == ["force"]
     assert [each.unit for each in read_contents(path).channels] == ["N"]
@@ -114,20 +114,17 @@ def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_t
     path = text(tmp_path, "t [ms],force [N]\n" + rows)
     with pytest.raises(fl.FrictionloopError, match="times: 1 before line 5, 1 before line 8; times no"):
         found(Recording(path=str(path), column="force"))
-    said = found(Recording(path=str(path), column="force", rate_hz=500.0)).uneven
-    assert "no later than the row before: line 7: t [ms] is '10'; rows are taken 0.002 s apart, at most 0.002 s" in said
+    (uneven,) = found(Recording(path=str(path), column="force", rate_hz=500.0)).findings
+    assert (uneven.code, uneven.value) == ("TIMES-UNEVEN", pytest.approx(2.0))
     path = text(tmp_path, "t [ms],force [N]\n" + "".join(f"{2 * k},1\n" for k in range(8)))
-    assert found(Recording(path=str(path), column="force", rate_hz=500.0)).uneven == ""
+    assert found(Recording(path=str(path), column="force", rate_hz=500.0)).findings == ()
 
 
-def test_a_decimal_comma_below_names_and_units_is_hinted_at(tmp_path):
+def test_a_decimal_comma_below_names_and_units_is_found_and_told(tmp_path):
     path = text(tmp_path, "Zeit;Kraft\nms;gf\n0,0;55,7\n2,0;54,4\n")
-    with pytest.raises(
-        fl.FrictionloopError, match=r"line 3: '0,0' is no number; a decimal comma\? --disturbance\.decimal ,$"
-    ):
-        found(Recording(path=str(path), column="Kraft"))
-    one = found(Recording(path=str(path), column="Kraft", decimal=","))
-    assert (one.unit, one.unit_by, one.samples, one.rate_hz, one.rate_by) == ("gf", "file", 2, 500.0, "'Zeit [ms]'")
+    one = found(Recording(path=str(path), column="Kraft"))
+    assert (one.unit, one.unit_by, one.samples, one.rate_hz, one.rate_by) == ("gf", "file", 2, 500.0, "'Zeit'")
+    assert [(each.code, each.value) for each in one.findings] == [("TAKEN-FOR", ",")]
 
 
 # Times of the clock on the wall in text files: seconds to a recording and to a first look, or named as no time.
@@ -184,10 +181,8 @@ def test_lost_rows_are_refused_and_told_beside_a_rate(tmp_path):
     recording = stamped(tmp_path / "a.csv", rows=rows)
     with pytest.raises(FrictionloopError, match="rows missing in the times: 2 before line 12, 1 before line 30;"):
         found(recording)
-    assert (
-        "2 before line 12, 1 before line 30; rows are taken"
-        in found(recording.model_copy(update={"rate_hz": 1e4})).uneven
-    )
+    (uneven,) = found(recording.model_copy(update={"rate_hz": 1e4})).findings
+    assert (uneven.code, uneven.value) == ("TIMES-UNEVEN", pytest.approx(0.3))
     assert channels(recording.path).gaps == ((9, 2), (27, 1))
 
 
@@ -199,13 +194,9 @@ def test_what_is_no_time_is_named_with_what_would_be(tmp_path, wrong):
     assert f"line 2: time is '{wrong}' (and 39 more); accepted: a number, or a time as 2024-03-05T" in str(
         refused.value
     )
-    assert (
-        found(recording.model_copy(update={"rate_hz": 1e4})).uneven == f"times are not read: line 2: time is '{wrong}'"
-    )
     seen = channels(recording.path)
-    assert [each.name for each in seen.channels] == ["Ft", "Fn"]
-    left = [each.where.channel for each in seen.findings if each.code == "LEFT-OUT"]
-    assert left == ["time"]
+    for findings in (found(recording.model_copy(update={"rate_hz": 1e4})).findings, seen.findings):
+        assert [each.where.channel for each in findings if each.code == "LEFT-OUT"] == ["time"]
 
 
 def test_one_wrong_stamp_is_named(tmp_path):
@@ -217,13 +208,14 @@ def test_one_wrong_stamp_is_named(tmp_path):
 
 def test_stamps_of_a_large_file_count_from_its_first_row(tmp_path, monkeypatch):
     recording = stamped(tmp_path / "a.csv")
-    whole = [np.asarray(each.samples) for each in read_contents(recording.path).channels]
+    at_once = [np.asarray(each.samples) for each in read_contents(recording.path).channels]
     monkeypatch.setattr(stored, "BLOCK", 8)
     monkeypatch.setattr(stored, "LARGE_BYTES", 100)
+    _read.cache_clear()
     blocks = read_contents(recording.path).channels
     assert isinstance(blocks[0].samples, stored.Stored)
-    np.testing.assert_array_equal([np.asarray(each.samples) for each in blocks], whole)
-    np.testing.assert_allclose(whole[0], np.arange(40) / 1e4, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal([np.asarray(each.samples) for each in blocks], at_once)
+    np.testing.assert_allclose(at_once[0], np.arange(40) / 1e4, rtol=0, atol=1e-12)
 
 
 def test_zones_and_numbers():

@@ -76,7 +76,8 @@ def test_a_blank_behind_a_gap_is_named_by_its_time(path, tmp_path):
 def test_with_a_rate_given_the_part_is_that_of_the_times_and_a_gap_behind_it_is_not_told(path):
     before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=10.1, stop_s=10.25)
     assert scaled(before, "N").force[[0, -1]].tolist() == [100, 250]
-    assert found(before).uneven == ""
+    assert found(before).findings == ()
     over = before.model_copy(update={"stop_s": 11.0})
     assert scaled(over, "N").force[[0, -1]].tolist() == [100, 1000]
-    assert "200 before line 302; rows are taken 0.001 s apart, at most 0.2 s off" in found(over).uneven
+    (uneven,) = found(over).findings
+    assert (uneven.code, uneven.value, uneven.unit) == ("TIMES-UNEVEN", pytest.approx(200.0), "ms")

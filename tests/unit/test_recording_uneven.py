@@ -37,10 +37,10 @@ def test_the_force_is_that_at_even_times(tmp_path, name, scale):
     assert taken.rate_hz == 100.0 and taken.part.at_s[0] == pytest.approx(5.0, abs=0.5 / 71)
     # A straight line is off by less than (pi f T)^2/2 of a sine, with the longest step T.
     assert np.abs(taken.force - force_n(taken.part.at_s)).max() < 0.1 * (np.pi * HERTZ * 1.3 / 71) ** 2 / 2
-    assert found(even).rate_by.startswith("straight lines between 2") and found(even).begins_s
     used_s = TIMES_S[np.abs(TIMES_S - 7.0) <= 2.0 + 0.5 / 71]
     mean_hz = 1 / np.diff(used_s).mean()
-    assert f"straight lines: {mean_hz / 10:.3g} Hz loses up to 5 %" in found(even).uneven
+    (lines,) = found(even).findings
+    assert (lines.code, lines.value, lines.limit) == ("RESAMPLED", 100.0, pytest.approx(mean_hz / 10))
 
 
 def test_a_hole_is_left_out_by_the_part_and_a_blank_is_refused(tmp_path):
@@ -110,8 +110,8 @@ def test_gaps_come_first_and_jitter_is_one_figure(tmp_path):
     share = 100 * uneven_in(times, np.median(np.diff(times)), 1e-3).jitter
     missing = "rows missing in the times: 2 before line 302, 1 before line 700"
     assert said.startswith(f"{missing}; steps up to {share:.2g} % off")
-    beside = found(recording.model_copy(update={"rate_hz": 1000.0})).uneven
-    assert beside.startswith(f"{missing}; steps up to") and "at most 0.00" in beside
+    (beside,) = found(recording.model_copy(update={"rate_hz": 1000.0})).findings
+    assert beside.code == "TIMES-UNEVEN" and beside.value == pytest.approx(3.0, abs=1.0)
 
 
 # Samples at uneven times: refused, or brought to even ones where a map asks for it, and what was done is said.

@@ -13,7 +13,6 @@ from frictionloop.findings import Condition, Finding
 from frictionloop.identification.recording_columns import runs_of
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
-from frictionloop.recordings.headers import is_time
 from frictionloop.recordings.signs import signs_of
 
 Array = NDArray[np.float64]
@@ -46,6 +45,7 @@ class ChannelSummary(NamedTuple):
     """Samples that are no finite number."""
     first_missing: int | None
     """Row of the first of these."""
+    rate_hz: float | None
     both_signs: bool
     """Whether it looks like friction of strokes both ways; not known without a rate, or of another unit's numbers."""
 
@@ -136,11 +136,12 @@ class Glance:
             wraps=wraps,
             missing=samples.size - self.count,
             first_missing=self.bad,
+            rate_hz=rate_hz,
             both_signs=self._both_signs(rate_hz),
         )
 
     def _both_signs(self, rate_hz: float | None) -> bool:
-        may_be_force = UNITS.get(self.line.unit or "N", ("",))[0] in ("N", "V") and not is_time(self.line.name)
+        may_be_force = UNITS.get(self.line.unit or "N", ("",))[0] in ("N", "V") and not self.line.tells_time
         if rate_hz is None or not self.count or not may_be_force:
             return False
         return signs_of(np.concatenate(self._sampled), self.line.samples.size / rate_hz) == "both"

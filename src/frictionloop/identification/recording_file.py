@@ -21,17 +21,17 @@ from frictionloop.identification.channel_map import (
     Channel,
     ChannelMap,
     Place,
-    find_channel,
     read_map,
     resampled,
     variable,
 )
 from frictionloop.identification.quiet import LOUD, PIECE_S
 from frictionloop.identification.recording_columns import READING, runs_of
-from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
+from frictionloop.recordings.channel_lookup import find_channel
 from frictionloop.recordings.contents import left_out
+from frictionloop.recordings.sampling import Sampling, sampling_of, told_by
 from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.whole import read_contents
 
@@ -125,21 +125,25 @@ def opened(
     where = str(path)
     contents = read_contents(path)
     chart = None if channels is None else read_map(channels)
-    sampling = sampling_of(where, contents, rate_hz or (chart.rate_hz if chart else None))
     picked = (
         all_channels(contents)
         if chart is None
-        else {name: find_channel(where, contents, each) for name, each in chart.channels.items()}
+        else {name: find_channel(where, contents, each.column) for name, each in chart.channels.items()}
     )
     rows = {name: line.samples.size for name, line in picked.items()}
     if chart is not None and len(set(rows.values())) > 1:
         raise must_be(f"{where}: samples of channels", rows, "equal")
-    short = max(rows.values()) <= TABLE_ROWS and contents.clock() is None
+    short = max(rows.values()) <= TABLE_ROWS and all(line.times is None for line in picked.values())
     done: list[Finding] = []
     resample_hz = resample_hz or (chart.resample_hz if chart else None)
+    rate_hz = rate_hz or (chart.rate_hz if chart else None)
+    if table:
+        sampling = Sampling(rate_hz, "rows of a table")
+    else:
+        sampling = sampling_of(where, [*picked.values()], rate_hz)
     is_table = ((sampling.rate_hz is None or short) and resample_hz is None) if table is None else table
     if not is_table and resample_hz is not None:
-        picked, how = resampled(where, contents, picked, chart, resample_hz)
+        picked, how = resampled(where, picked, chart, resample_hz)
         done, sampling = [how], Sampling(resample_hz, "resample_hz")
     elif not is_table:
         _refuse_uneven(where, sampling)
@@ -171,11 +175,11 @@ def _refuse_uneven(where: str, sampling: Sampling) -> None:
 
 
 def all_channels(contents: found.Contents) -> dict[str, found.Channel]:
-    """Return the channels that have as many samples as most samples are in."""
+    """Return the channels that have as many samples, at one rate, as most samples are in."""
     signals = contents.signals() or contents.channels
-    sizes = [line.samples.size for line in signals]
-    usual = max(set(sizes), key=lambda size: (size * sizes.count(size), size))
-    return {line.name: line for line in signals if line.samples.size == usual}
+    kinds = [(line.samples.size, *sorted(line.rates_hz.values()), id(line.times)) for line in signals]
+    usual = max(set(kinds), key=lambda kind: (kind[0] * kinds.count(kind), kind))
+    return {line.name: line for line, kind in zip(signals, kinds, strict=True) if kind == usual}
 
 
 def _of_channels(
@@ -185,11 +189,14 @@ def _of_channels(
     data: Mapping[str, xr.Variable],
     mapped: bool,
 ) -> Iterator[Finding]:
-    """Yield channels that no map chose and that have another length than most, and units that nothing tells."""
+    """Yield what was found of the file, channels that no map chose, of other length or rate, and units not told."""
+    yield from contents.findings
     taken = {line.name for line in picked.values()}
     for line in () if mapped else contents.signals():
         if line.name not in taken:
-            yield found.left_out(line.name, f"{line.samples.size} samples")
+            rates = told_by([line])
+            hertz = "".join(f", {each:g} Hz" for each in rates.values()) if rates != told_by([*picked.values()]) else ""
+            yield found.left_out(line.name, f"{line.samples.size} samples{hertz}")
     for name, line in picked.items():
         unit = data[name].attrs["units"]
         if unit and not _tells_unit(line, chart.channels[name]):

@@ -108,6 +108,7 @@ def of_recorded(system: System, duration_s: float) -> Iterator[Finding]:
     """Yield what is known of the recorded signals of a run of this length."""
     read = recordings(system)
     for name, each in read.items():
+        yield from (one for one in each.findings if one.code in ("RESAMPLED", "TAKEN-FOR"))
         yield from _part(name, getattr(system, name), each, duration_s)
         yield from _resampled(name, system)
     if "disturbance" in read:
@@ -151,8 +152,8 @@ def _resampled(name: str, system: System) -> Iterator[Finding]:
     from frictionloop.recordings.straight_lines import removed_share
 
     signal, rate_hz = getattr(system, name), system.controller.rate_hz
-    force, file_hz, _, _ = scaled(signal, "N")
-    share = removed_share(force, file_hz, rate_hz, signal.path)
+    taken = scaled(signal, "N")
+    share = removed_share(taken.force, taken.rate_hz, rate_hz, signal.path)
     if share > REMOVED:
         yield Finding("TOO-FAST", value=100.0 * share, unit="%", limit=rate_hz / 2.0, where=Condition(recording=name))
 
@@ -179,8 +180,9 @@ def _jumps(system: System, each: Found, duration_s: float) -> Iterator[Finding]:
     from frictionloop.recordings.read import scaled
 
     signal: Any = system.disturbance
-    force, rate_hz, _, _ = scaled(signal, "N")
-    found = jumps(force[: round(duration_s * rate_hz)], rate_hz)
+    taken = scaled(signal, "N")
+    rate_hz = taken.rate_hz
+    found = jumps(taken.force[: round(duration_s * rate_hz)], rate_hz)
     if found:
         at_s = tuple(round(each.from_s + at / rate_hz, 4) for at, _ in found)
         more = {"at_s": at_s[:NAMED], "jumps": len(found)}

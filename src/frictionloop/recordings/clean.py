@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from frictionloop.recordings.column import Array
+from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.contents import Array
 
 SHOWN = 3
 """Gaps that are listed."""
@@ -24,6 +27,21 @@ def clean_part(values: Array, at_s: Array) -> tuple[str, str]:
     more = f" and {len(gaps) - SHOWN} more" if len(gaps) > SHOWN else ""
     where = f"; no number at {', '.join(stretch(at_s[a], at_s[b]) for a, b in gaps[:SHOWN])}{more}"
     return where, f", or {taking(at_s[start], at_s[stop])}"
+
+
+def refuse_gaps(
+    path: str,
+    values: Array,
+    place: Callable[[int], str],
+    where: str = "",
+    cut: str = "",
+    accepted: str = "a finite number",
+) -> None:
+    """Refuse a NaN or an infinity, naming the first and where it stands, where all are, and what cuts them out."""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
+        raise FrictionloopError(f"{path}: {place(int(bad[0]))}{more}{where}; accepted: {accepted}{cut}")
 
 
 def taking(start_s: float, stop_s: float) -> str:

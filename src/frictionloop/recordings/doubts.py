@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,8 @@ COEFFICIENT = re.compile(
 
 OUTPUT = re.compile(r"(?<![a-z])(volts?|voltage|spannung|tension électrique|counts?|adc|raw)(?![a-z])", re.IGNORECASE)
 """Names of what a sensor puts out, which a scale makes a force."""
+OF_FILE = ("DATA-GAPS", "LEFT-OUT", "NAMES-FEWER", "TIMES-UNEVEN")
+"""Findings of a file that may make a signal another."""
 ARRAY = {"rectify": "abs(values)", "unit": "values / 1000", "remove_mean": "values - values.mean()"}
 """What does to an array what a parameter does to a recording."""
 
@@ -69,6 +72,7 @@ def doubt(
 
 
 def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Finding]:
+    yield from (replace(one, where=replace(one.where, recording=name)) for one in each.findings if one.code in OF_FILE)
     taken = each.unit_by == "taken for N"
     steady = name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n
     if OUTPUT.search(each.column) and taken:

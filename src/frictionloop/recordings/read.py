@@ -1,27 +1,24 @@
-"""A measured force: one column of a file, cut, scaled and brought to the rate of the loop."""
+"""A measured force: one channel of a file, cut, scaled and brought to the rate of the loop."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from functools import lru_cache
-from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from frictionloop.findings import Finding
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.arrays import read_hdf5, read_mat, read_npy, read_npz, read_wav
-from frictionloop.recordings.clean import clean_part
-from frictionloop.recordings.clock import refuse_times
-from frictionloop.recordings.column import Array, Column, refuse_gaps
+from frictionloop.recordings.channel_lookup import find_channel, refuse_column
+from frictionloop.recordings.clean import clean_part, refuse_gaps
+from frictionloop.recordings.contents import Array, Channel, Contents
 from frictionloop.recordings.headers import scale_of
-from frictionloop.recordings.part import Part, part_of, rows_until
-from frictionloop.recordings.recorders import RECORDERS, read_recorder
+from frictionloop.recordings.part import EVEN, Part, part_of
 from frictionloop.recordings.straight_lines import resampled
-from frictionloop.recordings.text import read_text
+from frictionloop.recordings.whole import read_contents
+
+DEFAULT = "(the default of --disturbance.column and --setpoint.column)"
 
 
 def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
@@ -41,13 +38,12 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     Parameters
     ----------
     recording
-        Path and column. ``.csv .tsv .txt .dat .asc``: delimiter found by itself, lines of names and of units optional;
-        lines that start with ``#`` are comments, and settings above the numbers ("# rate_hz: 1000", "unit: mN") are
-        read; column by name, with or without its unit, or number from 0.
-        ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
-        of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions;
-        ``.npz`` likewise, and ``.npy``, whose array is called "array". ``.wav``: channel; integers become -1 to 1 (full
-        scale). ``.lvm``, ``.tdms``, ``.uff`` and ``.unv``, of the extra ``identify``: channel by name or number.
+        Path and column. ``.csv .tsv .txt .dat .asc``: delimiter and decimal mark found by themselves, lines of names
+        and of units optional; lines that start with ``#`` are comments, and settings above the numbers
+        ("# rate_hz: 1000", "unit: mN") are read. ``.h5 .hdf5 .nc`` (packing undone), ``.mat`` (5 and 7.3, indexed as in
+        MATLAB but from 0) and ``.npy .npz``: path of an array, with ``[:, k]`` or ``[k, :]`` if it has two dimensions.
+        ``.wav``: channel; integers become -1 to 1 (full scale). ``.lvm``, ``.tdms``, ``.uff`` and ``.unv``, of the
+        extra ``identify``. `find_channel` says how a channel is named.
         The rate is ``recording.rate_hz``; WAV and files of recorders bring their own, and so does a file with a
         column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
         attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
@@ -71,8 +67,8 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
         a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
         the window is past the end.
     """
-    force, file_hz, _, _ = scaled(recording, wanted)
-    return resampled(force, file_hz, rate_hz, recording.path)
+    taken = scaled(recording, wanted)
+    return resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
 
 
 def read_held(recording: Recording, rate_hz: float) -> Array:
@@ -104,74 +100,64 @@ class Taken(NamedTuple):
     force: Array
     """In the unit that is wanted."""
     rate_hz: float
-    column: Column
-    """With what tells its rate."""
+    channel: Channel
     part: Part
+    findings: tuple[Finding, ...]
+    """What was found of the file, and of its times."""
 
 
 def scaled(recording: Recording, wanted: str) -> Taken:
     """Return the part in use in the wanted unit."""
-    column = _open(recording)
-    used, part = _used(recording, column)
+    contents = read_contents(recording.path, recording.decimal)
+    channel = _picked(recording, contents)
+    used, part = _used(recording, channel)
     scale = recording.scale
-    if scale is None and recording.unit is None and column.unit_in_doubt:
-        raise FrictionloopError(f"{recording.path}: {column.unit_in_doubt}")
+    if scale is None and recording.unit is None and channel.unit_in_doubt:
+        raise FrictionloopError(f"{recording.path}: {channel.unit_in_doubt}")
     if scale is None:
-        where = f"{recording.path}: column {recording.column!r}"
-        scale = scale_of(where, recording.unit, column.unit, wanted)
+        where = f"{recording.path}: column {channel.name!r}"
+        scale = scale_of(where, recording.unit, channel.unit, wanted)
     if recording.rectify:
         used, scale = np.abs(used), abs(scale)
     if recording.remove_mean:
         used -= used.mean()
-    column = replace(rows_until(column, part.stop), rate_by=part.by)
-    return Taken(recording.offset_n + scale * used, part.rate_hz, column, part)
+    own = {"", channel.name, channel.times.name if channel.times else ""}
+    found = [each for each in contents.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own]
+    return Taken(recording.offset_n + scale * used, part.rate_hz, channel, part, (*found, *part.findings))
 
 
-def _open(recording: Recording) -> Column:
-    path = Path(recording.path)
-    if path.is_dir():
-        raise FrictionloopError(f"{path}: is a folder; accepted is a file: {' '.join(_READERS)}")
-    if path.suffix.lower() not in _READERS:
-        raise FrictionloopError(f"{path}: format {path.suffix!r} is unknown; accepted: {' '.join(_READERS)}")
-    if not path.is_file():
-        raise FrictionloopError(f"{path}: there is no such file")
-    try:
-        at, there = Path.cwd(), path.stat()
-        column = _read(recording.path, recording.column, recording.decimal, at, there.st_mtime_ns, there.st_size)
-    except FrictionloopError:
-        raise
-    except Exception as error:  # on a damaged file the libraries raise anything
-        reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).splitlines()[0]
-        raise FrictionloopError(f"{path}: cannot be read, empty or damaged ({reason:.120})") from None
-    if not column.samples.size:
-        raise FrictionloopError(f"{path}: column = {recording.column!r} holds no samples")
-    refuse_times(recording, column)
-    return column
+def _picked(recording: Recording, contents: Contents) -> Channel:
+    """Return the channel that is asked for: the only signal where none is named, and no times."""
+    path, column = recording.path, recording.column
+    signals = [each for each in contents.signals() if each.samples.dtype.kind in "iufb" and each.unit != "Hz"]
+    default = column == Recording.model_fields["column"].default
+    if default and all(each.number is None for each in signals):
+        if len(signals) > 1:
+            raise refuse_column(path, column, f"{DEFAULT} may be any of {len(signals)} signals", signals)
+        return signals[0] if signals else find_channel(path, contents, column)
+    channel = find_channel(path, contents, column)
+    others = [each for each in signals if each is not channel]
+    if channel.samples.dtype.kind == "c":
+        raise refuse_column(path, column, "holds complex numbers", others)
+    guessed = column.strip().isdecimal() and recording.unit is None and bool(others)
+    guessed = guessed and channel.times is None and not channel.rates_hz  # who tells the rate needs no times
+    if channel.tells_time or (guessed and _rises_evenly(channel)):
+        raise refuse_column(path, column, f"{f'{DEFAULT} ' if default else ''}holds times", others)
+    return channel
 
 
-@lru_cache(2)
-def _read(path: str, column: str, decimal: Literal[".", ","], _at: Path, _changed: int, _size: int) -> Column:
-    """Return a column of a file; the last two stay in memory, so that a run reads its two signals once."""
-    return _READERS[Path(path).suffix.lower()](Recording(path=path, column=column, decimal=decimal))
+def _rises_evenly(channel: Channel) -> bool:
+    """Return whether a channel rises as no measured force does."""
+    steps = np.diff(np.asarray(channel.samples[:1000], dtype=float))
+    return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * EVEN * steps.mean())
 
 
-def _used(recording: Recording, column: Column) -> tuple[Array, Part]:
+def _used(recording: Recording, channel: Channel) -> tuple[Array, Part]:
     """Return the samples in use, and which they are."""
-    part = part_of(recording, column)
-    used = np.array(column.samples[part.first : part.stop], dtype=np.float64)
+    part = part_of(recording, channel)
+    used = np.array(channel.samples[part.first : part.stop], dtype=np.float64)
     where = clean_part(used, part.at_s)
-    refuse_gaps(recording.path, used, lambda i: column.place(part.first + i), *where)
+    refuse_gaps(recording.path, used, lambda i: channel.place(part.first + i), *where)
     if part.even_s is None:
         return used, part
     return np.interp(part.even_s, part.at_s, used), part._replace(at_s=part.even_s)
-
-
-_READERS: Mapping[str, Callable[[Recording], Column]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc"), read_text),
-    **dict.fromkeys((".h5", ".hdf5", ".nc"), read_hdf5),
-    ".mat": read_mat,
-    ".npy": read_npy,
-    ".npz": read_npz,
-    ".wav": read_wav,
-    **dict.fromkeys(RECORDERS, read_recorder),
-}

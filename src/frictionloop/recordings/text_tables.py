@@ -1,74 +1,129 @@
-"""Text files as whole tables: preamble, one or two rows of names, units, quoted cells, decimal commas, ragged rows."""
+"""Text files as tables: each column a channel, each cell that is no number a gap, each row left out told."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
+from io import BytesIO, StringIO, TextIOWrapper
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.findings import Finding
+from frictionloop.findings import Condition, Finding
 from frictionloop.quantities import must_be
 from frictionloop.recordings import stored
-from frictionloop.recordings.contents import Channel, Contents, left_out, told_date
+from frictionloop.recordings.contents import Channel, Contents, left_out
+from frictionloop.recordings.dates import told_date
 from frictionloop.recordings.headers import header, is_time
-from frictionloop.recordings.preamble import names_only, rates_in, said_in, unit_in
-from frictionloop.recordings.stamps import shown
-from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import Layout, layout_of, names_of
-from frictionloop.recordings.table_rows import all_rows, rows_in
+from frictionloop.recordings.preamble import rates_in, unit_in
+from frictionloop.recordings.stamps import seconds_after, shown
+from frictionloop.recordings.stored import Stored, blocks_of, is_large
+from frictionloop.recordings.table_layout import Layout, Row, cells_of, is_row, layout_of
 from frictionloop.recordings.text_index import Index, bytes_of, indexed
+from frictionloop.recordings.text_numbers import OTHER, Decimal, number_in
 
-MOST_COLUMNS = 10_000
-"""More than any recorder writes (assumed)."""
+Table = NDArray[np.float64]
 
 
-def read_table(path: Path) -> Contents:
-    """Return the columns of a text file; a cell that is no number is NaN, and a column without a name its number."""
-    layout = layout_of(path)
-    _check_width(path, layout.width)
-    if is_large(path, path.stat().st_size, 1) and layout.encoding != "utf-16":
+def read_table(path: Path, decimal: Decimal | None = None) -> Contents:
+    """Return the columns of a text file; a column without a name is called by its number."""
+    layout = layout_of(path, decimal)
+    found = list(_of_layout(layout))
+    if is_large(path, path.stat().st_size, 1) and not layout.encoding.startswith("utf-16"):
         index = indexed(path, layout.first)
         read = partial(_block, path, path.stat().st_mtime_ns, layout, index)
-        width = read(0, min(1000, index.rows)).shape[1]
-        lines: list[Samples] = [Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(width)]
+        columns: list[Any] = [
+            Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(layout.width)
+        ]
     else:
-        values = all_rows(path, layout)
-        width = values.shape[1]
-        _check_width(path, width)
-        lines = [values[:, k] for k in range(width)]
-    names = names_of(names_only(layout.head, layout.above), max(layout.width, width))
-    said = said_in(layout.above)
-    signals = sum(not is_time(name) for name in names)
-    begun = dict(layout.begun)
-    empty = [k for k in range(width) if np.all(np.isnan(next(blocks_of(lines[k]))))]
-    channels = tuple(
-        Channel(header(name).name, lines[k], "s" if k in begun else header(name).unit or unit_in(said, name, signals))
-        for k, name in enumerate(names)
-        if k < width and k not in empty
-    )
-    date = told_date([(each.name, each.value) for each in said]) or next(map(shown, begun.values()), "")
-    found = [left_out(names[k], "cells hold no times") for k in empty if is_time(names[k])]
-    found += [Finding("TAKEN-FOR", value=",", more={"path": "--disturbance.decimal"})] * (layout.decimal == ",")
-    return Contents(channels, rates_in(said), tuple(found), date, tuple(header(names[k]).name for k in begun))
+        with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
+            lines = [*islice(stream, layout.first, None)]
+        kept = [line for line in lines if is_row(line)]
+        columns = list(_rows(kept, layout).T)
+        found += _blank(lines, layout.first)
+    channels = [*_with_times(_channels(path, layout, columns))]
+    empty = [each for each in channels if np.all(np.isnan(next(blocks_of(each.samples))))]
+    named = [each for each in empty if each.name != str(each.number)]
+    found += [left_out(each.name, "no times there" if each.tells_time else "no numbers there") for each in named]
+    date = told_date([(each.name, each.value) for each in layout.said])
+    date = date or next((shown(start) for _, start in layout.begun), "")
+    return Contents(tuple(each for each in channels if not any(each is other for other in empty)), tuple(found), date)
 
 
-def _check_width(path: Path, width: int) -> None:
-    if width > MOST_COLUMNS:
-        raise must_be(f"{path}: columns", width, f"at most {MOST_COLUMNS}")
+def _of_layout(layout: Layout) -> Iterator[Finding]:
+    if layout.taken:
+        yield Finding("TAKEN-FOR", value=",", more={"path": "decimal"})
+    if 0 < layout.named < layout.width:
+        yield Finding("NAMES-FEWER", value=layout.named, limit=layout.width)
 
 
-def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int, stop: int) -> NDArray[np.float64]:
+def _blank(lines: Sequence[str], first: int) -> Iterator[Finding]:
+    """Yield how many lines between the rows hold none."""
+    blank = [k for k, line in enumerate(lines) if not is_row(line) and not line.lstrip().startswith("#")]
+    last = max((k for k in range(len(lines) - 1, -1, -1) if is_row(lines[k])), default=0)
+    inside = [k for k in blank if k < last]
+    if inside:
+        where = Condition(
+            channel=f"lines {first + inside[0] + 1} ..." if len(inside) > 1 else f"line {first + inside[0] + 1}"
+        )
+        yield Finding("LEFT-OUT", value=len(inside), where=where, more={"reason": f"blank, {len(inside)} in all"})
+
+
+def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> list[Channel]:
+    names = [header(name).name for name in layout.names]
+    signals = sum(not is_time(name) for name in layout.names)
+    rates, begun = rates_in(layout.said), dict(layout.begun)
+    found = []
+    for k, (name, samples) in enumerate(zip(layout.names, columns, strict=True)):
+        said, doubt = unit_in(layout.said, name, signals)
+        unit = "s" if k in begun else header(name).unit or said
+        shown = f"{names[k]} {k}" if layout.names.count(name) > 1 else names[k]
+        doubt = "" if unit else doubt
+        row = partial(_place, path, layout, k)
+        found.append(Channel(shown, samples, unit, None, rates, None, k, k in begun, doubt, row))
+    return found
+
+
+def _with_times(channels: Sequence[Channel]) -> Iterator[Channel]:
+    """Yield columns with the times that count for them: on their left, or the first; of times side by side one."""
+    clocks = [k for k, each in enumerate(channels) if each.tells_time and not (k and channels[k - 1].tells_time)]
+    for k, each in enumerate(channels):
+        left = [at for at in clocks if at < k] or clocks
+        yield each if each.tells_time or not clocks else replace(each, times=channels[left[-1]])
+
+
+def _lines(path: Path, layout: Layout) -> Iterator[Row]:
+    """Yield the rows of data."""
+    with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
+        for number, line in islice(enumerate(stream), layout.first, None):
+            if is_row(line):
+                yield Row(number, cells_of(line, layout.mark))
+
+
+def _place(path: Path, layout: Layout, k: int, i: int) -> str:
+    """Return where row i of column k stands, and what is there."""
+    row = next(islice(_lines(path, layout), i, None))
+    name = layout.names[k] if k < layout.named and layout.names[k] != str(k) else f"column {k}"
+    if row.width > layout.width:
+        return f"line {row.line + 1}: {name} is in a row of {row.width} cells, of {layout.width} columns"
+    cell = row.cells[k].strip() if k < len(row.cells) else ""
+    hint = f"; decimal = {OTHER[layout.decimal]!r}?" if OTHER[layout.decimal] in cell else ""
+    return f"line {row.line + 1}: {name} is {f'{cell!r:.40}' if cell else 'blank'}{hint}"
+
+
+def _column(read: Callable[[int, int], Table], k: int, first: int, stop: int) -> Table:
     return read(first, stop)[:, k]
 
 
-def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, stop: int) -> NDArray[np.float64]:
+def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, stop: int) -> Table:
     """Return rows of a large table, all of one block."""
     block, start = divmod(first, stored.BLOCK)
-    found = _parsed(path, changed, layout.mark, layout.decimal, layout.encoding, index, block, layout.begun)
+    found = _parsed(path, changed, layout, index, block)
     wanted = min(stored.BLOCK, index.rows - block * stored.BLOCK)
     if len(found) != wanted:
         lines = f"lines {layout.first + first + 1} to {layout.first + first + wanted}"
@@ -77,7 +132,58 @@ def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, s
 
 
 @lru_cache(2)
-def _parsed(
-    path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int, begun: tuple[Any, ...]
-) -> NDArray[np.float64]:
-    return rows_in(path, bytes_of(path, index, block), Layout(encoding, mark, decimal, 0, [], 0, (), begun))
+def _parsed(path: Path, _changed: int, layout: Layout, index: Index, block: int) -> Table:
+    raw = bytes_of(path, index, block)
+    try:
+        return _quick(BytesIO(raw), layout)
+    except ValueError:
+        lines = TextIOWrapper(BytesIO(raw), layout.encoding, "replace", None)
+        return _cell_by_cell(filter(is_row, lines), layout)
+
+
+def _rows(lines: list[str], layout: Layout) -> Table:
+    """Return the numbers of rows, shape (rows, columns); quickly where the table is whole, else cell by cell."""
+    try:
+        return _quick(StringIO("\n".join(lines)), layout)
+    except ValueError:
+        return _cell_by_cell(lines, layout)
+
+
+def _quick(stream: Any, layout: Layout) -> Table:
+    """Return the numbers by the reader of pandas; ValueError where a cell is no number or a row is too long."""
+    import pandas  # type: ignore[import-untyped]
+
+    texts: dict[int, Any] = {k: str for k, _ in layout.begun}
+    frame = pandas.read_csv(
+        stream,
+        header=None,
+        index_col=False,
+        sep=r"\s+" if layout.mark == " " else layout.mark,
+        decimal=layout.decimal,
+        comment="#",
+        skipinitialspace=True,
+        dtype=defaultdict(lambda: np.float64, texts) if texts else np.float64,
+        encoding=layout.encoding,
+        encoding_errors="replace",
+        engine="c",
+    )
+    spare = frame.iloc[:, layout.width :]
+    if len(spare.columns) and not spare.isna().to_numpy().all():
+        raise ValueError("a row is too long")
+    frame = frame.reindex(columns=range(layout.width))
+    for k, start in layout.begun:
+        frame[k] = seconds_after(start, map(str, frame[k]))
+    return np.asarray(frame.to_numpy(), dtype=float)
+
+
+def _cell_by_cell(lines: Iterable[str], layout: Layout) -> Table:
+    rows = [Row(0, cells_of(line, layout.mark)) for line in lines]
+    values = np.full((len(rows), layout.width), np.nan)
+    begun = dict(layout.begun)
+    for k, row in enumerate(rows):
+        if row.width <= layout.width:
+            for j, cell in enumerate(row.cells[: layout.width]):
+                values[k, j] = np.nan if j in begun else number_in(cell, layout.decimal)
+    for j, start in begun.items():
+        values[:, j] = seconds_after(start, [row.cells[j] if j < len(row.cells) else "" for row in rows])
+    return values

@@ -8,8 +8,13 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import must_be
-from frictionloop.recordings.clock import are_seconds, in_seconds
-from frictionloop.recordings.column import Array, Column
+from frictionloop.quantities.units import UNITS
+from frictionloop.recordings.contents import Array, Channel
+from frictionloop.recordings.sampling import in_seconds, may_be_seconds, usual_step
+from frictionloop.recordings.straight_lines import UNTOLD, tells_seconds
+
+NEAR = 0.1
+"""How far a rate that is given may be from that of uneven times, as a share: jitter and lost rows (assumed)."""
 
 ABSOLUTE_S = 1e8
 """Times beyond this, three years, are dates (s since 1970 or 1904), from the first of which a part counts (assumed)."""
@@ -26,13 +31,23 @@ class Clock(NamedTuple):
     """The first time."""
 
     @property
+    def mean_hz(self) -> float:
+        """The mean rate; one that was a round number is one again."""
+        return float(f"{(self.at_s.size - 1) / (self.at_s[-1] - self.at_s[0]):.9g}")
+
+    def is_near(self, rate_hz: float) -> bool:
+        """Return whether a rate is about that of the usual step, or of the mean one."""
+        mean_s = float(np.nanmax(self.at_s) - np.nanmin(self.at_s)) / (self.at_s.size - 1)
+        return any(abs(rate_hz * step_s - 1) <= NEAR for step_s in (self.usual_s, mean_s))
+
+    @property
     def rises(self) -> bool:
         """Whether no time is earlier than one before."""
         known = self.at_s[np.isfinite(self.at_s)]
         return bool(np.all(np.diff(known) >= 0))
 
 
-def clock_of(times: Column | None, given_hz: float | None = None) -> Clock | None:
+def clock_of(times: Channel | None, given_hz: float | None = None) -> Clock | None:
     """Return the clock of a column of times; None without one in s, to which a rate that is given may help.
 
     Dates, as ISO 8601 or as seconds since 1970 or 1904, count from the first of them.
@@ -40,13 +55,28 @@ def clock_of(times: Column | None, given_hz: float | None = None) -> Clock | Non
     if times is None or times.samples.size < 2:
         return None
     in_s = in_seconds(times)
-    steps = np.diff(in_s)
-    usual_s = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
-    if not usual_s > 0 or not are_seconds(times, usual_s, given_hz):
+    usual_s = usual_step(in_s)
+    near = given_hz is not None and abs(given_hz * usual_s - 1) <= NEAR
+    if not (usual_s > 0 and (times.unit in UNITS or may_be_seconds(usual_s) or near)):
         return None
     first_s = float(in_s[np.isfinite(in_s)][0])
     zero_s = first_s if abs(first_s) > ABSOLUTE_S else 0.0
     return Clock(in_s - zero_s, usual_s, first_s - zero_s)
+
+
+def clock_to_resample(where: str, times: Channel | None, resample_hz: float) -> Clock:
+    """Return the clock of times that are to be brought to even ones; refuses such as cannot be."""
+    if times is None or times.samples.size < 2:
+        raise must_be(f"{where}: column of times", None, "resample_hz needs it")
+    in_s = in_seconds(times)
+    usual_s = usual_step(in_s)
+    if not usual_s > 0:
+        raise must_be(f"{where}: usual step of {times.name!r}", usual_s, "above 0 for resample_hz", "s")
+    clock = clock_of(times, 1 / usual_s if tells_seconds(in_s, resample_hz) else None)
+    if clock is None:
+        accepted = f"told by a name such as 'time_s', or a rate within {UNTOLD:g} x {1 / usual_s:.3g} Hz"
+        raise must_be(f"{where}: unit of {times.name!r}", times.unit, accepted)
+    return clock
 
 
 def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from datetime import datetime
 
 import numpy as np
 from scipy.io import savemat
@@ -13,7 +14,8 @@ def test_the_date_of_a_mat_file_is_that_of_its_header(frictionloop):
     said = frictionloop("identify", "channels", "f.mat").out
     with open("f.mat", "rb") as stream:
         header = stream.read(116).decode()
-    assert re.search(r"^recorded +(.*?) *$", said, re.MULTILINE)[1] == header.partition("Created on: ")[2].strip(" \0")
+    created = datetime.strptime(header.partition("Created on: ")[2].strip(" \0"), "%a %b %d %H:%M:%S %Y")
+    assert re.search(r"^recorded +(.*?) *$", said, re.MULTILINE)[1] == created.isoformat()
 
 
 def test_uneven_times_are_why_there_is_no_rate(frictionloop):
