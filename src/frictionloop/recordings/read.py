@@ -123,6 +123,9 @@ def scaled(recording: Recording, wanted: str) -> Taken:
         used -= used.mean()
     own = {"", channel.name, channel.times.name if channel.times else ""}
     found = [each for each in contents.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own]
+    signals = [each for each in contents.signals() if each.number is not None]
+    if recording.column == Recording.model_fields["column"].default and len(signals) > 1:
+        found.append(Finding("TAKEN-FOR", value=channel.name, unit=f"of {len(signals)}", more={"path": "column"}))
     return Taken(recording.offset_n + scale * used, part.rate_hz, channel, part, (*found, *part.findings))
 
 

@@ -17,7 +17,7 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.checks import ABOVE_0, number, numbers, whole
 from frictionloop.quantities.normals import normals
-from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.read import read_recording, scaled
 from frictionloop.rendering.effect import Effect, Touch
 from frictionloop.rendering.force_tables import MOST_CELLS, Map, Wave
 
@@ -61,11 +61,20 @@ def read_wave(recording: Recording, rate_hz: float) -> Wave:
     return Wave(values_n=_read(recording, rate_hz).tolist(), rate_hz=rate_hz)
 
 
-def _read(recording: Recording, rate_hz: float) -> np.ndarray:
+def least(recording: Recording) -> float:
+    """Return the least force of a recording in N, a WAV of this package with its own scale."""
+    return float(scaled(_with_scale(recording), "N").force.min())
+
+
+def _with_scale(recording: Recording) -> Recording:
     if recording.path.lower().endswith(".wav") and recording.scale is None and recording.unit is None:
         scale, offset = _scale_in(Path(recording.path))
-        recording = recording.model_copy(update={"scale": scale, "offset_n": recording.offset_n + offset})
-    force = read_recording(recording, rate_hz)
+        return recording.model_copy(update={"scale": scale, "offset_n": recording.offset_n + offset})
+    return recording
+
+
+def _read(recording: Recording, rate_hz: float) -> np.ndarray:
+    force = read_recording(_with_scale(recording), rate_hz)
     if force.size > MOST_CELLS:
         raise must_be(recording.path, force.size, f"at most {MOST_CELLS}", "values")
     return force
