@@ -10,9 +10,8 @@ from scipy.io import savemat, wavfile
 import frictionloop as fl
 from frictionloop.loop.signal_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.doubts import doubts_of
+from frictionloop.recordings.plausibility import doubts_of, found
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import found
 
 RATE_HZ = 1000.0
 

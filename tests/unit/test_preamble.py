@@ -13,8 +13,8 @@ from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import told_rate
-from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.told import found
+from frictionloop.recordings.dates import is_stamp, seconds_after, stamp_of
+from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.whole import _read, read_contents
 
 ROWS = "".join(f"{k / 10:.1f}\n" for k in range(1, 9))
@@ -112,7 +112,7 @@ def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_t
     times = [0, 2, 4, 8, 10, 10, 14, 16]
     rows = "".join(f"{t},{t / 10}\n" for t in times)
     path = text(tmp_path, "t [ms],force [N]\n" + rows)
-    with pytest.raises(fl.FrictionloopError, match="times: 1 before line 5, 1 before line 8; times no"):
+    with pytest.raises(fl.FrictionloopError, match="times: 2, first before line 5;"):
         found(Recording(path=str(path), column="force"))
     (uneven,) = found(Recording(path=str(path), column="force", rate_hz=500.0)).findings
     assert (uneven.code, uneven.value) == ("TIMES-UNEVEN", pytest.approx(2.0))
@@ -179,7 +179,7 @@ def test_stamps_are_found_below_titles_and_units_and_without_a_name(tmp_path):
 def test_lost_rows_are_refused_and_told_beside_a_rate(tmp_path):
     rows = [k for k in range(40) if k not in (10, 11, 30)]
     recording = stamped(tmp_path / "a.csv", rows=rows)
-    with pytest.raises(FrictionloopError, match="rows missing in the times: 2 before line 12, 1 before line 30;"):
+    with pytest.raises(FrictionloopError, match="rows missing in the times: 3, first before line 12;"):
         found(recording)
     (uneven,) = found(recording.model_copy(update={"rate_hz": 1e4})).findings
     assert (uneven.code, uneven.value) == ("TIMES-UNEVEN", pytest.approx(0.3))

@@ -18,8 +18,8 @@ from scipy.io import savemat, wavfile
 
 from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import found
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -244,10 +244,10 @@ def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
 @pytest.mark.parametrize(
     ("times", "said"),
     [
-        ([0, 1, 2, 4, 5], "rows missing in the times: 1 before line 5; accepted: steps of 1 s if 't' is in s, --dist"),
+        ([0, 1, 2, 4, 5], "rows missing in the times: 1, first before line 5; accepted: steps of 1 s if 't' is in s,"),
         ([0, 1, 2, 3.002, 4.002], "steps up to 0.2 % off, most before line 5; accepted"),
-        ([0, 1, 1, 2, 3], "times no later than the row before: line 4: t is '1'; accepted"),
-        ([3, 2, 1], "times no later than the row before: line 3: t is '2' and 1 more; accepted"),
+        ([0, 1, 1, 2, 3], "times no later than the row before: 1, first line 4: t is '1'; accepted"),
+        ([3, 2, 1], "times no later than the row before: 2, first line 3: t is '2'; accepted"),
         ([0, 1, "", 3], "line 4: t is blank;"),
     ],
 )
@@ -585,9 +585,9 @@ def test_a_variable_of_xarray_is_a_signal(array):
 
 WRONG = {
     "no unit": (over([0, 1, 2], None), r'rise by 1 .*attrs\["units"\]'),
-    "a gap": (over([0.0, 0.01, 0.02, 0.05], values=(0.3,) * 4), "2 before index 3;"),
+    "a gap": (over([0.0, 0.01, 0.02, 0.05], values=(0.3,) * 4), "2, first before index 3;"),
     "jitter": (over([0.0, 0.01, 0.021]), "4.8 % off, .*before index 1"),
-    "falling": (over([0.02, 0.01, 0.0]), r"index 1: 0.01 s and 1 more"),
+    "falling": (over([0.02, 0.01, 0.0]), r"2, first index 1: 0.01 s"),
     "hours": (over([0, 1, 2], "h"), "times: units = 'h': must be s, ms, us, ns or min"),
     "text": (over(["a", "b", "c"], None), "times: dtype = '<U1': must be numbers"),
     "no times": (xr.DataArray([0.3, 0.5], dims="time"), "array.assign_coords"),

@@ -11,9 +11,9 @@ from scipy.io import savemat
 import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import read_recording
 from frictionloop.recordings.sampling import sampling_of
-from frictionloop.recordings.told import found
 from frictionloop.recordings.whole import read_contents
 
 FORCE = 0.3 + 0.1 * np.sin(np.arange(50.0))

@@ -7,8 +7,8 @@ import pytest
 from scipy.io import savemat
 
 import frictionloop as fl
+from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import lasting_s, read_held, read_recording
-from frictionloop.recordings.told import found
 
 RATE_HZ = 1000.0
 ROWS = np.arange(2000)

@@ -7,10 +7,9 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop import run_findings
-from frictionloop.recordings.doubts import doubts_of
+from frictionloop.recordings.force_shape import signs_of
+from frictionloop.recordings.plausibility import doubts_of, found
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.signs import signs_of
-from frictionloop.recordings.told import found
 
 RATE_HZ = 1000.0
 TIME_S = np.arange(12_000) / RATE_HZ

@@ -20,9 +20,9 @@ from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import must_be
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
+from frictionloop.recordings.part import clock_to_resample
 from frictionloop.recordings.stored import Samples
 from frictionloop.recordings.straight_lines import even_times, resampling
-from frictionloop.recordings.window import clock_to_resample
 
 Array = NDArray[np.float64]
 Window = tuple[Number, Number]

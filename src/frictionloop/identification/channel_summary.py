@@ -13,7 +13,7 @@ from frictionloop.findings import Condition, Finding
 from frictionloop.identification.recording_columns import runs_of
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
-from frictionloop.recordings.signs import signs_of
+from frictionloop.recordings.force_shape import signs_of
 
 Array = NDArray[np.float64]
 SAMPLED = 20000

@@ -13,7 +13,7 @@ from frictionloop.parameters.presets import stirring
 from frictionloop.quantities.units import SignalWarning
 
 if TYPE_CHECKING:
-    from frictionloop.recordings.told import Found
+    from frictionloop.recordings.plausibility import Found
 
 MEASURED = (Recording, Samples)
 
@@ -99,7 +99,7 @@ def recordings(system: System) -> dict[str, Found]:
     read = {name: each for name, each in signals.items() if isinstance(each, Recording)}
     if not read:
         return {}
-    from frictionloop.recordings.told import found
+    from frictionloop.recordings.plausibility import found
 
     return {name: found(each) for name, each in read.items()}
 
@@ -176,7 +176,7 @@ def _jumps(system: System, each: Found, duration_s: float) -> Iterator[Finding]:
     """Yield where the part of a recorded disturbance that runs jumps; not where contact is in doubt already."""
     if each.on_plate_s is not None:
         return
-    from frictionloop.recordings.jumps import jumps
+    from frictionloop.recordings.force_shape import jumps
     from frictionloop.recordings.read import scaled
 
     signal: Any = system.disturbance

@@ -11,8 +11,8 @@ from frictionloop.findings import Finding
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.channel_lookup import find_channel, refuse_column
-from frictionloop.recordings.clean import clean_part, refuse_gaps
 from frictionloop.recordings.contents import Array, Channel, Contents
+from frictionloop.recordings.force_shape import clean_part, refuse_gaps
 from frictionloop.recordings.headers import scale_of
 from frictionloop.recordings.part import EVEN, Part, part_of
 from frictionloop.recordings.straight_lines import resampled

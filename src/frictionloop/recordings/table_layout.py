@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import must_be
+from frictionloop.recordings.dates import is_stamp, stamp_of
 from frictionloop.recordings.headers import said_unit
 from frictionloop.recordings.preamble import Said, said_in, tells
-from frictionloop.recordings.stamps import is_stamp, stamp_of
 from frictionloop.recordings.text_numbers import Decimal, decimal_in, is_absent, is_value
 
 LOOKED_AT = 200

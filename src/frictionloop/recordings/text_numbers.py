@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from frictionloop.quantities import must_be
-from frictionloop.recordings.stamps import is_stamp
+from frictionloop.recordings.dates import is_stamp
 
 Decimal = Literal[".", ","]
 OTHER: dict[str, Decimal] = {".": ",", ",": "."}

@@ -18,13 +18,11 @@ from frictionloop.findings import Condition, Finding
 from frictionloop.quantities import must_be
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, left_out
-from frictionloop.recordings.dates import told_date
+from frictionloop.recordings.dates import seconds_after, shown, told_date
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import rates_in, unit_in
-from frictionloop.recordings.stamps import seconds_after, shown
-from frictionloop.recordings.stored import Stored, blocks_of, is_large
+from frictionloop.recordings.stored import Index, Stored, blocks_of, bytes_of, indexed, is_large
 from frictionloop.recordings.table_layout import Layout, Row, cells_of, is_row, layout_of
-from frictionloop.recordings.text_index import Index, bytes_of, indexed
 from frictionloop.recordings.text_numbers import OTHER, Decimal, number_in
 
 Table = NDArray[np.float64]
