@@ -10,8 +10,9 @@ from scipy.io import savemat, wavfile
 import frictionloop as fl
 from frictionloop.loop.signal_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.plausibility import doubts_of, found
+from frictionloop.recordings.plausibility import doubts_of
 from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 
@@ -47,18 +48,18 @@ def test_one_of_several_signals_is_not_taken_in_silence(tmp_path, write):
         savemat(path, {"trial1": arrays})
     with pytest.raises(FrictionloopError, match=r"may be any of 2 signals; accepted: 'trial1/force"):
         found(fl.Recording(path=str(path)))
-    assert found(fl.Recording(path=str(path), column="trial1/force")).column == "trial1/force"
+    assert found(fl.Recording(path=str(path), column="trial1/force")).channel.name == "trial1/force"
 
 
 def test_the_only_signal_beside_times_and_a_rate_is_taken(tmp_path):
     with h5py.File(tmp_path / "one.h5", "w") as file:
         file["a_time"], file["fs"], file["trial/forces"] = 1.0, RATE_HZ, values()[:, None]
     read = found(fl.Recording(path=str(tmp_path / "one.h5")))
-    assert (read.column, read.rate_hz) == ("trial/forces", RATE_HZ)
+    assert (read.channel.name, read.rate_hz) == ("trial/forces", RATE_HZ)
     with h5py.File(tmp_path / "two.h5", "w") as file:
         file["trial/forces"] = np.c_[values(), values()]
     line = fl.Recording(path=str(tmp_path / "two.h5"), column="trial/forces[:, 1]", rate_hz=RATE_HZ)
-    assert found(line).column == "trial/forces[:, 1]"
+    assert found(line).channel.name == "trial/forces[:, 1]"
 
 
 @pytest.mark.parametrize(("tones_hz", "shares"), [((4000,), [100.0]), ((100,), [])])
@@ -122,8 +123,9 @@ def test_a_column_that_never_changes_is_asked_about(tmp_path):
 def test_what_was_read_has_rms_and_mean(tmp_path):
     (tmp_path / "e.csv").write_text("force [N]\n0.4\n0.8\n0.7\n")
     read = found(fl.Recording(path=str(tmp_path / "e.csv"), rate_hz=RATE_HZ, remove_mean=True))
-    assert (read.raw_lowest_n, read.raw_highest_n, read.raw_mean_n) == pytest.approx((0.4, 0.8, 1.9 / 3))
-    assert (read.mean_n, read.rms_n) == (0.0, pytest.approx(np.std([0.4, 0.8, 0.7])))
+    read = read.summary()
+    assert [read[f"raw_{each}_n"] for each in ("lowest", "highest", "mean")] == pytest.approx([0.4, 0.8, 1.9 / 3])
+    assert (read["mean_n"], read["rms_n"]) == (0.0, pytest.approx(np.std([0.4, 0.8, 0.7])))
 
 
 def test_an_index_over_a_stroke_that_does_not_vary_is_refused():

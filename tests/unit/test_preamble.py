@@ -14,7 +14,7 @@ from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import told_rate
 from frictionloop.recordings.dates import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.plausibility import found
+from frictionloop.recordings.read import scaled as found
 from frictionloop.recordings.whole import _read, read_contents
 
 ROWS = "".join(f"{k / 10:.1f}\n" for k in range(1, 9))
@@ -44,19 +44,19 @@ def test_both_readers_take_the_same_rate_from_the_same_line(tmp_path, above, nam
     path = text(tmp_path, above + names + ROWS)
     one = found(Recording(path=str(path), column="force"))
     assert one.rate_hz == pytest.approx(1000.0)
-    assert one.rate_by.endswith("in line 1")
+    assert one.part.by.endswith("in line 1")
     (by,) = read_contents(path).channels[0].rates_hz.items()
-    assert by == (one.rate_by, pytest.approx(1000.0))
+    assert by == (one.part.by, pytest.approx(1000.0))
     assert [each.name for each in read_contents(path).channels] == ["force"]
     assert [each.unit for each in read_contents(path).channels] == ["N"]
 
 
 def test_a_unit_above_is_that_of_the_only_signal_and_of_the_one_it_names(tmp_path):
     path = text(tmp_path, "# fs: 1000\n# unit: mN\nforce\n" + ROWS)
-    assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8e-3)
+    assert found(Recording(path=str(path), column="force")).force.max() == pytest.approx(0.8e-3)
     assert [each.unit for each in read_contents(path).channels] == ["mN"]
     path = text(tmp_path, "fs,1000\nforce unit,mN\nforce,load\n" + PAIRS)
-    assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8e-3)
+    assert found(Recording(path=str(path), column="force")).force.max() == pytest.approx(0.8e-3)
     assert [(each.name, each.unit) for each in read_contents(path).channels] == [("force", "mN"), ("load", None)]
 
 
@@ -64,13 +64,13 @@ def test_a_unit_of_one_of_several_columns_is_not_passed_over(tmp_path):
     recording = Recording(path=str(text(tmp_path, "fs,1000\nUnit,mN\nforce,load\n" + PAIRS)), column="force")
     with pytest.raises(fl.FrictionloopError, match="line 2: 'Unit' is mN, of one of 2 columns; accepted"):
         found(recording)
-    assert found(recording.model_copy(update={"unit": "mN"})).highest_n == pytest.approx(0.8e-3)
+    assert found(recording.model_copy(update={"unit": "mN"})).force.max() == pytest.approx(0.8e-3)
 
 
 def test_settings_are_no_names(tmp_path):
     path = text(tmp_path, "Sample rate,1000\nUnit,mN\n" + PAIRS)
     assert [each.name for each in read_contents(path).channels] == ["0", "1"]
-    assert found(Recording(path=str(path), column="0", unit="mN")).column == "0"
+    assert found(Recording(path=str(path), column="0", unit="mN")).channel.name == "0"
 
 
 @pytest.mark.parametrize(
@@ -101,11 +101,11 @@ def test_a_rate_is_a_name_with_a_number_and_a_unit_that_fits(name, value, hertz)
 )
 def test_a_force_in_grams_is_scaled_and_a_mass_is_refused_with_the_scale(tmp_path, unit, newtons):
     path = text(tmp_path, f"# fs: 1000\nforce [{unit}]\n" + ROWS)
-    assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8 * newtons)
+    assert found(Recording(path=str(path), column="force")).force.max() == pytest.approx(0.8 * newtons)
     path = text(tmp_path, "# fs: 1000\nforce [g]\n" + ROWS)
     with pytest.raises(fl.FrictionloopError, match=r'N per g, such as 0\.00980665, or unit = "gf"'):
         found(Recording(path=str(path), column="force"))
-    assert found(Recording(path=str(path), column="force", unit="gf")).highest_n == pytest.approx(0.8 * 9.80665e-3)
+    assert found(Recording(path=str(path), column="force", unit="gf")).force.max() == pytest.approx(0.8 * 9.80665e-3)
 
 
 def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_times(tmp_path):
@@ -123,7 +123,7 @@ def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_t
 def test_a_decimal_comma_below_names_and_units_is_found_and_told(tmp_path):
     path = text(tmp_path, "Zeit;Kraft\nms;gf\n0,0;55,7\n2,0;54,4\n")
     one = found(Recording(path=str(path), column="Kraft"))
-    assert (one.unit, one.unit_by, one.samples, one.rate_hz, one.rate_by) == ("gf", "file", 2, 500.0, "'Zeit'")
+    assert (one.unit, one.unit_by, one.force.size, one.rate_hz, one.part.by) == ("gf", "file", 2, 500.0, "'Zeit'")
     assert [(each.code, each.value) for each in one.findings] == [("TAKEN-FOR", ",")]
 
 
@@ -156,7 +156,7 @@ FORMS = {
 def test_stamps_tell_the_rate_as_seconds_do(tmp_path, form):
     recording = stamped(tmp_path / "a.csv", FORMS[form])
     read = found(recording)
-    assert (read.rate_hz, read.rate_by, read.samples) == (1e4, "'time'", 40)
+    assert (read.rate_hz, read.part.by, read.force.size) == (1e4, "'time'", 40)
     seen = channels(recording.path)
     assert seen.rate_hz == pytest.approx(1e4, rel=1e-9) and seen.even
     hour = 9 if form == "zone" else 10

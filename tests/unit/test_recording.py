@@ -18,8 +18,8 @@ from scipy.io import savemat, wavfile
 
 from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.read import scaled as found
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -439,7 +439,7 @@ def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
     path = text(tmp_path, f"Rig 2\nt,Ft,level\n{units}\n0,1000,3\n0.01,2000,4\n")
     assert read(path, "Ft", rate_hz=None).tolist() == [1.0, 2.0]
     one = found(Recording(path=str(path), column="Ft"))
-    assert (one.column, one.unit, one.rate_by) == ("Ft", "mN", "'t'")
+    assert (one.channel.name, one.unit, one.part.by) == ("Ft", "mN", "'t'")
 
 
 def test_decimal_commas_below_settings_are_named(tmp_path):
@@ -550,7 +550,7 @@ def test_an_attribute_that_is_no_known_unit_is_refused(tmp_path):
 def test_what_was_found_has_the_unit_and_what_tells_it(tmp_path):
     path = text(tmp_path, "t,Ft [mN]\n0,250\n0.01,-500\n")
     one = found(Recording(path=str(path), column="Ft"))
-    assert (one.unit, one.unit_by, one.lowest_n) == ("mN", "file", -0.5)
+    assert (one.unit, one.unit_by, one.force.min()) == ("mN", "file", -0.5)
     wavfile.write(tmp_path / "a.wav", 100, np.zeros(8, np.int16))
     (tmp_path / "bare.csv").write_text("t,F\n0,0.1\n0.01,0.3\n0.02,0.2\n")
     bare = Recording(path=str(tmp_path / "bare.csv"), column="F")

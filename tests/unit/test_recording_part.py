@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from frictionloop import FrictionloopError, Recording
-from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import read_recording, scaled
+from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 ROWS = np.r_[0:300, 500:2000, 2100:2400]

@@ -11,8 +11,8 @@ from scipy.io import savemat
 import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.read import scaled as found
 from frictionloop.recordings.sampling import sampling_of
 from frictionloop.recordings.whole import read_contents
 
@@ -71,7 +71,7 @@ def test_a_rate_beside_a_force_is_that_of_identify(tmp_path, ending, name, value
     recording = saved(tmp_path / f"a{ending}", **{name: value})
     assert found(recording).rate_hz == pytest.approx(25000.0)
     assert sampling_of("a", read_contents(recording.path).signals()).rate_hz == pytest.approx(25000.0)
-    assert (found(recording).samples, found(recording).rate_by) == (50, repr(name))
+    assert (found(recording).force.size, found(recording).part.by) == (50, repr(name))
     with pytest.raises(FrictionloopError, match="rate_hz = 1000 Hz: must be 25000, as in the file"):
         found(recording.model_copy(update={"rate_hz": 1000.0}))
 
@@ -99,7 +99,7 @@ def test_a_file_written_again_is_read_again(tmp_path):
     path = tmp_path / "a.csv"
     for force in ("0.1", "0.25"):
         path.write_text("time_s,F\n" + "".join(f"{k / 1000},{force}\n" for k in range(3)))
-        assert found(Recording(path=str(path), column="F")).highest_n == float(force)
+        assert found(Recording(path=str(path), column="F")).force.max() == float(force)
 
 
 @pytest.mark.parametrize("name", ["file.lvm", "file.tdms", "file.uff"])

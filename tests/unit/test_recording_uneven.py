@@ -9,8 +9,8 @@ import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.uneven_times import uneven_in
-from frictionloop.recordings.plausibility import found
 from frictionloop.recordings.read import read_recording, scaled
+from frictionloop.recordings.read import scaled as found
 
 STEPS_S = (1 + 0.3 * np.random.default_rng(1).uniform(-1, 1, 1500)) / 71.0
 TIMES_S = 3.0 + np.cumsum(STEPS_S) - STEPS_S[0]

@@ -105,16 +105,15 @@ def _range_and_mean(
     signal = getattr(system, name)
     if signal.kind not in RECORDED:
         return None
+    from frictionloop.recordings.read import mean_of, scaled
+
     if run is not None:
         column = {"setpoint": "f_r", "disturbance": "d"}[name]
         if column not in run:
             return None
         values = run[column].values[mask]
     elif signal.kind == "recording":
-        from frictionloop.recordings.plausibility import found
-
-        read = found(signal)
-        return read.lowest_n, read.highest_n, read.mean_n, read.rms_n
+        values = scaled(signal).force
     else:
-        values = signal.values_n
-    return float(np.min(values)), float(np.max(values)), float(np.mean(values)), float(np.std(values))
+        values = np.asarray(signal.values_n)
+    return float(np.min(values)), float(np.max(values)), mean_of(values), float(np.std(values))

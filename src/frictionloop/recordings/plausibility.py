@@ -1,106 +1,19 @@
-"""What was read of a recorded signal, what of it is probably read wrongly, and what was probably meant."""
+"""Signals from a file or an array that are probably read wrongly: what was seen, and what was probably meant."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, System
-from frictionloop.quantities.units import known_unit
-from frictionloop.recordings.contents import Channel
-from frictionloop.recordings.force_shape import Signs, off_plate, signs_of
-from frictionloop.recordings.read import scaled
-
-
-class Found(NamedTuple):
-    """What was read of a recording."""
-
-    column: str
-    unit: str
-    """Unit of the column."""
-    unit_by: str
-    """"file", "given" or "full scale"; "taken for N" where nothing tells it, and "scale" where that stands for it."""
-    rate_hz: float
-    rate_by: str
-    """What tells the rate: the column of times, an attribute, the format, or the flag."""
-    samples: int
-    lowest_n: float
-    highest_n: float
-    """Range of the signal, in N."""
-    mean_n: float
-    """Mean of the signal in N."""
-    rms_n: float
-    """Standard deviation of the signal in N."""
-    raw_lowest_n: float
-    raw_highest_n: float
-    """Range in the file in N, before a mean is removed and an offset added."""
-    raw_mean_n: float
-    """Mean in the file in N, before it is removed and an offset added."""
-    signs: Signs
-    """Whether it looks like friction with the sign of the motion, an offset added and its mean left in (`signs_of`)."""
-    off_plate: str
-    """Stretches of it in s where the finger seems off the plate, "" without any (`contact.off_plate`)."""
-    on_plate_s: tuple[float, float] | None
-    """The longest part without such."""
-    from_s: float
-    to_s: float
-    """First and last time of the part in use, as ``start_s`` counts."""
-    findings: tuple[Finding, ...]
-    """What was found of the file, and of its times."""
-
-    @property
-    def largest_n(self) -> float:
-        """Largest magnitude in the file in N."""
-        return max(abs(self.raw_lowest_n), abs(self.raw_highest_n))
-
-
-def found(recording: Recording) -> Found:
-    """Return what was read of a recording."""
-    force, file_hz, channel, part, findings = scaled(recording, "N")
-    raw = scaled(recording.model_copy(update={"remove_mean": False, "offset_n": 0.0}), "N").force
-    unit, by = _unit(recording, channel)
-    mean_n = float(force.mean())
-    zeroed = raw if recording.remove_mean else force  # an offset is that of the sensor, or a level beside a mean
-    off, on_s = off_plate(zeroed, file_hz, part.at_s) or ("", None)
-    return Found(
-        column=channel.name,
-        unit=unit,
-        unit_by=by,
-        rate_hz=file_hz,
-        rate_by=part.by,
-        samples=force.size,
-        lowest_n=float(force.min()),
-        highest_n=float(force.max()),
-        raw_lowest_n=float(raw.min()),
-        raw_highest_n=float(raw.max()),
-        raw_mean_n=float(raw.mean()),
-        signs=signs_of(zeroed, raw.size / file_hz),
-        # Of a mean that is removed its rounding is left.
-        mean_n=0.0 if abs(mean_n) <= 1e-9 * float(np.abs(raw).max()) else mean_n,
-        rms_n=float(force.std()),
-        off_plate=off,
-        on_plate_s=on_s,
-        from_s=float(part.at_s[0]),
-        to_s=float(part.at_s[-1]),
-        findings=findings,
-    )
-
-
-def _unit(recording: Recording, channel: Channel) -> tuple[str, str]:
-    """Return the unit of a column, and what says it."""
-    if recording.unit is not None:
-        return known_unit(recording.unit) or recording.unit, "given"
-    if channel.full_scale and recording.scale is None:
-        return "full scale", "full scale"
-    if channel.unit:
-        return channel.unit, "file"
-    return ("N", "taken for N") if recording.scale is None else ("", "scale")
-
+from frictionloop.recordings.contents import Array
+from frictionloop.recordings.force_shape import off_plate, signs_of
+from frictionloop.recordings.read import Taken, scaled
 
 FINGERS_N = 10.0
 """Force above which a unit is asked about: no finger slides under so much (assumed)."""
@@ -140,7 +53,7 @@ def doubts_of(system: System, signals: Sequence[str] = ("setpoint", "disturbance
     for name in signals:
         signal = getattr(system, name)
         if isinstance(signal, Recording):
-            yield from _of_recording(name, signal, found(signal))
+            yield from _of_recording(name, signal, scaled(signal))
         elif isinstance(signal, Samples):
             yield from _of_array(name, signal)
 
@@ -159,29 +72,43 @@ def doubt(
     return Finding(code, value=value, unit=unit, where=Condition(recording=name), remedy=meant, more=more)
 
 
-def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Finding]:
-    yield from (replace(one, where=replace(one.where, recording=name)) for one in each.findings if one.code in OF_FILE)
-    taken = each.unit_by == "taken for N"
-    steady = name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n
-    if OUTPUT.search(each.column) and taken:
-        yield doubt("COLUMN-DOUBT", name, each.column, "scale", meant="volts or counts")
-    elif LOAD.search(each.column):
-        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a load")
-    elif COEFFICIENT.search(each.column) and taken:
-        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a coefficient")
+def on_plate(signal: Recording, taken: Taken) -> tuple[str, tuple[float, float]] | None:
+    """Return when a recorded finger seems off the plate, and the longest part without such (`off_plate`)."""
+    return off_plate(_zeroed(signal, taken), taken.rate_hz, taken.part.at_s)
+
+
+def _zeroed(signal: Recording, taken: Taken) -> Array:
+    """Return a force with its own zero: an offset is that of the sensor, or a level beside a mean."""
+    return taken.raw if signal.remove_mean else taken.force
+
+
+def _of_recording(name: str, signal: Recording, taken: Taken) -> Iterator[Finding]:
+    """Yield the doubts about a recorded signal."""
+    yield from (replace(one, where=replace(one.where, recording=name)) for one in taken.findings if one.code in OF_FILE)
+    largest_n, rms_n = float(np.abs(taken.raw).max()), float(taken.force.std())
+    unnamed = taken.unit_by == "taken for N"
+    steady = name == "disturbance" and taken.force.size > 1 and rms_n <= ROUNDING * largest_n
+    column = taken.channel.name
+    if OUTPUT.search(column) and unnamed:
+        yield doubt("COLUMN-DOUBT", name, column, "scale", meant="volts or counts")
+    elif LOAD.search(column):
+        yield doubt("COLUMN-DOUBT", name, column, "column", meant="a load")
+    elif COEFFICIENT.search(column) and unnamed:
+        yield doubt("COLUMN-DOUBT", name, column, "column", meant="a coefficient")
     elif steady:
-        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="always the same")
-    if each.largest_n > FINGERS_N:
-        meant: Any = {"unit": "mN"} if each.unit == "N" else "scale"
-        yield doubt("UNIT-DOUBT", name, each.largest_n, meant, **_usual(name))
+        yield doubt("COLUMN-DOUBT", name, column, "column", meant="always the same")
+    if largest_n > FINGERS_N:
+        meant: Any = {"unit": "mN"} if taken.unit == "N" else "scale"
+        yield doubt("UNIT-DOUBT", name, largest_n, meant, **_usual(name))
     if signal.rectify is None:
-        yield from _signed(name, each.signs, (each.raw_lowest_n, each.raw_highest_n))
-    if name == "disturbance" and ROUNDING * each.largest_n < each.rms_n < LEAST_N:
-        yield doubt("UNIT-DOUBT", name, each.rms_n, _larger(each), **_usual("rms of disturbance", LEAST_N))
-    if name == "disturbance" and each.on_plate_s is not None:
-        start, stop = (round(at_s, 9) for at_s in each.on_plate_s)
+        signs = signs_of(_zeroed(signal, taken), taken.raw.size / taken.rate_hz)
+        yield from _signed(name, signs, (taken.raw.min(), taken.raw.max()))
+    if name == "disturbance" and ROUNDING * largest_n < rms_n < LEAST_N:
+        yield doubt("UNIT-DOUBT", name, rms_n, _larger(taken), **_usual("rms of disturbance", LEAST_N))
+    if name == "disturbance" and (off := on_plate(signal, taken)) is not None:
+        start, stop = (round(at_s, 9) for at_s in off[1])
         cut = {"start_s": start, "stop_s": stop}
-        yield doubt("FINGER-OFF", name, stop - start, cut, unit="s", times=each.off_plate)
+        yield doubt("FINGER-OFF", name, stop - start, cut, unit="s", times=off[0])
 
 
 def _of_array(name: str, signal: Samples) -> Iterator[Finding]:
@@ -197,11 +124,11 @@ def _usual(path: str, least_n: float = 0.0) -> dict[str, Any]:
     return {"unit": "N", "path": path, "low": least_n, "high": FINGERS_N}
 
 
-def _larger(each: Found) -> Mapping[str, Any] | str:
+def _larger(taken: Taken) -> Mapping[str, Any] | str:
     """Return what makes a signal larger."""
-    if each.unit in ("mN", "uN"):
-        return {"unit": "N"} if each.unit_by == "given" else {"scale": 1.0}
-    return "unit" if each.unit_by == "taken for N" else "scale"
+    if taken.unit in ("mN", "uN"):
+        return {"unit": "N"} if taken.unit_by == "given" else {"scale": 1.0}
+    return "unit" if taken.unit_by == "taken for N" else "scale"
 
 
 def _signed(name: str, signs: str, ends_n: tuple[float, float], array: bool = False) -> Iterator[Finding]:

@@ -10,7 +10,7 @@ from frictionloop.recordings.contents import told_rate
 from frictionloop.recordings.dates import told_date
 from frictionloop.recordings.headers import header, said_unit
 
-_MARKS = re.compile(r"\s*[:=\t;]\s*")
+_MARKS = re.compile(r"\s*(?:[:=\t;]|(?<!\d),(?=[^,]*$))\s*")
 _NUMBER_LAST = re.compile(r"([^\d]*[^\d\s,])[\s,]+([+-]?[\d.].*)")
 _UNIT = re.compile(r"(.*?)[ _]*\bunits?", re.IGNORECASE)
 

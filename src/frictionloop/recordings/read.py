@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionloop.findings import Finding
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities.units import known_unit
 from frictionloop.recordings.channel_lookup import find_channel, refuse_column
 from frictionloop.recordings.contents import Array, Channel, Contents
 from frictionloop.recordings.force_shape import clean_part, refuse_gaps
@@ -18,6 +20,8 @@ from frictionloop.recordings.part import EVEN, Part, part_of
 from frictionloop.recordings.straight_lines import resampled
 from frictionloop.recordings.whole import read_contents
 
+ROUNDING = 1e-9
+"""Mean that is none, as a share of the largest magnitude."""
 DEFAULT = "(the default of --disturbance.column and --setpoint.column)"
 
 
@@ -99,14 +103,38 @@ class Taken(NamedTuple):
 
     force: Array
     """In the unit that is wanted."""
+    raw: Array
+    """Before a mean is removed and an offset added."""
     rate_hz: float
     channel: Channel
     part: Part
+    unit: str
+    """Unit of the column."""
+    unit_by: str
+    """"file", "given" or "full scale"; "taken for N" where nothing tells it, and "scale" where that stands for it."""
     findings: tuple[Finding, ...]
     """What was found of the file, and of its times."""
 
+    def summary(self) -> dict[str, Any]:
+        """Return what was read in figures: the signal's in N, those of the file (``raw``), and times as ``start_s``."""
+        force, raw, at_s = self.force, self.raw, self.part.at_s
+        return {
+            "column": self.channel.name,
+            **{"unit": self.unit, "unit_by": self.unit_by, "rate_hz": self.rate_hz, "rate_by": self.part.by},
+            **{"samples": force.size, "from_s": float(at_s[0]), "to_s": float(at_s[-1])},
+            **{"lowest_n": float(force.min()), "highest_n": float(force.max()), "rms_n": float(force.std())},
+            **{"raw_lowest_n": float(raw.min()), "raw_highest_n": float(raw.max()), "raw_mean_n": float(raw.mean())},
+            "mean_n": mean_of(force),
+        }
 
-def scaled(recording: Recording, wanted: str) -> Taken:
+
+def mean_of(force: Array) -> float:
+    """Return a mean, 0 where it is the rounding of one that was removed."""
+    mean = float(np.mean(force))
+    return 0.0 if abs(mean) <= ROUNDING * float(np.abs(force).max()) else mean
+
+
+def scaled(recording: Recording, wanted: str = "N") -> Taken:
     """Return the part in use in the wanted unit."""
     contents = read_contents(recording.path, recording.decimal)
     channel = _picked(recording, contents)
@@ -119,14 +147,32 @@ def scaled(recording: Recording, wanted: str) -> Taken:
         scale = scale_of(where, recording.unit, channel.unit, wanted)
     if recording.rectify:
         used, scale = np.abs(used), abs(scale)
-    if recording.remove_mean:
-        used -= used.mean()
+    level = used.mean() if recording.remove_mean else 0.0
+    force = recording.offset_n + scale * (used - level)
+    found = (*_of_file(recording, contents, channel), *part.findings)
+    return Taken(force, scale * used, part.rate_hz, channel, part, *_unit(recording, channel), found)
+
+
+def _of_file(recording: Recording, contents: Contents, channel: Channel) -> Iterator[Finding]:
+    """Yield what was found of a file that counts for one of its channels, and that nobody chose it."""
     own = {"", channel.name, channel.times.name if channel.times else ""}
-    found = [each for each in contents.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own]
+    yield from (
+        each for each in contents.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own
+    )
     signals = [each for each in contents.signals() if each.number is not None]
     if recording.column == Recording.model_fields["column"].default and len(signals) > 1:
-        found.append(Finding("TAKEN-FOR", value=channel.name, unit=f"of {len(signals)}", more={"path": "column"}))
-    return Taken(recording.offset_n + scale * used, part.rate_hz, channel, part, (*found, *part.findings))
+        yield Finding("TAKEN-FOR", value=channel.name, unit=f"of {len(signals)}", more={"path": "column"})
+
+
+def _unit(recording: Recording, channel: Channel) -> tuple[str, str]:
+    """Return the unit of a column, and what says it."""
+    if recording.unit is not None:
+        return known_unit(recording.unit) or recording.unit, "given"
+    if channel.full_scale and recording.scale is None:
+        return "full scale", "full scale"
+    if channel.unit:
+        return channel.unit, "file"
+    return ("N", "taken for N") if recording.scale is None else ("", "scale")
 
 
 def _picked(recording: Recording, contents: Contents) -> Channel:

@@ -70,7 +70,7 @@ def layout_of(path: Path, decimal: Decimal | None = None) -> Layout:
     filled = [line for line in lines if is_row(line)]
     if not filled:
         raise must_be(f"{path}: rows of numbers", 0, "1 or more")
-    mark = _mark(filled[-1].strip(), decimal)
+    mark = _mark(filled[-LOOKED_AT // 2 :], decimal)
     said = said_in(lines)
     settings = {each.line - 1 for each in said if tells(each)}
     rows = [Row(k, cells_of(line, mark)) for k, line in enumerate(lines) if is_row(line) and k not in settings]
@@ -108,12 +108,15 @@ def _encoding(path: Path) -> str:
     return "utf-8-sig"
 
 
-def _mark(line: str, decimal: Decimal | None) -> str:
-    """Return what parts the cells of a line: 1,5;2,5 and 1,5 2,5 have decimal commas, 1,5 alone is two columns."""
-    mark = next((each for each in "\t;" if each in line), "")
+def _mark(lines: Sequence[str], decimal: Decimal | None) -> str:
+    """Return what parts the cells of lines: 1,5;2,5 and 1,5 2,5 have decimal commas, 1,5 alone is two columns."""
+    line = lines[-1].strip()
+    if mark := next((each for each in "\t;" if each in line), ""):
+        return mark
     commas = [part for part in line.split() if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", part.strip('"'))]
-    spaced = " " in line and (decimal == "," or len(commas) > 1)
-    return mark or ("," if "," in line and not spaced and decimal != "," else " " if " " in line else "\t")
+    alike = len({each.count(",") for each in lines}) > 1 and len({len(each.split()) for each in lines}) == 1
+    spaced = " " in line and (decimal == "," or len(commas) > 1 or alike)
+    return "," if "," in line and not spaced and decimal != "," else " " if " " in line else "\t"
 
 
 def is_row(line: str) -> bool:

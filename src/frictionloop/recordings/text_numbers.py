@@ -78,7 +78,7 @@ def decimal_in(where: str, rows: Iterable[list[str]], mark: str) -> Decimal:
         elif marks:
             decimal = marks[-1] if marks.count(marks[-1]) == 1 else OTHER[marks[-1]]
             tells.update(decimal * (_NUMBER[decimal].fullmatch(cell) is not None))
-        elif len(cell) > 2 and cell.isdecimal():
+        elif cell.isdecimal():
             whole.add(k)
     if "," in tells and "." not in tells:
         return ","
