@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -16,7 +17,7 @@ from frictionloop.findings import Condition, Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification.channel_summary import ChannelSummary, Glance
 from frictionloop.loop.progress import progress_bar
-from frictionloop.quantities import replacing
+from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.recordings.contents import Channel, Contents
 from frictionloop.recordings.sampling import Sampling, samplings_of
 from frictionloop.recordings.stored import blocks_of, count_blocks
@@ -232,7 +233,9 @@ def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> Fi
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
     seen = f"{WINDOWS} windows, {f'{ROWS} samples each' if max(sizes) > WINDOWS * ROWS else 'all samples'}"
-    every = {*samplings_of(str(path), signals, rate_hz).values()}
+    every: set[Sampling] = set()
+    with suppress(FrictionloopError):  # two rates, of which neither is drawn
+        every = {*samplings_of(str(path), signals, rate_hz).values()}
     # Else rows are no seconds, or not the same ones.
     at_hz = next((each.rate_hz for each in every if len(every) == 1 and each.even and not each.gaps), None)
     return FirstLook(str(path), tuple(found), seen, at_hz)

@@ -64,7 +64,7 @@ OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
 """Kinds that no table can give."""
 MOST_CLIPPED = 0.01
 """Share of the samples of a recording that may be clipped (assumed)."""
-FORM = 2
+FORM = 3
 """Of what is kept: another one is not read."""
 USE_SENSOR = ("quiet", "slides", "load", "amplitude")
 """Kinds whose analysis depends on what is known of the sensor."""
