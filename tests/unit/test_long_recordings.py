@@ -15,7 +15,7 @@ from frictionloop.identification.entry_result import Sensor
 from frictionloop.identification.file_channels import first_look
 from frictionloop.identification.project_analysis import analyse
 from frictionloop.identification.project_file import Take
-from frictionloop.recordings import stored
+from frictionloop.recordings import stored, text_tables
 from frictionloop.recordings.whole import _read, read_contents
 
 RATE = 8000.0
@@ -71,12 +71,14 @@ def test_gaps_of_the_times_are_found_across_blocks(tmp_path, small_blocks):
     assert fl.identify.channels(tmp_path / "gaps.csv").gaps == ((298, 2), (1997, 1))
 
 
-def test_a_large_table_with_blank_lines_is_refused(tmp_path, small_blocks):
+def test_a_large_table_with_blank_lines_is_read_and_it_is_told(tmp_path, small_blocks, monkeypatch):
+    monkeypatch.setattr(text_tables, "CHUNK", 999)
     rows = ["time_s,f", *(f"{k / RATE},{k % 7}" for k in range(2000))]
-    rows[1000] = ""
+    rows[1000:1000] = [""]
     (tmp_path / "blank.csv").write_text("\n".join(rows))
-    with pytest.raises(fl.FrictionloopError, match="rows in lines 902 to 1201 = 299"):
-        fl.identify.load(tmp_path / "blank.csv")
+    found = read_contents(tmp_path / "blank.csv")
+    assert np.asarray(found.channels[1].samples).tolist() == [k % 7 for k in range(2000)]
+    assert [(each.value, each.where.channel) for each in found.findings] == [(1, "line 1001")]
 
 
 def project(kind, name, **more):

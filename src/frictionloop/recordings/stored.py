@@ -1,12 +1,14 @@
-"""Samples that stay in their file until they are asked for: what a recording larger than the memory is read by."""
+"""Samples that stay in a file until they are asked for: what a recording larger than the memory is read by."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from tempfile import TemporaryFile
+from typing import Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,43 +65,23 @@ def count_blocks(samples: Samples) -> int:
     return -(-samples.size // BLOCK) if isinstance(samples, Stored) else 1
 
 
-CHUNK = 2**24
-"""Bytes that are looked through at once for ends of lines."""
+class Spool:
+    """Rows of numbers in a file without a name: a text that is too large for the memory is parsed once."""
 
+    def __init__(self, width: int) -> None:
+        self._file, self._width, self._rows = TemporaryFile(), width, 0  # noqa: SIM115
+        finalize(self, self._file.close)
 
-class Index(NamedTuple):
-    """The rows of a text file below its head."""
+    def add(self, rows: NDArray[np.float64]) -> None:
+        """Keep rows, shape (rows, columns)."""
+        rows.tofile(self._file)
+        self._rows += len(rows)
 
-    rows: int
-    offsets: tuple[int, ...]
-    """Byte at which each block of rows begins, and the end of the file."""
+    def columns(self) -> list[Stored]:
+        """Return each column of what was kept."""
+        self._file.flush()
+        return [Stored(self._rows, np.dtype(float), partial(self._read, k)) for k in range(self._width)]
 
-
-def indexed(path: Path, first_line: int) -> Index:
-    """Return where blocks of rows begin; every line from ``first_line`` on, counted from 0, is a row."""
-    return _indexed(path, path.stat().st_mtime_ns, first_line, BLOCK)
-
-
-@lru_cache(4)
-def _indexed(path: Path, _changed: int, first_line: int, block: int) -> Index:
-    ends, at = 0, 0
-    offsets = [] if first_line else [0]
-    last = b"\n"
-    with open(path, "rb") as stream:
-        while chunk := stream.read(CHUNK):
-            # Lines first_line + k * block begin after as many ends of lines.
-            places = np.flatnonzero(np.frombuffer(chunk, np.uint8) == ord("\n"))
-            wanted = np.arange(-(-(ends + 1 - first_line) // block) * block + first_line, ends + places.size + 1, block)
-            offsets += [at + int(places[k - ends - 1]) + 1 for k in wanted.tolist() if k >= max(first_line, 1)]
-            ends, at, last = ends + places.size, at + len(chunk), chunk[-1:]
-    lines = ends + (last != b"\n")
-    rows = lines - first_line
-    return Index(rows, (*offsets[: -(-rows // block)], at))
-
-
-def bytes_of(path: Path, index: Index, block: int) -> bytes:
-    """Return the lines of a block of rows."""
-    start, stop = index.offsets[block], index.offsets[block + 1]
-    with open(path, "rb") as stream:
-        stream.seek(start)
-        return stream.read(stop - start)
+    def _read(self, k: int, first: int, stop: int) -> NDArray[np.float64]:
+        self._file.seek(8 * first * self._width)
+        return np.fromfile(self._file, float, (stop - first) * self._width).reshape(-1, self._width)[:, k]

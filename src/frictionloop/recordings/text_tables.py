@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
-from io import BytesIO, StringIO, TextIOWrapper
+from functools import partial
+from io import StringIO
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -15,35 +16,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.quantities import must_be
-from frictionloop.recordings import stored
 from frictionloop.recordings.contents import Channel, Contents, left_out
 from frictionloop.recordings.dates import seconds_after, shown, told_date
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.preamble import rates_in, unit_in
-from frictionloop.recordings.stored import Index, Stored, blocks_of, bytes_of, indexed, is_large
+from frictionloop.recordings.stored import Spool, blocks_of, is_large
 from frictionloop.recordings.table_layout import Layout, Row, cells_of, is_row, layout_of
 from frictionloop.recordings.text_numbers import OTHER, Decimal, number_in
 
 Table = NDArray[np.float64]
+CHUNK = 2**24
+"""Characters that are parsed at once."""
+_NO_ROW = re.compile(r'^[ \t,;"\0]*(?:(?:#|sep=).*)?$', re.MULTILINE)
+"""A line that `is_row` denies."""
 
 
 def read_table(path: Path, decimal: Decimal | None = None) -> Contents:
     """Return the columns of a text file; a column without a name is called by its number."""
     layout = layout_of(path, decimal)
-    found = list(_of_layout(layout))
-    if is_large(path, path.stat().st_size, 1) and not layout.encoding.startswith("utf-16"):
-        index = indexed(path, layout.first)
-        read = partial(_block, path, path.stat().st_mtime_ns, layout, index)
-        columns: list[Any] = [
-            Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(layout.width)
-        ]
+    found, blank = list(_of_layout(layout)), list[int]()
+    tables = _tables(path, layout, blank)
+    if is_large(path, path.stat().st_size, 1):
+        spool = Spool(layout.width)
+        for table in tables:
+            spool.add(table)
+        columns: list[Any] = list(spool.columns())
     else:
-        with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
-            lines = [*islice(stream, layout.first, None)]
-        kept = [line for line in lines if is_row(line)]
-        columns = list(_rows(kept, layout).T)
-        found += _blank(lines, layout.first)
+        columns = list(np.concatenate([*tables]).T)
+    if blank:
+        where = Condition(channel=f"line {blank[0]}" if len(blank) == 1 else f"lines {blank[0]} ...")
+        found.append(Finding("LEFT-OUT", value=len(blank), where=where, more={"reason": f"blank, {len(blank)} in all"}))
     channels = [*_with_times(_channels(path, layout, columns))]
     empty = [each for each in channels if np.all(np.isnan(next(blocks_of(each.samples))))]
     named = [each for each in empty if each.name != str(each.number)]
@@ -60,16 +62,23 @@ def _of_layout(layout: Layout) -> Iterator[Finding]:
         yield Finding("NAMES-FEWER", value=layout.named, limit=layout.width)
 
 
-def _blank(lines: Sequence[str], first: int) -> Iterator[Finding]:
-    """Yield how many lines between the rows hold none."""
-    blank = [k for k, line in enumerate(lines) if not is_row(line) and not line.lstrip().startswith("#")]
-    last = max((k for k in range(len(lines) - 1, -1, -1) if is_row(lines[k])), default=0)
-    inside = [k for k in blank if k < last]
-    if inside:
-        where = Condition(
-            channel=f"lines {first + inside[0] + 1} ..." if len(inside) > 1 else f"line {first + inside[0] + 1}"
-        )
-        yield Finding("LEFT-OUT", value=len(inside), where=where, more={"reason": f"blank, {len(inside)} in all"})
+def _tables(path: Path, layout: Layout, blank: list[int]) -> Iterator[Table]:
+    """Yield the rows of a file in large parts; the lines between them that hold none are added to ``blank``."""
+    waiting: list[int] = []
+    with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
+        at = 1 + sum(1 for _ in islice(iter(stream.readline, ""), layout.first))
+        while text := stream.read(CHUNK):
+            text += stream.readline()
+            lines = text.split("\n") if _NO_ROW.search(text.rstrip("\n")) else []
+            for k, line in enumerate(lines):
+                if is_row(line):
+                    blank += waiting
+                    waiting = []
+                elif k < len(lines) - 1 and not line.lstrip().startswith("#"):
+                    waiting.append(at + k)
+            at += text.count("\n")
+            if kept := list(filter(is_row, lines)) or ([text] if not lines else []):
+                yield _rows(kept, layout)
 
 
 def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> list[Channel]:
@@ -114,37 +123,12 @@ def _place(path: Path, layout: Layout, k: int, i: int) -> str:
     return f"line {row.line + 1}: {name} is {f'{cell!r:.40}' if cell else 'blank'}{hint}"
 
 
-def _column(read: Callable[[int, int], Table], k: int, first: int, stop: int) -> Table:
-    return read(first, stop)[:, k]
-
-
-def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, stop: int) -> Table:
-    """Return rows of a large table, all of one block."""
-    block, start = divmod(first, stored.BLOCK)
-    found = _parsed(path, changed, layout, index, block)
-    wanted = min(stored.BLOCK, index.rows - block * stored.BLOCK)
-    if len(found) != wanted:
-        lines = f"lines {layout.first + first + 1} to {layout.first + first + wanted}"
-        raise must_be(f"{path}: rows in {lines}", len(found), f"{wanted} in so large a table")
-    return found[start : start + stop - first]
-
-
-@lru_cache(2)
-def _parsed(path: Path, _changed: int, layout: Layout, index: Index, block: int) -> Table:
-    raw = bytes_of(path, index, block)
-    try:
-        return _quick(BytesIO(raw), layout)
-    except ValueError:
-        lines = TextIOWrapper(BytesIO(raw), layout.encoding, "replace", None)
-        return _cell_by_cell(filter(is_row, lines), layout)
-
-
 def _rows(lines: list[str], layout: Layout) -> Table:
     """Return the numbers of rows, shape (rows, columns); quickly where the table is whole, else cell by cell."""
     try:
         return _quick(StringIO("\n".join(lines)), layout)
     except ValueError:
-        return _cell_by_cell(lines, layout)
+        return _cell_by_cell(lines if len(lines) > 1 else lines[0].rstrip("\n").split("\n"), layout)
 
 
 def _quick(stream: Any, layout: Layout) -> Table:
