@@ -204,15 +204,6 @@ class FirstLook(NamedTuple):
         """Return the first of the channels that vary, of all where none does."""
         return ([trace for trace in self.traces if not trace.constant] or list(self.traces))[:DRAWN]
 
-    def left_out(self) -> list[str]:
-        """Return the names of the channels that are not drawn: they do not vary, or stand behind the first."""
-        drawn = self.drawn()
-        return [trace.name for trace in self.traces if not any(trace is each for each in drawn)]
-
-    def along(self, row: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where rows stand in time, or as samples where nothing tells a rate."""
-        return row / self.rate_hz if self.rate_hz else row
-
     def plot(self) -> Figure:
         """Return the channels that vary, one below the other, each by its lowest and highest value along the file."""
         from frictionloop.figures.style import styled
@@ -266,7 +257,9 @@ def _drawn(look: FirstLook) -> Figure:
     figure = new_figure(8.0, 1.0 + 0.9 * len(traces))
     rows = figure.subplots(len(traces), 1, sharex=True, squeeze=False)[:, 0]
     for axes, trace in zip(rows, traces, strict=True):
-        axes.fill_between(look.along(trace.row), trace.low, trace.high, color=BLUE, linewidth=0.6, edgecolor=BLUE)
+        axes.fill_between(
+            trace.row / (look.rate_hz or 1.0), trace.low, trace.high, color=BLUE, linewidth=0.6, edgecolor=BLUE
+        )
         name = f"{trace.name}\n({trace.unit})" if trace.unit else trace.name
         axes.set_ylabel(name, rotation=0, ha="right", va="center")
         axes.margins(x=0.0, y=0.1)

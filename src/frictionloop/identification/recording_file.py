@@ -190,7 +190,7 @@ def _of_channels(
     mapped: bool,
 ) -> Iterator[Finding]:
     """Yield what was found of the file, channels that no map chose, of other length or rate, and units not told."""
-    yield from contents.findings
+    yield from contents.findings_of(picked.values())
     taken = {line.name for line in picked.values()}
     for line in () if mapped else contents.signals():
         if line.name not in taken:

@@ -80,13 +80,14 @@ class Contents:
     dated: bool = True
     """Whether the file says so; else it is the day on which it was last written."""
 
-    def clock(self) -> Channel | None:
-        """Return the first column of times, None without one."""
-        return next((each for each in self.channels if each.tells_time), None)
-
     def signals(self) -> tuple[Channel, ...]:
         """Return the channels but the times."""
         return tuple(each for each in self.channels if not each.tells_time)
+
+    def findings_of(self, channels: Iterable[Channel]) -> list[Finding]:
+        """Return what counts for some channels: not that others were left out."""
+        own = {one.name for each in channels for one in (each, each.times) if one is not None}
+        return [each for each in self.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own]
 
 
 def left_out(name: str, reason: str) -> Finding:

@@ -30,28 +30,17 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
 
         force = offset_n + f,  f = scale * column, |scale * column| with ``rectify``, less its mean if that is removed,
 
-    the mean taken over the recorded samples used, of the magnitude if that is taken: the friction of strokes both ways
-    has the mean of its magnitude. Both ends are included, so a window of D seconds gives
-    D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s`` are times of the column of
-    times, or count from the first sample where there is none or it has dates, and fall on the nearest recorded sample
-    (`window`). At the file's own rate the samples are copied exactly. At another they are resampled band-limited
-    (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the two Nyquist frequencies, -100 dB above
-    it) at a rational ratio right to 10 ppm; the straight line from the first to the last sample is set aside and put
-    back, the rest mirrored at both ends, so that they do not ring.
+    the mean over the samples used, of the magnitude if that is taken. Both ends are included: a window of D seconds
+    gives D * rate_hz + 1 values (one less at the end of the file). At the file's own rate the samples are copied
+    exactly. At another they are resampled band-limited (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the
+    lower of the two Nyquist frequencies, -100 dB above it) at a rational ratio right to 10 ppm; the straight line from
+    the first to the last sample is set aside and put back, the rest mirrored at both ends, so that they do not ring.
 
     Parameters
     ----------
     recording
-        Path and column. ``.csv .tsv .txt .dat .asc``: delimiter and decimal mark found by themselves, lines of names
-        and of units optional; lines that start with ``#`` are comments, and settings above the numbers
-        ("# rate_hz: 1000", "unit: mN") are read. ``.h5 .hdf5 .nc`` (packing undone), ``.mat`` (5 and 7.3, indexed as in
-        MATLAB but from 0) and ``.npy .npz``: path of an array, with ``[:, k]`` or ``[k, :]`` if it has two dimensions.
-        ``.wav``: channel; integers become -1 to 1 (full scale). ``.lvm``, ``.tdms``, ``.uff`` and ``.unv``, of the
-        extra ``identify``. `find_channel` says how a channel is named.
-        The rate is ``recording.rate_hz``; WAV and files of recorders bring their own, and so does a file with a
-        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
-        attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
-        Uneven ones are brought to ``resample_hz`` (`straight_lines`).
+        File (`read_contents`), channel (`find_channel`) and part. The rate is that of the channel: its format's, of the
+        times, attribute or number nearest to it, or ``rate_hz``; uneven times are brought to ``resample_hz``.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
     wanted
@@ -65,11 +54,8 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     Raises
     ------
     FrictionloopError
-        In one line: the file is missing, empty, damaged or of an unknown format; the column is not there (what
-        is there is listed) or holds times; the unit is not known; the rate is missing, contradicts the file or is
-        uneven in the part in use (with the line of the gap);
-        a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
-        the window is past the end.
+        In one line: what `read_contents` and `find_channel` raise; a channel of times, of an unknown unit, without a
+        rate or against one, uneven or without a number in the part in use (with its line); a part past the end.
     """
     taken = scaled(recording, wanted)
     return resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
@@ -155,10 +141,7 @@ def scaled(recording: Recording, wanted: str = "N") -> Taken:
 
 def _of_file(recording: Recording, contents: Contents, channel: Channel) -> Iterator[Finding]:
     """Yield what was found of a file that counts for one of its channels, and that nobody chose it."""
-    own = {"", channel.name, channel.times.name if channel.times else ""}
-    yield from (
-        each for each in contents.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own
-    )
+    yield from contents.findings_of([channel])
     signals = [each for each in contents.signals() if each.number is not None]
     if recording.column == Recording.model_fields["column"].default and len(signals) > 1:
         yield Finding("TAKEN-FOR", value=channel.name, unit=f"of {len(signals)}", more={"path": "column"})
