@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 import recorded_files as files
 import scipy.io
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.recordings.text_tables import read_table
@@ -61,22 +59,6 @@ def test_objects_of_python_are_left_out_and_named(tmp_path):
     assert fl.identify.load(tmp_path / "a.npz").sizes["time"] == 100
 
 
-def test_a_run_replayed_from_beside_an_object_of_matlab(tmp_path):
-    from frictionloop.recordings.read import read_recording
-
-    files.mat5_with_object(tmp_path / "a.mat", columns(), RATE)
-    force = read_recording(fl.Recording(path=str(tmp_path / "a.mat"), column="force", rate_hz=RATE), RATE)
-    np.testing.assert_allclose(force, columns()["force"])
-
-
-def test_two_rates_are_both_said(tmp_path):
-    time = np.arange(500) / 1000.0
-    scipy.io.savemat(tmp_path / "a.mat", {"t": time, "f": np.sin(time), "fs": 5000.0})
-    said = complaint(tmp_path / "a.mat")
-    assert "5000 Hz by 'fs'" in said and "1000 Hz by the column 't'" in said
-    assert fl.identify.load(tmp_path / "a.mat", rate_hz=1000.0).sizes["time"] == 500
-
-
 def test_times_without_a_unit_are_read_in_the_one_that_agrees(tmp_path):
     scipy.io.savemat(tmp_path / "a.mat", {"t": np.arange(500) * 0.2, "f": np.arange(500.0) ** 0.5, "fs": 5000.0})
     assert float(fl.identify.load(tmp_path / "a.mat").time[1]) == pytest.approx(2e-4)
@@ -109,17 +91,6 @@ def test_a_ragged_header_and_two_rows_of_names(tmp_path):
     assert [each.name for each in read_table(tmp_path / "a.txt").channels] == ["Time", "Px", "SF", "3", "4"]
     (tmp_path / "b.csv").write_text('"Force",,"Stage"\n"x","y","x"\n' + "\n".join(f"{k},{k},{k}" for k in range(9)))
     assert [each.name for each in read_table(tmp_path / "b.csv").channels] == ["Force x", "Force y", "Stage x"]
-
-
-@given(st.lists(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), min_size=3, max_size=9))
-@settings(max_examples=30, deadline=None)
-def test_decimal_commas_give_the_numbers_of_decimal_points(tmp_path_factory, rows):
-    folder = tmp_path_factory.mktemp("t")
-    point = "a;b\n" + "\n".join(f"{x:.6f};{y:.6f}" for x, y in rows)
-    (folder / "p.csv").write_text(point)
-    (folder / "c.csv").write_text(point.replace(".", ","))
-    for one, other in zip(read_table(folder / "p.csv").channels, read_table(folder / "c.csv").channels, strict=True):
-        np.testing.assert_array_equal(one.samples, other.samples)
 
 
 def test_clipping_is_seen_and_a_turning_signal_is_not_clipped(tmp_path):

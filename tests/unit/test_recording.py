@@ -177,10 +177,6 @@ def test_decimal_commas_are_read_told_or_not(tmp_path, mark):
         assert read(path, "force", rate_hz=None, decimal=decimal).tolist() == [1.25, -1.5e-3]
 
 
-def test_a_mark_at_the_end_of_a_row_is_no_cell(tmp_path):
-    assert read(text(tmp_path, "x,force\n0,1.5,\n0,-2,\n"), "force").tolist() == [1.5, -2.0]
-
-
 def test_a_bad_cell_outside_the_window_does_no_harm(tmp_path):
     path = text(tmp_path, "nan\n1\n2\nlost\n")
     assert read(path, start_s=0.01, stop_s=0.02).tolist() == [1.0, 2.0]
@@ -233,14 +229,6 @@ def test_a_scale_that_contradicts_its_unit_is_refused():
         Recording(path="a.csv", unit="mN", scale=2.0)
 
 
-def test_an_attribute_of_hdf5_says_the_unit(tmp_path):
-    path = tmp_path / "a.h5"
-    with h5py.File(path, "w") as file:
-        file["f"] = np.array([100.0, 200.0])
-        file["f"].attrs["units"] = "mN"
-    assert np.allclose(read(path, "f"), [0.1, 0.2], rtol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("times", "said"),
     [
@@ -255,13 +243,6 @@ def test_uneven_times_are_refused_with_the_line_of_the_gap(tmp_path, times, said
     path = text(tmp_path, "t,force\n" + "".join(f"{t},1\n" for t in times))
     assert refusal(path, "force", rate_hz=None).startswith(said)
     assert read(path, "force").size == len(times)
-
-
-def test_a_wav_brings_its_own_rate(tmp_path):
-    path = tmp_path / "a.wav"
-    wavfile.write(path, 8000, np.zeros(8, np.float32))
-    assert read(path, rate_hz=None, at_hz=8000).size == read(path, rate_hz=8000, at_hz=8000).size == 8
-    assert refusal(path, rate_hz=44100.0) == "rate_hz = 44100 Hz: must be 8000, as in the file, or none"
 
 
 def test_a_window_past_the_end(tmp_path):
@@ -403,17 +384,6 @@ def test_a_unit_that_is_not_known_is_refused(tmp_path):
     assert read(path, "Ft [dyn]", scale=2.0).tolist() == [2.0, 6.0]
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
-def test_encodings(tmp_path, encoding):
-    path = tmp_path / "a.csv"
-    path.write_bytes("t,Ft [\u00b5N]\n0,1e6\n0.01,2e6\n".encode(encoding))
-    assert read(path, "Ft", rate_hz=None) == pytest.approx([1.0, 2.0])
-
-
-def test_the_first_line_of_excel_is_no_header(tmp_path):
-    assert read(text(tmp_path, "sep=;\nt;F\n0;1\n0.01;2\n"), "F", rate_hz=None).tolist() == [1.0, 2.0]
-
-
 def test_numbers_over_numbers_are_names_where_text_stands_beside_them(tmp_path):
     assert read(text(tmp_path, "t,1,2\n0,5,6\n0.01,7,8\n"), "2", rate_hz=None).tolist() == [6.0, 8.0]
     assert read(text(tmp_path, "load,1000\n0.1,0.2\n0.3,0.4\n"), "1").tolist() == [0.2, 0.4]
@@ -440,12 +410,6 @@ def test_a_line_of_units_stays_out_of_the_names_and_is_told(tmp_path, units):
     assert read(path, "Ft", rate_hz=None).tolist() == [1.0, 2.0]
     one = found(Recording(path=str(path), column="Ft"))
     assert (one.channel.name, one.unit, one.part.by) == ("Ft", "mN", "'t'")
-
-
-def test_decimal_commas_below_settings_are_named(tmp_path):
-    path = text(tmp_path, "Messung;Finger 3\n\nZeit;Ft\n[s];[mN]\n0,00;250,5\n0,01;251,5\n")
-    assert refusal(path, "Ft", rate_hz=None, decimal=".").startswith("rows of numbers = 0")
-    assert read(path, "Ft", rate_hz=None) == pytest.approx([0.2505, 0.2515])
 
 
 def test_two_columns_of_one_name_are_told_apart_by_number(tmp_path):

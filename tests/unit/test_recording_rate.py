@@ -145,14 +145,6 @@ def test_columns_without_a_name_are_read_by_number(path, column, k):
     assert (fewer.code, fewer.value, fewer.limit) == ("NAMES-FEWER", 3, 6)
 
 
-def test_a_run_takes_the_columns_that_the_list_of_channels_has(path):
-    found = read_contents(path)
-    assert [each.name for each in found.channels] == ["time", "Px", "Py", "3", "4", "5"]
-    for channel in found.signals():
-        taken = read_recording(fl.Recording(path=path, column=channel.name), RATE_HZ)
-        assert taken == pytest.approx(np.asarray(channel.samples))
-
-
 def test_one_that_is_not_there_is_refused_with_all_that_are(path):
     with pytest.raises(fl.FrictionloopError, match=r"column: '6' is unknown; accepted: time, Px, Py, 3, 4, 5"):
         read_recording(fl.Recording(path=path, column="6"), RATE_HZ)
