@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.io import wavfile
 
 import frictionloop as fl
-from frictionloop.recordings.read import scaled
+from frictionloop.recordings.read import read_recording, scaled
 from frictionloop.recordings.whole import read_contents
 
 AT_S = np.arange(600) / 1000
@@ -87,6 +87,17 @@ def test_a_channel_that_nobody_asked_for_sets_no_rate(tmp_path, name, write):
     assert seen.rate_hz is None and {each.rate_hz for each in seen.channels} >= {1000.0, 500.0}
     (left,) = (each for each in fl.identify.findings_of(fl.identify.load(tmp_path / name).attrs) if each.code in CODES)
     assert left.code == "LEFT-OUT"
+
+
+def test_a_rate_among_settings_counts_where_it_is_the_only_one(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["data/force_n"] = FORCE
+        file.create_group("daq").attrs["fs"] = 1000.0
+    assert both(tmp_path / "a.h5", "data/force_n")[1] == 1000.0
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file.create_group("other").attrs["fs"] = 500.0
+    with pytest.raises(fl.FrictionloopError, match="1000 Hz by 'fs' of 'daq', 500 Hz by 'fs' of 'other'"):
+        read_recording(fl.Recording(path=str(tmp_path / "a.h5"), column="data/force_n"), 1000.0)
 
 
 def test_each_channel_of_an_lvm_has_its_own_step_and_a_stale_one_is_settled(tmp_path):

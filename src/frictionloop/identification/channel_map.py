@@ -169,7 +169,7 @@ def resampled(
     """
     lines: dict[str, found.Channel] = {}
     for name, line in picked.items():
-        at_s = clock_to_resample(where, line.times, resample_hz).at_s
+        at_s = clock_to_resample(where, line.times, resample_hz)[1].at_s
         even_s = even_times(where, at_s, resample_hz)
         values = np.asarray(line.samples[: line.samples.size], dtype=float)
         wrap = None if chart is None else chart.channels[name].wrap

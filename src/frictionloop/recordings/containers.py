@@ -169,11 +169,27 @@ def _of_arrays(
     ]
     channels = with_times([*lines, *more])
     scalars = {name: array for name, array in arrays.items() if array.size == 1}
-    rates = _Rates(said, scalars, {folder for each in channels for folder in _folders(each.name)})
-    found = (each if each.tells_time else replace(each, rates_hz=rates.beside(_array(each.name))) for each in channels)
+    told: dict[str, list[tuple[str, Any]]] = {folder: list(each.items()) for folder, each in said.items()}
+    for name, value in scalars.items():
+        folder, _, leaf = name.rpartition("/")
+        told.setdefault(folder, []).append((leaf, value))
+    rates = {folder: rate for folder, pairs in told.items() if (rate := told_rates(pairs))}
+    used = {folder for each in channels for folder in (_array(each.name), *_folders(each.name))}
+    settings = {f"{by} of {at!r}": hertz for at, each in rates.items() if at not in used for by, hertz in each.items()}
+    timed = (
+        each if each.tells_time else replace(each, rates_hz=_nearest(each.name, rates, settings)) for each in channels
+    )
     deep = [left_out(name, f"{each.ndim} dimensions") for name, each in arrays.items() if np.squeeze(each).ndim > 2]
     pairs = [(name, value) for each in said.values() for name, value in each.items()]
-    return Contents(tuple(found), (*dropped, *deep), told_date([*pairs, *arrays.items()]))
+    return Contents(tuple(timed), (*dropped, *deep), told_date([*pairs, *arrays.items()]))
+
+
+def _nearest(name: str, rates: Mapping[str, Mapping[str, float]], settings: Mapping[str, float]) -> Mapping[str, float]:
+    """Return what tells the rate of an array: its own attributes, those and numbers of its group, of groups above.
+
+    Without any, those of groups of settings, which hold no channels.
+    """
+    return next((rates[at] for at in (_array(name), *_folders(name)) if at in rates), settings)
 
 
 def with_times(channels: Sequence[Channel]) -> list[Channel]:
@@ -181,15 +197,12 @@ def with_times(channels: Sequence[Channel]) -> list[Channel]:
     clocks: dict[tuple[str, int], Channel] = {}
     for each in channels:
         if each.tells_time:
-            clocks.setdefault((next(_folders(each.name)), each.samples.size), each)
-    return [
-        each
-        if each.tells_time
-        else replace(
-            each, times=next(filter(None, (clocks.get((at, each.samples.size)) for at in _folders(each.name))), None)
-        )
-        for each in channels
-    ]
+            clocks.setdefault((each.name.rpartition("/")[0], each.samples.size), each)
+    found = []
+    for each in channels:
+        near = (clocks[at, each.samples.size] for at in _folders(each.name) if (at, each.samples.size) in clocks)
+        found.append(each if each.tells_time else replace(each, times=next(near, None)))
+    return found
 
 
 def _array(name: str) -> str:
@@ -203,32 +216,6 @@ def _folders(name: str) -> Iterator[str]:
     while folder:
         folder = folder.rpartition("/")[0]
         yield folder
-
-
-class _Rates:
-    """The sampling rates that attributes and single numbers tell."""
-
-    def __init__(self, said: Attributes, scalars: Mapping[str, Any], groups: set[str]) -> None:
-        self._said, self._scalars, self._groups = said, scalars, groups
-
-    def beside(self, name: str) -> dict[str, float]:
-        """Return what tells the rate of an array, the nearest of all that do: its attributes, its group's, those above.
-
-        Without any, those of groups of settings, which hold no channels.
-        """
-        if own := told_rates(self._said.get(name, {}).items()):
-            return own
-        for folder in _folders(name):
-            if near := told_rates(self._in(folder)):
-                return near
-        apart = {*self._said, *(folder for each in self._scalars for folder in _folders(each))} - self._groups
-        return told_rates(pair for folder in sorted(apart) for pair in self._in(folder))
-
-    def _in(self, folder: str) -> Iterator[tuple[str, Any]]:
-        yield from self._said.get(folder, {}).items()
-        for each, value in self._scalars.items():
-            if each.rpartition("/")[0] == folder:
-                yield each.rpartition("/")[2], value
 
 
 def _stored_lines(path: Path, name: str, array: Any) -> Iterator[Channel]:

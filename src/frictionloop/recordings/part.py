@@ -68,8 +68,8 @@ def clock_of(times: Channel | None, given_hz: float | None = None) -> Clock | No
     return Clock(in_s - zero_s, usual_s, first_s - zero_s)
 
 
-def clock_to_resample(where: str, times: Channel | None, resample_hz: float) -> Clock:
-    """Return the clock of times that are to be brought to even ones; refuses such as cannot be."""
+def clock_to_resample(where: str, times: Channel | None, resample_hz: float) -> tuple[Channel, Clock]:
+    """Return times that are to be brought to even ones, and their clock; refuses such as cannot be."""
     if times is None or times.samples.size < 2:
         raise must_be(f"{where}: column of times", None, "resample_hz needs it")
     in_s = in_seconds(times)
@@ -80,7 +80,7 @@ def clock_to_resample(where: str, times: Channel | None, resample_hz: float) -> 
     if clock is None:
         accepted = f"told by a name such as 'time_s', or a rate within {UNTOLD:g} x {1 / usual_s:.3g} Hz"
         raise must_be(f"{where}: unit of {times.name!r}", times.unit, accepted)
-    return clock
+    return times, clock
 
 
 def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
@@ -113,17 +113,6 @@ def rows_between(recording: Recording, clock: Clock) -> tuple[int, int]:
     return rows["start_s"], rows["stop_s"] + 1
 
 
-def rows_counted(recording: Recording, count: int, rate_hz: float) -> tuple[int, int]:
-    """Return the same of rows that are counted at a rate, from the first on."""
-    path, start_s, stop_s = recording.path, recording.start_s or 0.0, recording.stop_s
-    for name, value, most in (("start_s", start_s, count - 0.5), ("stop_s", stop_s or 0.0, count + 0.5)):
-        beyond = value * rate_hz >= most if name == "start_s" else value * rate_hz > most
-        if value < 0 or beyond:
-            lasts = f"from 0 to {count / rate_hz:g}, {count} samples at {rate_hz:g} Hz"
-            raise must_be(f"{path}: {name}", float(value), lasts, "s")
-    return round(start_s * rate_hz), count if stop_s is None else min(round(stop_s * rate_hz) + 1, count)
-
-
 EVEN = 1e-3
 """How far a step of time may be off, as a share."""
 
@@ -152,26 +141,25 @@ def part_of(recording: Recording, channel: Channel) -> Part:
     """
     path, given_hz, told, times = recording.path, recording.rate_hz, told_by([channel]), channel.times
     if recording.resample_hz is not None:
-        return _brought_to(recording, times, recording.resample_hz)
+        return _by_times(recording, *clock_to_resample(path, times, recording.resample_hz))
     near_hz = given_hz or next(iter(told.values()), None)
     clock = clock_of(times, near_hz)
     if clock is not None and uneven_in(clock.at_s, clock.usual_s, EVEN) is None:
         told = {repr(times.name if times else ""): clock.mean_hz} | told
     elif clock is not None and near_hz is None and times is not None:
-        return _of_even_part(recording, times, clock)
+        return _by_times(recording, times, clock)
     elif clock is not None and near_hz is not None and not clock.is_near(near_hz):
         raise must_be(f"{path}: rate_hz", near_hz, f"near that of the times, {1 / clock.usual_s:g}", "Hz")
     elif clock is None and times is not None and times.samples.size > 1:
         _refuse_slow(path, times, given_hz)
         forced = Clock(in_seconds(times), abs(usual_step(in_seconds(times))) or 1.0, 0.0)
         if near_hz is None and uneven_in(forced.at_s, forced.usual_s, EVEN):
-            return _of_even_part(recording, times, forced)
+            return _by_times(recording, times, forced)
     if (found := one_rate(path, told, given_hz)) is None:
         raise FrictionloopError(f"{path}: {_no_rate(times)}")
     by, rate_hz = found
     if clock is None or not clock.rises:
-        first, stop = rows_counted(recording, channel.samples.size, rate_hz)
-        return Part(first, stop, rate_hz, by, np.arange(first, stop) / rate_hz)
+        clock = Clock(np.arange(channel.samples.size) / rate_hz, 1 / rate_hz, 0.0)
     first, stop = rows_between(recording, clock)
     off = () if given_hz is None else _uneven(clock.at_s[:stop], rate_hz)
     return Part(first, stop, rate_hz, by, clock.at_s[first:stop], None, off)
@@ -185,18 +173,21 @@ def _uneven(at_s: Array, rate_hz: float) -> tuple[Finding, ...]:
     return (Finding("TIMES-UNEVEN", value=1e3 * off_s, unit="ms", remedy="resample_hz"),)
 
 
-def _of_even_part(recording: Recording, times: Channel, clock: Clock) -> Part:
-    """Return the rows whose times lie between both, if those are even."""
-    path = recording.path
+def _by_times(recording: Recording, times: Channel, clock: Clock) -> Part:
+    """Return the rows whose times lie between both, if those are even or are to be brought to even ones."""
+    path, resample_hz = recording.path, recording.resample_hz
     if not np.isfinite(clock.at_s).any():
         refuse_gaps(path, clock.at_s, times.place, accepted=ACCEPTED)
     first, stop = rows_between(recording, clock)
-    at_s, cut = clock.at_s[first:stop], _cut(recording, clock, first, stop)
+    at_s, cut = clock.at_s[first:stop], "" if resample_hz else _cut(recording, clock, first, stop)
 
     def place(k: int) -> str:
         return times.place(first + k)
 
     refuse_gaps(path, at_s, place, accepted=ACCEPTED, cut=cut)
+    if resample_hz is not None:
+        even_s = even_times(path, at_s, resample_hz, place)
+        return Part(first, stop, resample_hz, "resample_hz", at_s, even_s, (resampling(at_s, resample_hz),))
     uneven = uneven_in(at_s, clock.usual_s, EVEN)
     if uneven is not None or at_s.size < 2:
         said = uneven.describe(place) if uneven else "one row"
@@ -204,20 +195,6 @@ def _of_even_part(recording: Recording, times: Channel, clock: Clock) -> Part:
         accepted = f"steps of {clock.usual_s:g} s{as_s}, {offer(at_s)}rate_hz given{cut}"
         raise FrictionloopError(f"{path}: {said}; accepted: {accepted}")
     return Part(first, stop, clock._replace(at_s=at_s).mean_hz, repr(times.name), at_s)
-
-
-def _brought_to(recording: Recording, times: Channel | None, resample_hz: float) -> Part:
-    """Return the rows whose times lie between both, and the even times they are brought to."""
-    clock = clock_to_resample(recording.path, times, resample_hz)
-    first, stop = rows_between(recording, clock)
-    at_s = clock.at_s[first:stop]
-
-    def place(k: int) -> str:
-        return times.place(first + k) if times else ""
-
-    refuse_gaps(recording.path, at_s, place, accepted=ACCEPTED)
-    even_s = even_times(recording.path, at_s, resample_hz, place)
-    return Part(first, stop, resample_hz, "resample_hz", at_s, even_s, (resampling(at_s, resample_hz),))
 
 
 def _cut(recording: Recording, clock: Clock, first: int, stop: int) -> str:
