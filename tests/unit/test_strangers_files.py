@@ -247,6 +247,16 @@ def test_whatever_stands_above_no_row_is_lost(tmp_path_factory, above, units, la
     assert force.samples.tolist() == FORCE[:60].tolist() and np.isnan(temp.samples).sum() == late
 
 
+def test_a_mark_that_is_given_is_that_of_every_way_in(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t_ms;force_n\n" + "".join(f"{k};{990 + k:,d}\n" for k in range(20)))
+    for decimal, force in ((".", 1009.0), (",", 1.009)):
+        loaded = fl.identify.load(path, {"f_m": "force"}, decimal=decimal)
+        assert scaled(fl.Recording(path=str(path), column="force", decimal=decimal)).force[-1] == force
+        assert loaded.f_m.values[-1] == force
+        assert fl.identify.channels(path, decimal=decimal).channels[1].most == (1009.0 if decimal == "." else 999.0)
+
+
 # Binary files are what they are.
 
 

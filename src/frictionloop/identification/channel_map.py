@@ -23,6 +23,7 @@ from frictionloop.recordings import contents as found
 from frictionloop.recordings.part import clock_to_resample
 from frictionloop.recordings.stored import Samples
 from frictionloop.recordings.straight_lines import even_times, resampling
+from frictionloop.recordings.text_numbers import Decimal
 
 Array = NDArray[np.float64]
 Window = tuple[Number, Number]
@@ -69,6 +70,8 @@ class ChannelMap(Description):
     """Sampling rate in Hz, where the file tells none or two."""
     resample_hz: Positive | None = None
     """Rate in Hz to which channels at uneven times are brought, by straight lines between their samples."""
+    decimal: Decimal | None = None
+    """Decimal mark of a text, "." or ",", where its numbers can be read in two ways."""
     channels: dict[str, Channel]
     """By name."""
 

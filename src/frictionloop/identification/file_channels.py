@@ -21,6 +21,7 @@ from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.recordings.contents import Channel, Contents
 from frictionloop.recordings.sampling import Sampling, samplings_of
 from frictionloop.recordings.stored import blocks_of, count_blocks
+from frictionloop.recordings.text_numbers import Decimal
 from frictionloop.recordings.whole import read_contents
 
 if TYPE_CHECKING:
@@ -97,7 +98,12 @@ class FileChannels(Result):
             beside.write_text(self.channel_map(), encoding="utf-8")
 
 
-def channels(path: str | os.PathLike[str], rate_hz: float | None = None, progress: bool | None = None) -> FileChannels:
+def channels(
+    path: str | os.PathLike[str],
+    rate_hz: float | None = None,
+    progress: bool | None = None,
+    decimal: Decimal | None = None,
+) -> FileChannels:
     """Return what a file holds; of a large one every sample is looked at, block by block.
 
     Parameters
@@ -108,13 +114,15 @@ def channels(path: str | os.PathLike[str], rate_hz: float | None = None, progres
         Sampling rate in Hz, where the file tells none or two.
     progress : bool, optional
         Whether to show a progress bar; None: on a terminal, for a file that is large.
+    decimal : str, optional
+        Decimal mark of a text, where its numbers can be read in two ways.
 
     Raises
     ------
     FrictionloopError
         For a file that cannot be read, or one that tells two rates.
     """
-    contents = read_contents(path)
+    contents = read_contents(path, decimal)
     signals = contents.signals() or contents.channels
     each_of = samplings_of(str(path), signals, rate_hz)
     rates = {each.rate_hz for each in each_of.values()}
@@ -211,15 +219,15 @@ class FirstLook(NamedTuple):
         return styled(_drawn)(self)
 
 
-def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> FirstLook:
-    """Return the range of each channel in windows all along a file; a rate in Hz where the file tells none or two.
+def first_look(path: str | os.PathLike[str], rate_hz: float | None = None, decimal: Decimal | None = None) -> FirstLook:
+    """Return the range of each channel in windows all along a file; a rate in Hz, a decimal mark.
 
     Raises
     ------
     FrictionloopError
         For a file that cannot be read.
     """
-    contents = read_contents(path)
+    contents = read_contents(path, decimal)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]

@@ -33,6 +33,7 @@ from frictionloop.recordings.channel_lookup import find_channel
 from frictionloop.recordings.contents import left_out
 from frictionloop.recordings.sampling import Sampling, sampling_of, told_by
 from frictionloop.recordings.stored import Stored
+from frictionloop.recordings.text_numbers import Decimal
 from frictionloop.recordings.whole import read_contents
 
 Array = NDArray[np.float64]
@@ -119,12 +120,13 @@ def opened(
     *,
     rate_hz: float | None = None,
     resample_hz: float | None = None,
+    decimal: Decimal | None = None,
     table: bool | None = None,
 ) -> Opened:
     """Return a file whose channels can be read in parts; arguments and refusals are those of `load`."""
     where = str(path)
-    contents = read_contents(path)
     chart = None if channels is None else read_map(channels)
+    contents = read_contents(path, decimal or (chart.decimal if chart else None))
     picked = (
         all_channels(contents)
         if chart is None
@@ -223,6 +225,7 @@ def load(
     *,
     rate_hz: float | None = None,
     resample_hz: float | None = None,
+    decimal: Decimal | None = None,
     table: bool | None = None,
 ) -> xr.Dataset:
     """Return the channels of a file as one recording, all of it in memory (`opened` reads parts of a large one).
@@ -239,6 +242,8 @@ def load(
     resample_hz : float, optional
         Rate in Hz to which samples at uneven times are brought, by straight lines (`resampled`); None refuses such a
         file. A finding says so.
+    decimal : str, optional
+        Decimal mark of a text, where its numbers can be read in two ways.
     table : bool, optional
         Whether the rows are samples in time (False) or separate measurements such as one line per weight (True). None:
         a table if nothing tells a rate, or if at most 64 rows come without times.
@@ -255,7 +260,7 @@ def load(
         In one line: the file or the map cannot be read; a channel of the map is not in the file (near names are
         listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
     """
-    return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table).whole()
+    return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, decimal=decimal, table=table).whole()
 
 
 class Stretches(Sequence[xr.Dataset]):
