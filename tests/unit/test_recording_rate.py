@@ -82,19 +82,6 @@ def test_a_rate_settles_times_without_a_unit_and_contradicts_others(tmp_path):
         found(saved(tmp_path / "b.h5", 0.001, rate_hz=25000.0))
 
 
-def test_the_nearest_attribute_counts(tmp_path):
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file.attrs["rate_hz"] = 100.0
-        file["trial/ft"], file["other"] = FORCE, FORCE
-        file["trial"].attrs["rate_hz"] = 500.0
-    rates = {column: found(Recording(path=str(tmp_path / "a.h5"), column=column)) for column in ("trial/ft", "other")}
-    assert {column: each.rate_hz for column, each in rates.items()} == {"trial/ft": 500.0, "other": 100.0}
-    with h5py.File(tmp_path / "a.h5", "a") as file:
-        file["trial/ft"].attrs.update({"fs": 1000.0, "dt": 0.002})
-    with pytest.raises(FrictionloopError, match="rate_hz = \"500 Hz by 'dt', 1000 Hz by 'fs'\": must be one"):
-        found(Recording(path=str(tmp_path / "a.h5"), column="trial/ft"))
-
-
 def test_a_file_written_again_is_read_again(tmp_path):
     path = tmp_path / "a.csv"
     for force in ("0.1", "0.25"):
