@@ -124,7 +124,7 @@ def test_a_decimal_comma_below_names_and_units_is_found_and_told(tmp_path):
     path = text(tmp_path, "Zeit;Kraft\nms;gf\n0,0;55,7\n2,0;54,4\n")
     one = found(Recording(path=str(path), column="Kraft"))
     assert (one.unit, one.unit_by, one.force.size, one.rate_hz, one.part.by) == ("gf", "file", 2, 500.0, "'Zeit'")
-    assert [(each.code, each.value) for each in one.findings] == [("TAKEN-FOR", ",")]
+    assert [(each.code, each.value) for each in one.findings] == [("TAKEN-FOR", "comma")]
 
 
 # Times of the clock on the wall in text files: seconds to a recording and to a first look, or named as no time.

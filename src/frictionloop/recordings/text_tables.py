@@ -57,7 +57,7 @@ def read_table(path: Path, decimal: Decimal | None = None) -> Contents:
 
 def _of_layout(layout: Layout) -> Iterator[Finding]:
     if layout.taken:
-        yield Finding("TAKEN-FOR", value=",", more={"path": "decimal"})
+        yield Finding("TAKEN-FOR", value="comma", more={"path": "decimal"})
     if 0 < layout.named < layout.width:
         yield Finding("NAMES-FEWER", value=layout.named, limit=layout.width)
 
