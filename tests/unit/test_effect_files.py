@@ -13,6 +13,7 @@ from PIL import Image
 
 import frictionloop as fl
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.read import scaled
 
 R = fl.rendering
 
@@ -166,6 +167,7 @@ def test_a_wave_goes_through_a_wav_with_its_scale(tmp_path):
         assert (file.getframerate(), file.getnframes(), file.getsampwidth()) == (500, 50, 2)
     back = R.read_wave(fl.Recording(path=tmp_path / "wave.wav"), 500.0)
     assert np.abs(np.subtract(back.values_n, wave.values_n)).max() <= np.ptp(wave.values_n) / 65534
+    assert scaled(fl.Recording(path=tmp_path / "wave.wav")).force.tolist() == list(back.values_n)
 
 
 def test_a_texture_is_fitted_and_made_anew():

@@ -40,6 +40,8 @@ class Channel:
     """What the file says."""
     full_scale: float | None = None
     """Largest magnitude of the format, where it has one."""
+    newtons: tuple[float, float] | None = None
+    """Newtons of one unit and of 0, where the file says them."""
     rates_hz: Mapping[str, float] = field(default_factory=dict)
     """Its sampling rate in Hz by where the file says it ("'sr'", "the header of the WAV file")."""
     times: Channel | None = None

@@ -55,7 +55,7 @@ def tdms_contents(path: Path) -> Contents:
                 name = f"{each.group_name}/{each.name}"
                 rates = told_rates([("wf_increment", said.get("wf_increment"))])
                 unit = "s" if kind == "M" else _unit(said.get("unit_string"))
-                channels.append(Channel(name, _tdms_samples(path, each), unit, None, rates, is_clock=kind == "M"))
+                channels.append(Channel(name, _tdms_samples(path, each), unit, rates_hz=rates, is_clock=kind == "M"))
                 date = date or iso_date(str(said.get("wf_start_time", "")))
     return Contents(tuple(with_times(channels)), date=date)
 
@@ -88,7 +88,7 @@ def uff_contents(path: Path) -> Contents:
         over_time = int(each.get("func_type", 1)) in (0, 1)
         rates = told_rates([("abscissa_inc", each.get("abscissa_inc"))]) if over_time else {}
         unit = _unit(each.get("ordinate_axis_units_lab"))
-        channels.append(Channel(name, np.asarray(each["data"]), unit, None, rates))
+        channels.append(Channel(name, np.asarray(each["data"]), unit, rates_hz=rates))
         if not rates and k == 0:
             channels.insert(0, Channel("frequency", np.asarray(each["x"], dtype=float), "Hz"))
     return Contents(tuple(channels), date=iso_date(str(sets[0].get("id3", ""))))

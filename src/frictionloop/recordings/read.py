@@ -128,13 +128,16 @@ def scaled(recording: Recording, wanted: str = "N") -> Taken:
     scale = recording.scale
     if scale is None and recording.unit is None and channel.unit_in_doubt:
         raise FrictionloopError(f"{recording.path}: {channel.unit_in_doubt}")
+    origin = recording.offset_n
+    if scale is None and recording.unit is None and channel.newtons is not None:
+        scale, origin = channel.newtons[0], origin + channel.newtons[1]
     if scale is None:
         where = f"{recording.path}: column {channel.name!r}"
         scale = scale_of(where, recording.unit, channel.unit, wanted)
     if recording.rectify:
         used, scale = np.abs(used), abs(scale)
     level = used.mean() if recording.remove_mean else 0.0
-    force = recording.offset_n + scale * (used - level)
+    force = origin + scale * (used - level)
     found = (*_of_file(recording, contents, channel), *part.findings)
     return Taken(force, scale * used, part.rate_hz, channel, part, *_unit(recording, channel), found)
 
@@ -151,6 +154,8 @@ def _unit(recording: Recording, channel: Channel) -> tuple[str, str]:
     """Return the unit of a column, and what says it."""
     if recording.unit is not None:
         return known_unit(recording.unit) or recording.unit, "given"
+    if channel.newtons is not None and recording.scale is None:
+        return "N", "file"
     if channel.full_scale and recording.scale is None:
         return "full scale", "full scale"
     if channel.unit:

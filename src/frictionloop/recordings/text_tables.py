@@ -92,7 +92,8 @@ def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> list[Channe
         shown = f"{names[k]} {k}" if layout.names.count(name) > 1 else names[k]
         doubt = "" if unit else doubt
         row = partial(_place, path, layout, k)
-        found.append(Channel(shown, samples, unit, None, rates, None, k, k in begun, doubt, row))
+        told = {"rates_hz": rates, "number": k, "is_clock": k in begun, "unit_in_doubt": doubt, "row": row}
+        found.append(Channel(shown, samples, unit, **told))
     return found
 
 

@@ -20,6 +20,10 @@ _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
 _NO_SIZE = (0, 0xFFFFFFFF)
 """What stands in the place of a size where the recorder did not come to write it."""
 BY = "the header of the WAV file"
+COMMENT = b"newtons_per_unit="
+"""What a WAV file of this package has as its comment: the scale, and the offset behind a space."""
+TAIL = 1024
+"""Bytes at the end of a file in which a comment stands."""
 
 
 class _Sound(NamedTuple):
@@ -67,7 +71,8 @@ def wav_contents(path: Path) -> Contents:
         lines: list[Samples] = [Stored(sound.rows, told, partial(_line, sound, k)) for k in range(sound.width)]
     else:
         lines = list(sound.read(0, sound.rows).T)
-    channels = (Channel(str(k), line, None, full, rates, number=k) for k, line in enumerate(lines))
+    newtons = _newtons(path)
+    channels = (Channel(str(k), line, None, full, newtons, rates, number=k) for k, line in enumerate(lines))
     findings: list[Finding] = []
     if not sound.promised and sound.rows:
         findings.append(Finding("TAKEN-FOR", value=sound.rows, unit="samples", more={"path": "size of the data"}))
@@ -77,6 +82,15 @@ def wav_contents(path: Path) -> Contents:
             Finding("DATA-GAPS", value=sound.promised - sound.rows, where=where, more={"row": sound.rows - 1})
         )
     return Contents(tuple(channels), tuple(findings))
+
+
+def _newtons(path: Path) -> tuple[float, float] | None:
+    """Return the scale and the offset that a file of this package brings."""
+    with open(path, "rb") as stream:
+        stream.seek(max(path.stat().st_size - TAIL, 0))
+        _, found, said = stream.read().rpartition(COMMENT)
+    scale, offset = map(float, said.split(b"\0")[0].split()) if found else (0.0, 0.0)
+    return (scale, offset) if found else None
 
 
 def _line(sound: _Sound, k: int, first: int, stop: int) -> NDArray[np.floating]:

@@ -21,7 +21,7 @@ from frictionloop.rendering.force_tables import Map, Wave
 from frictionloop.rendering.hjif import read_hjif, write_hjif
 from frictionloop.rendering.images import Picture, Polarity, rasterise, read_image, write_image
 from frictionloop.rendering.library import CARRIER_N, range_n, summary
-from frictionloop.rendering.recorded import fit_texture, least, read_envelope, read_texture, read_wave, write_wave
+from frictionloop.rendering.recorded import fit_texture, read_envelope, read_texture, read_wave, write_wave
 from frictionloop.rendering.shapes import Constant, Grating
 
 PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), tuple(READERS)
@@ -119,8 +119,9 @@ def import_effect(
         left = ("colours, in grey",) * picture.coloured
     elif ending in RECORDINGS:
         recording = Recording(path=str(path), column=column, rate_hz=rate_hz, scale=scale, offset_n=offset_n or 0.0)
-        findings += scaled(recording, "N").findings
-        if offset_n is None and least(recording) < 0.0:
+        taken = scaled(recording)
+        findings += taken.findings
+        if offset_n is None and taken.force.min() < 0.0:
             recording = recording.model_copy(update={"offset_n": CARRIER_N})
             findings += [Finding("TAKEN-FOR", value=CARRIER_N, unit="N", more={"path": "offset_n"})]
         effect = read_wave(recording, rate_hz or RATE_HZ) if speed_mm_s is None else read_texture(recording, speed_mm_s)
