@@ -92,8 +92,10 @@ def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> list[Channe
         shown = f"{names[k]} {k}" if layout.names.count(name) > 1 else names[k]
         doubt = "" if unit else doubt
         row = partial(_place, path, layout, k)
-        told = {"rates_hz": rates, "number": k, "is_clock": k in begun, "unit_in_doubt": doubt, "row": row}
-        found.append(Channel(shown, samples, unit, **told))
+        is_clock = k in begun
+        found.append(
+            Channel(shown, samples, unit, rates_hz=rates, number=k, is_clock=is_clock, unit_in_doubt=doubt, row=row)
+        )
     return found
 
 
