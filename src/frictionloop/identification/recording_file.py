@@ -79,8 +79,8 @@ class Opened:
     @property
     def attrs(self) -> dict[str, str]:
         """Where the samples come from."""
-        own = {"source": "recorded", "file": self.where, "sha256": self.sha256}
-        return own | {"date": self.contents.date, "rate_from": self.rate_from}
+        own = {"source": "recorded", "file": self.where, "sha256": self.sha256, "rate_from": self.rate_from}
+        return own | {"date": f"{'' if self.contents.dated else 'file of '}{self.contents.date}"}
 
     def part(self, first: int, stop: int) -> xr.Dataset:
         """Return rows first to stop as a recording, as `load` returns all of them."""
