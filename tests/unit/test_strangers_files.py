@@ -89,6 +89,14 @@ def test_a_channel_that_nobody_asked_for_sets_no_rate(tmp_path, name, write):
     assert left.code == "LEFT-OUT"
 
 
+def test_groups_whose_clocks_agree_are_one_recording(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for group in "ab":
+            file[f"{group}/force_n"], file[f"{group}/time_s"] = FORCE, AT_S
+    assert {*fl.identify.load(tmp_path / "a.h5").data_vars} == {"a/force_n", "b/force_n"}
+    assert fl.identify.channels(tmp_path / "a.h5").rate_hz == 1000.0
+
+
 def test_a_rate_among_settings_counts_where_it_is_the_only_one(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["data/force_n"] = FORCE

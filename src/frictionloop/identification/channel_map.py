@@ -170,10 +170,10 @@ def resampled(
 
     A counter is unwrapped first.
     """
-    lines: dict[str, found.Channel] = {}
+    lines, even_s = dict[str, found.Channel](), np.zeros(0)
     for name, line in picked.items():
         at_s = clock_to_resample(where, line.times, resample_hz)[1].at_s
-        even_s = even_times(where, at_s, resample_hz)
+        even_s = even_s if lines else even_times(where, at_s, resample_hz)
         values = np.asarray(line.samples[: line.samples.size], dtype=float)
         wrap = None if chart is None else chart.channels[name].wrap
         values = values if wrap is None else np.unwrap(values, period=wrap)

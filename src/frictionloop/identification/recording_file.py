@@ -31,7 +31,7 @@ from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.channel_lookup import find_channel
 from frictionloop.recordings.contents import left_out
-from frictionloop.recordings.sampling import Sampling, sampling_of, told_by
+from frictionloop.recordings.sampling import Sampling, sampling_of, samplings_of, told_by
 from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.text_numbers import Decimal
 from frictionloop.recordings.whole import read_contents
@@ -128,7 +128,7 @@ def opened(
     chart = None if channels is None else read_map(channels)
     contents = read_contents(path, decimal or (chart.decimal if chart else None))
     picked = (
-        all_channels(contents)
+        all_channels(where, contents, rate_hz)
         if chart is None
         else {name: find_channel(where, contents, each.column) for name, each in chart.channels.items()}
     )
@@ -176,10 +176,11 @@ def _refuse_uneven(where: str, sampling: Sampling) -> None:
         raise must_be(f"{where}: times", "uneven", accepted, "", "TIMES-UNEVEN")
 
 
-def all_channels(contents: found.Contents) -> dict[str, found.Channel]:
+def all_channels(where: str, contents: found.Contents, rate_hz: float | None) -> dict[str, found.Channel]:
     """Return the channels that have as many samples, at one rate, as most samples are in."""
     signals = contents.signals() or contents.channels
-    kinds = [(line.samples.size, *sorted(line.rates_hz.values()), id(line.times)) for line in signals]
+    rates = samplings_of(where, signals, rate_hz)
+    kinds = [(line.samples.size, rates[line.name].rate_hz or 0.0) for line in signals]
     usual = max(set(kinds), key=lambda kind: (kind[0] * kinds.count(kind), kind))
     return {line.name: line for line, kind in zip(signals, kinds, strict=True) if kind == usual}
 
