@@ -281,7 +281,7 @@ def comparisons(monkeypatch):
         yield found.findings
 
 
-@raises("DATA-GAPS", "CLIPPED", "COUNTER-WRAPS", "RATE-UNKNOWN", "TIMES-UNEVEN", "RESAMPLED")
+@raises("DATA-GAPS", "CLIPPED", "COUNTER-WRAPS", "RATE-UNKNOWN", "TIMES-UNEVEN", "RESAMPLED", "NAMES-FEWER")
 def channels():
     force = (0.5 + 0.1 * np.sin(9 * AT_S)) * np.where(AT_S % 2 < 1, 1, -1)
     force[77] = np.nan
@@ -292,7 +292,8 @@ def channels():
     np.savetxt("plain.csv", np.arange(100.0) ** 2, header="force", comments="")
     times = np.cumsum(1 + 0.3 * noise.uniform(-1, 1, 2000)) / 500
     np.savetxt("uneven.csv", np.c_[times, np.sin(times)], delimiter=",", header="time_s,f", comments="")
-    yield from (I.channels(name) for name in ("all.csv", "plain.csv", "uneven.csv"))
+    Path("few.csv").write_text("a,b\n" + "".join(f"{k},{k * k},0.5\n" for k in range(9)))
+    yield from (I.channels(name) for name in ("all.csv", "plain.csv", "uneven.csv", "few.csv"))
     yield I.findings_of(I.load("uneven.csv", resample_hz=600.0).attrs)
 
 

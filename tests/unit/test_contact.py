@@ -7,7 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.levels import misread
-from frictionloop.recordings.doubts import doubts_of
+from frictionloop.recordings.plausibility import doubts_of
 
 RATE_HZ = 1000.0
 TIME_S = np.arange(6000) / RATE_HZ

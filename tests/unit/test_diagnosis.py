@@ -133,7 +133,7 @@ def test_what_a_recording_leaves_out_and_comes_on_top_of_is_found(tmp_path):
     part, finger = codes(found)["RECORDED-PART"], codes(found)["RECORDED-FINGER"]
     assert (part.value, part.limit, part.remedy) == (1.0, 2.0, {"disturbance.stop_s": 1.0})
     assert finger.value == pytest.approx(0.3, abs=0.01) and finger.limit == 0.95
-    assert found.recorded["disturbance"].samples == 2000
+    assert found.recorded["disturbance"]["samples"] == 2000
     alone = fl.diagnose(fl.simulate(system.evolve(codes(found)["RECORDED-ON-TOP"].remedy), 2.0))
     assert not {"RECORDED-ON-TOP", "RECORDED-PART"} & codes(alone).keys()
     own = {"friction.nominal_n": 0.6, "disturbance.scale": 2.0}

@@ -10,9 +10,9 @@ from scipy.io import savemat, wavfile
 import frictionloop as fl
 from frictionloop.loop.signal_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.doubts import doubts_of
+from frictionloop.recordings.plausibility import doubts_of
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import found
+from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 
@@ -48,18 +48,18 @@ def test_one_of_several_signals_is_not_taken_in_silence(tmp_path, write):
         savemat(path, {"trial1": arrays})
     with pytest.raises(FrictionloopError, match=r"may be any of 2 signals; accepted: 'trial1/force"):
         found(fl.Recording(path=str(path)))
-    assert found(fl.Recording(path=str(path), column="trial1/force")).column == "trial1/force"
+    assert found(fl.Recording(path=str(path), column="trial1/force")).channel.name == "trial1/force"
 
 
 def test_the_only_signal_beside_times_and_a_rate_is_taken(tmp_path):
     with h5py.File(tmp_path / "one.h5", "w") as file:
         file["a_time"], file["fs"], file["trial/forces"] = 1.0, RATE_HZ, values()[:, None]
     read = found(fl.Recording(path=str(tmp_path / "one.h5")))
-    assert (read.column, read.rate_hz) == ("trial/forces", RATE_HZ)
+    assert (read.channel.name, read.rate_hz) == ("trial/forces", RATE_HZ)
     with h5py.File(tmp_path / "two.h5", "w") as file:
         file["trial/forces"] = np.c_[values(), values()]
     line = fl.Recording(path=str(tmp_path / "two.h5"), column="trial/forces[:, 1]", rate_hz=RATE_HZ)
-    assert found(line).column == "trial/forces[:, 1]"
+    assert found(line).channel.name == "trial/forces[:, 1]"
 
 
 @pytest.mark.parametrize(("tones_hz", "shares"), [((4000,), [100.0]), ((100,), [])])
@@ -116,15 +116,16 @@ def test_a_column_named_as_a_coefficient_is_asked_about_unless_its_unit_is_known
 def test_a_column_that_never_changes_is_asked_about(tmp_path):
     (tmp_path / "d.csv").write_text("Fx [N],Fy [N]\n0,0.5\n0,0.6\n0,0.4\n")
     still, moving = (fl.Recording(path=str(tmp_path / "d.csv"), column=each, rate_hz=RATE_HZ) for each in ("Fx", "Fy"))
-    assert [(each.code, each.value) for each in asked(under(still))] == [("COLUMN-DOUBT", "Fx [N]")]
+    assert [(each.code, each.value) for each in asked(under(still))] == [("COLUMN-DOUBT", "Fx")]
     assert asked(under(moving)) == []
 
 
 def test_what_was_read_has_rms_and_mean(tmp_path):
     (tmp_path / "e.csv").write_text("force [N]\n0.4\n0.8\n0.7\n")
     read = found(fl.Recording(path=str(tmp_path / "e.csv"), rate_hz=RATE_HZ, remove_mean=True))
-    assert (read.raw_lowest_n, read.raw_highest_n, read.raw_mean_n) == pytest.approx((0.4, 0.8, 1.9 / 3))
-    assert (read.mean_n, read.rms_n) == (0.0, pytest.approx(np.std([0.4, 0.8, 0.7])))
+    read = read.summary()
+    assert [read[f"raw_{each}_n"] for each in ("lowest", "highest", "mean")] == pytest.approx([0.4, 0.8, 1.9 / 3])
+    assert (read["mean_n"], read["rms_n"]) == (0.0, pytest.approx(np.std([0.4, 0.8, 0.7])))
 
 
 def test_an_index_over_a_stroke_that_does_not_vary_is_refused():
@@ -152,13 +153,13 @@ def test_files_of_numpy_are_read(tmp_path):
     for recording, factor in ((one, 1), (two, 2), (more, 1)):
         np.testing.assert_array_equal(read_recording(recording, RATE_HZ), factor * values())
     for name, said in (
-        ("two.npy", r"takes the array 'array', which has 2 columns; accepted: 'array\[:, 0\]'"),
+        ("two.npy", r"may be any of 2 signals; accepted: 'array\[:, 0\]'"),
         ("more.npz", "any of 2 signals"),
     ):
         with pytest.raises(FrictionloopError, match=said):
             found(fl.Recording(path=str(tmp_path / name), rate_hz=RATE_HZ))
     np.save(tmp_path / "any.npy", np.array([object()]), allow_pickle=True)
-    with pytest.raises(FrictionloopError, match="cannot be read"):
+    with pytest.raises(FrictionloopError, match="damaged"):
         found(fl.Recording(path=str(tmp_path / "any.npy"), rate_hz=RATE_HZ))
 
 

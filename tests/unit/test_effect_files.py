@@ -13,6 +13,7 @@ from PIL import Image
 
 import frictionloop as fl
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.read import scaled
 
 R = fl.rendering
 
@@ -34,6 +35,69 @@ def test_a_picture_is_a_map_of_its_greys(tmp_path, kind, white, ending):
     assert float(made.map.force_of(top_right)) == pytest.approx(0.6)
     dark = R.read_image(path, mm_per_pixel=0.5, polarity="dark", low_n=0.2, high_n=0.6)
     assert np.allclose(dark.map.table, 0.8 - made.map.table)
+
+
+def tiff(path, grey, white_is_0=False, orientation=1):
+    """Write a TIFF by its bytes, of which Pillow writes neither kind."""
+    entries = [(256, 4, grey.shape[1]), (257, 4, grey.shape[0]), (258, 3, 8 * grey.itemsize), (259, 3, 1)]
+    entries += [(262, 3, int(not white_is_0)), (273, 4, 8), (274, 3, orientation), (277, 3, 1), (278, 4, grey.shape[0])]
+    entries.append((279, 4, grey.nbytes))
+    packed = b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in entries)
+    content = b"II*\0" + struct.pack("<I", 8 + grey.nbytes) + grey.tobytes()
+    path.write_bytes(content + struct.pack("<H", len(entries)) + packed + bytes(4))
+    return path
+
+
+GREYS = np.arange(0, 240, 20, dtype=np.uint8).reshape(3, 4)
+TURNED = {1: GREYS, 2: GREYS[:, ::-1], 3: GREYS[::-1, ::-1], 4: GREYS[::-1], 6: np.rot90(GREYS, -1), 8: np.rot90(GREYS)}
+
+
+@pytest.mark.parametrize("orientation", TURNED)
+@pytest.mark.parametrize("ending", ["tiff", "png"])
+def test_a_picture_is_turned_as_it_says_of_itself(tmp_path, orientation, ending):
+    path = tmp_path / f"a.{ending}"
+    if ending == "tiff":
+        tiff(path, GREYS, orientation=orientation)
+    else:
+        image = Image.fromarray(GREYS)
+        image.getexif()[274] = orientation
+        image.save(path, exif=image.getexif())
+    made = R.read_image(path, mm_per_pixel=1.0, polarity="bright", low_n=0.0, high_n=1.0)
+    assert np.allclose(made.map.table[::-1], TURNED[orientation] / 255)
+    assert made.pixels == TURNED[orientation].shape[::-1]
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_white_may_be_0(tmp_path, kind):
+    grey = GREYS.astype(kind) * (np.iinfo(kind).max // 255)
+    made = R.read_image(tiff(tmp_path / "a.tiff", grey, True), mm_per_pixel=1.0, polarity="dark", low_n=0.0, high_n=1.0)
+    assert np.allclose(made.map.table[::-1], GREYS / 255)
+
+
+def test_colours_are_greys_on_white_and_it_is_told(tmp_path):
+    clear = np.zeros((3, 4, 4), np.uint8)
+    clear[..., 3] = GREYS  # black, less and less transparent
+    negative = Image.fromarray(GREYS).convert("P")
+    negative.putpalette([255 - k for k in range(256) for _ in range(3)])
+    negative.save(tmp_path / "palette.png")
+    for path in (picture(tmp_path / "clear.png", clear), tmp_path / "palette.png"):
+        found = R.import_effect(path, mm_per_pixel=1.0, polarity="dark", low_n=0.0, high_n=1.0)
+        assert np.allclose(found.effect.table[::-1], GREYS / 255, atol=1 / 255)
+        assert [(each.code, each.value) for each in found.findings] == [("EFFECT-LEFT", "colours, in grey")]
+
+
+def test_a_sound_is_lifted_above_0_and_its_first_channel_is_said_to_be_taken(tmp_path):
+    with wavefile.open(str(tmp_path / "a.wav"), "wb") as file:
+        file.setparams((2, 2, 1000, 0, "NONE", "none"))
+        file.writeframes(np.repeat(np.arange(-16384, 16384, 64, dtype="<i2"), 2).tobytes())
+    found = R.import_effect(tmp_path / "a.wav", scale=0.2)
+    assert [(each.code, each.value, each.more["path"]) for each in found.findings] == [
+        ("TAKEN-FOR", "0", "column"),
+        ("TAKEN-FOR", 0.45, "offset_n"),
+    ]
+    assert min(found.effect.values_n) == pytest.approx(0.35, abs=0.01)
+    given = R.import_effect(tmp_path / "a.wav", scale=0.2, offset_n=0.0, column="1")
+    assert given.findings == () and given.least_n == pytest.approx(-0.1, abs=0.01)
 
 
 def test_a_large_picture_is_reduced_with_a_finding(tmp_path):
@@ -103,6 +167,7 @@ def test_a_wave_goes_through_a_wav_with_its_scale(tmp_path):
         assert (file.getframerate(), file.getnframes(), file.getsampwidth()) == (500, 50, 2)
     back = R.read_wave(fl.Recording(path=tmp_path / "wave.wav"), 500.0)
     assert np.abs(np.subtract(back.values_n, wave.values_n)).max() <= np.ptp(wave.values_n) / 65534
+    assert scaled(fl.Recording(path=tmp_path / "wave.wav")).force.tolist() == list(back.values_n)
 
 
 def test_a_texture_is_fitted_and_made_anew():

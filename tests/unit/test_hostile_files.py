@@ -158,14 +158,12 @@ def bomb(path):
         content = path.read_bytes()
         entry = content.rindex(b"PK\x01\x02")  # the directory, which tells sizes; 24: bytes when unpacked
         path.write_bytes(content[: entry + 24] + (4 * 10**9).to_bytes(4, "little") + content[entry + 28 :])
-    elif path.suffix == ".mat":
+    else:
         scipy.io.savemat(path, {"force": np.zeros((2, 3))})
         path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 2, 3), struct.pack("<ii", 2, 5 * 10**8)))
-    else:
-        path.write_text("0,1\n" * 100_000 + "1," * 9_000 + "1\n")
 
 
-@pytest.mark.parametrize("ending", [".npz", ".mat", ".csv"])
+@pytest.mark.parametrize("ending", [".npz", ".mat"])
 def test_recordings_that_are_made_to_fill_the_memory(tmp_path, ending):
     path = tmp_path / f"bomb{ending}"
     bomb(path)

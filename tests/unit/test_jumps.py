@@ -7,7 +7,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop.signal_findings import of_recorded
-from frictionloop.recordings.jumps import jumps
+from frictionloop.recordings.force_shape import jumps
 
 RATE_HZ = 1000.0
 

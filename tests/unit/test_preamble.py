@@ -13,9 +13,9 @@ from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings import stored
 from frictionloop.recordings.contents import told_rate
-from frictionloop.recordings.stamps import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.told import found
-from frictionloop.recordings.whole import read_contents
+from frictionloop.recordings.dates import is_stamp, seconds_after, stamp_of
+from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.whole import _read, read_contents
 
 ROWS = "".join(f"{k / 10:.1f}\n" for k in range(1, 9))
 PAIRS = "".join(f"{k / 10:.1f},{k}\n" for k in range(1, 9))
@@ -44,19 +44,19 @@ def test_both_readers_take_the_same_rate_from_the_same_line(tmp_path, above, nam
     path = text(tmp_path, above + names + ROWS)
     one = found(Recording(path=str(path), column="force"))
     assert one.rate_hz == pytest.approx(1000.0)
-    assert one.rate_by.endswith("in line 1")
-    (by,) = read_contents(path).rates_hz.items()
-    assert by == (one.rate_by, pytest.approx(1000.0))
+    assert one.part.by.endswith("in line 1")
+    (by,) = read_contents(path).channels[0].rates_hz.items()
+    assert by == (one.part.by, pytest.approx(1000.0))
     assert [each.name for each in read_contents(path).channels] == ["force"]
     assert [each.unit for each in read_contents(path).channels] == ["N"]
 
 
 def test_a_unit_above_is_that_of_the_only_signal_and_of_the_one_it_names(tmp_path):
     path = text(tmp_path, "# fs: 1000\n# unit: mN\nforce\n" + ROWS)
-    assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8e-3)
+    assert found(Recording(path=str(path), column="force")).force.max() == pytest.approx(0.8e-3)
     assert [each.unit for each in read_contents(path).channels] == ["mN"]
     path = text(tmp_path, "fs,1000\nforce unit,mN\nforce,load\n" + PAIRS)
-    assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8e-3)
+    assert found(Recording(path=str(path), column="force")).force.max() == pytest.approx(0.8e-3)
     assert [(each.name, each.unit) for each in read_contents(path).channels] == [("force", "mN"), ("load", None)]
 
 
@@ -64,13 +64,13 @@ def test_a_unit_of_one_of_several_columns_is_not_passed_over(tmp_path):
     recording = Recording(path=str(text(tmp_path, "fs,1000\nUnit,mN\nforce,load\n" + PAIRS)), column="force")
     with pytest.raises(fl.FrictionloopError, match="line 2: 'Unit' is mN, of one of 2 columns; accepted"):
         found(recording)
-    assert found(recording.model_copy(update={"unit": "mN"})).highest_n == pytest.approx(0.8e-3)
+    assert found(recording.model_copy(update={"unit": "mN"})).force.max() == pytest.approx(0.8e-3)
 
 
 def test_settings_are_no_names(tmp_path):
     path = text(tmp_path, "Sample rate,1000\nUnit,mN\n" + PAIRS)
     assert [each.name for each in read_contents(path).channels] == ["0", "1"]
-    assert found(Recording(path=str(path), column="0", unit="mN")).column == "0"
+    assert found(Recording(path=str(path), column="0", unit="mN")).channel.name == "0"
 
 
 @pytest.mark.parametrize(
@@ -101,33 +101,30 @@ def test_a_rate_is_a_name_with_a_number_and_a_unit_that_fits(name, value, hertz)
 )
 def test_a_force_in_grams_is_scaled_and_a_mass_is_refused_with_the_scale(tmp_path, unit, newtons):
     path = text(tmp_path, f"# fs: 1000\nforce [{unit}]\n" + ROWS)
-    assert found(Recording(path=str(path), column="force")).highest_n == pytest.approx(0.8 * newtons)
+    assert found(Recording(path=str(path), column="force")).force.max() == pytest.approx(0.8 * newtons)
     path = text(tmp_path, "# fs: 1000\nforce [g]\n" + ROWS)
     with pytest.raises(fl.FrictionloopError, match=r'N per g, such as 0\.00980665, or unit = "gf"'):
         found(Recording(path=str(path), column="force"))
-    assert found(Recording(path=str(path), column="force", unit="gf")).highest_n == pytest.approx(0.8 * 9.80665e-3)
+    assert found(Recording(path=str(path), column="force", unit="gf")).force.max() == pytest.approx(0.8 * 9.80665e-3)
 
 
 def test_rows_that_are_missing_or_doubled_are_told_where_a_rate_stands_for_the_times(tmp_path):
     times = [0, 2, 4, 8, 10, 10, 14, 16]
     rows = "".join(f"{t},{t / 10}\n" for t in times)
     path = text(tmp_path, "t [ms],force [N]\n" + rows)
-    with pytest.raises(fl.FrictionloopError, match="times: 1 before line 5, 1 before line 8; times no"):
+    with pytest.raises(fl.FrictionloopError, match="times: 2, first before line 5;"):
         found(Recording(path=str(path), column="force"))
-    said = found(Recording(path=str(path), column="force", rate_hz=500.0)).uneven
-    assert "no later than the row before: line 7: t [ms] is '10'; rows are taken 0.002 s apart, at most 0.002 s" in said
+    (uneven,) = found(Recording(path=str(path), column="force", rate_hz=500.0)).findings
+    assert (uneven.code, uneven.value) == ("TIMES-UNEVEN", pytest.approx(2.0))
     path = text(tmp_path, "t [ms],force [N]\n" + "".join(f"{2 * k},1\n" for k in range(8)))
-    assert found(Recording(path=str(path), column="force", rate_hz=500.0)).uneven == ""
+    assert found(Recording(path=str(path), column="force", rate_hz=500.0)).findings == ()
 
 
-def test_a_decimal_comma_below_names_and_units_is_hinted_at(tmp_path):
+def test_a_decimal_comma_below_names_and_units_is_found_and_told(tmp_path):
     path = text(tmp_path, "Zeit;Kraft\nms;gf\n0,0;55,7\n2,0;54,4\n")
-    with pytest.raises(
-        fl.FrictionloopError, match=r"line 3: '0,0' is no number; a decimal comma\? --disturbance\.decimal ,$"
-    ):
-        found(Recording(path=str(path), column="Kraft"))
-    one = found(Recording(path=str(path), column="Kraft", decimal=","))
-    assert (one.unit, one.unit_by, one.samples, one.rate_hz, one.rate_by) == ("gf", "file", 2, 500.0, "'Zeit [ms]'")
+    one = found(Recording(path=str(path), column="Kraft"))
+    assert (one.unit, one.unit_by, one.force.size, one.rate_hz, one.part.by) == ("gf", "file", 2, 500.0, "'Zeit'")
+    assert [(each.code, each.value) for each in one.findings] == [("TAKEN-FOR", "comma")]
 
 
 # Times of the clock on the wall in text files: seconds to a recording and to a first look, or named as no time.
@@ -159,7 +156,7 @@ FORMS = {
 def test_stamps_tell_the_rate_as_seconds_do(tmp_path, form):
     recording = stamped(tmp_path / "a.csv", FORMS[form])
     read = found(recording)
-    assert (read.rate_hz, read.rate_by, read.samples) == (1e4, "'time'", 40)
+    assert (read.rate_hz, read.part.by, read.force.size) == (1e4, "'time'", 40)
     seen = channels(recording.path)
     assert seen.rate_hz == pytest.approx(1e4, rel=1e-9) and seen.even
     hour = 9 if form == "zone" else 10
@@ -182,12 +179,10 @@ def test_stamps_are_found_below_titles_and_units_and_without_a_name(tmp_path):
 def test_lost_rows_are_refused_and_told_beside_a_rate(tmp_path):
     rows = [k for k in range(40) if k not in (10, 11, 30)]
     recording = stamped(tmp_path / "a.csv", rows=rows)
-    with pytest.raises(FrictionloopError, match="rows missing in the times: 2 before line 12, 1 before line 30;"):
+    with pytest.raises(FrictionloopError, match="rows missing in the times: 3, first before line 12;"):
         found(recording)
-    assert (
-        "2 before line 12, 1 before line 30; rows are taken"
-        in found(recording.model_copy(update={"rate_hz": 1e4})).uneven
-    )
+    (uneven,) = found(recording.model_copy(update={"rate_hz": 1e4})).findings
+    assert (uneven.code, uneven.value) == ("TIMES-UNEVEN", pytest.approx(0.3))
     assert channels(recording.path).gaps == ((9, 2), (27, 1))
 
 
@@ -199,13 +194,9 @@ def test_what_is_no_time_is_named_with_what_would_be(tmp_path, wrong):
     assert f"line 2: time is '{wrong}' (and 39 more); accepted: a number, or a time as 2024-03-05T" in str(
         refused.value
     )
-    assert (
-        found(recording.model_copy(update={"rate_hz": 1e4})).uneven == f"times are not read: line 2: time is '{wrong}'"
-    )
     seen = channels(recording.path)
-    assert [each.name for each in seen.channels] == ["Ft", "Fn"]
-    left = [each.where.channel for each in seen.findings if each.code == "LEFT-OUT"]
-    assert left == ["time"]
+    for findings in (found(recording.model_copy(update={"rate_hz": 1e4})).findings, seen.findings):
+        assert [each.where.channel for each in findings if each.code == "LEFT-OUT"] == ["time"]
 
 
 def test_one_wrong_stamp_is_named(tmp_path):
@@ -217,13 +208,14 @@ def test_one_wrong_stamp_is_named(tmp_path):
 
 def test_stamps_of_a_large_file_count_from_its_first_row(tmp_path, monkeypatch):
     recording = stamped(tmp_path / "a.csv")
-    whole = [np.asarray(each.samples) for each in read_contents(recording.path).channels]
+    at_once = [np.asarray(each.samples) for each in read_contents(recording.path).channels]
     monkeypatch.setattr(stored, "BLOCK", 8)
     monkeypatch.setattr(stored, "LARGE_BYTES", 100)
+    _read.cache_clear()
     blocks = read_contents(recording.path).channels
     assert isinstance(blocks[0].samples, stored.Stored)
-    np.testing.assert_array_equal([np.asarray(each.samples) for each in blocks], whole)
-    np.testing.assert_allclose(whole[0], np.arange(40) / 1e4, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal([np.asarray(each.samples) for each in blocks], at_once)
+    np.testing.assert_allclose(at_once[0], np.arange(40) / 1e4, rtol=0, atol=1e-12)
 
 
 def test_zones_and_numbers():

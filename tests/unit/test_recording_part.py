@@ -9,7 +9,7 @@ import pytest
 
 from frictionloop import FrictionloopError, Recording
 from frictionloop.recordings.read import read_recording, scaled
-from frictionloop.recordings.told import found
+from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 ROWS = np.r_[0:300, 500:2000, 2100:2400]
@@ -36,16 +36,16 @@ def test_a_part_without_a_gap_is_taken_by_its_times(path):
 @pytest.mark.parametrize(
     ("part", "seen", "rows"),
     [
-        ({}, ("200 before line 302", "100 before line 1802"), (500, 1999)),
-        ({"start_s": 10.1, "stop_s": 10.6}, ("200 before line 302",), (100, 299)),
-        ({"start_s": 11.9}, ("100 before line 1802",), (2100, 2399)),
+        ({}, "300, first before line 302", (500, 1999)),
+        ({"start_s": 10.1, "stop_s": 10.6}, "200, first before line 302", (100, 299)),
+        ({"start_s": 11.9}, "100, first before line 1802", (2100, 2399)),
     ],
 )
 def test_a_gap_in_the_part_is_refused_with_the_longest_part_without(path, part, seen, rows):
     with pytest.raises(FrictionloopError) as refused:
         read_recording(Recording(path=path, column="force", **part), RATE_HZ)
     said = str(refused.value)
-    assert re.findall(r"\d+ before line \d+", said) == list(seen)
+    assert f"rows missing in the times: {seen}; " in said
     flags = dict(re.findall(r"--disturbance\.(start_s|stop_s) (\S+)", said))
     taken = read_recording(Recording(path=path, column="force", **{k: float(v) for k, v in flags.items()}), RATE_HZ)
     assert taken.tolist() == list(range(rows[0], rows[1] + 1))
@@ -76,7 +76,8 @@ def test_a_blank_behind_a_gap_is_named_by_its_time(path, tmp_path):
 def test_with_a_rate_given_the_part_is_that_of_the_times_and_a_gap_behind_it_is_not_told(path):
     before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=10.1, stop_s=10.25)
     assert scaled(before, "N").force[[0, -1]].tolist() == [100, 250]
-    assert found(before).uneven == ""
+    assert found(before).findings == ()
     over = before.model_copy(update={"stop_s": 11.0})
     assert scaled(over, "N").force[[0, -1]].tolist() == [100, 1000]
-    assert "200 before line 302; rows are taken 0.001 s apart, at most 0.2 s off" in found(over).uneven
+    (uneven,) = found(over).findings
+    assert (uneven.code, uneven.value, uneven.unit) == ("TIMES-UNEVEN", pytest.approx(200.0), "ms")

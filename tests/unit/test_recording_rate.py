@@ -9,11 +9,11 @@ import recorded_files
 from scipy.io import savemat
 
 import frictionloop as fl
-from frictionloop.identification.sampling import sampling_of
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.told import found
+from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.sampling import sampling_of
 from frictionloop.recordings.whole import read_contents
 
 FORCE = 0.3 + 0.1 * np.sin(np.arange(50.0))
@@ -44,7 +44,7 @@ def test_times_that_are_hardly_in_seconds_are_asked_about(tmp_path, name, step, 
     for rate_hz in (25.0, 25000.0):  # either may be meant, and nothing in the file says it
         given = recording.model_copy(update={"rate_hz": rate_hz})
         assert read_recording(given, rate_hz) == pytest.approx(FORCE)
-    assert sampling_of(name, read_contents(recording.path)).rate_hz is None
+    assert sampling_of(name, read_contents(recording.path).signals()).rate_hz is None
 
 
 @pytest.mark.parametrize("uneven", [0.0, 0.3])
@@ -55,9 +55,8 @@ def test_a_rate_beside_times_without_a_unit_is_held_against_them(tmp_path, uneve
     path, ft = str(tmp_path / "a.csv"), {"column": "ft"}
     with pytest.raises(FrictionloopError, match=r"rate_hz = 100 Hz: must be near 7.* \('Time' in s\)"):
         found(Recording(path=path, rate_hz=100.0, **ft))
-    taken = found(Recording(path=path, rate_hz=71400.0, **ft)).uneven  # in ms
-    assert "'Time' has no unit, steps of 0.01" in taken and "rows are taken" in taken
-    assert "has no unit" not in found(Recording(path=path, rate_hz=71.4, **ft)).uneven
+    for rate_hz in (71400.0, 71.4):  # in ms, and in s
+        assert found(Recording(path=path, rate_hz=rate_hz, **ft)).rate_hz == rate_hz
 
 
 def test_times_with_a_unit_are_believed_at_any_rate(tmp_path):
@@ -71,8 +70,8 @@ def test_times_with_a_unit_are_believed_at_any_rate(tmp_path):
 def test_a_rate_beside_a_force_is_that_of_identify(tmp_path, ending, name, value):
     recording = saved(tmp_path / f"a{ending}", **{name: value})
     assert found(recording).rate_hz == pytest.approx(25000.0)
-    assert sampling_of("a", read_contents(recording.path)).rate_hz == pytest.approx(25000.0)
-    assert (found(recording).samples, found(recording).rate_by) == (50, repr(name))
+    assert sampling_of("a", read_contents(recording.path).signals()).rate_hz == pytest.approx(25000.0)
+    assert (found(recording).force.size, found(recording).part.by) == (50, repr(name))
     with pytest.raises(FrictionloopError, match="rate_hz = 1000 Hz: must be 25000, as in the file"):
         found(recording.model_copy(update={"rate_hz": 1000.0}))
 
@@ -83,24 +82,11 @@ def test_a_rate_settles_times_without_a_unit_and_contradicts_others(tmp_path):
         found(saved(tmp_path / "b.h5", 0.001, rate_hz=25000.0))
 
 
-def test_the_nearest_attribute_counts(tmp_path):
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file.attrs["rate_hz"] = 100.0
-        file["trial/ft"], file["other"] = FORCE, FORCE
-        file["trial"].attrs["rate_hz"] = 500.0
-    rates = {column: found(Recording(path=str(tmp_path / "a.h5"), column=column)) for column in ("trial/ft", "other")}
-    assert {column: each.rate_hz for column, each in rates.items()} == {"trial/ft": 500.0, "other": 100.0}
-    with h5py.File(tmp_path / "a.h5", "a") as file:
-        file["trial/ft"].attrs.update({"fs": 1000.0, "dt": 0.002})
-    with pytest.raises(FrictionloopError, match="in doubt: 'dt' says 500 Hz, 'fs' says 1000 Hz; accepted: one rate"):
-        found(Recording(path=str(tmp_path / "a.h5"), column="trial/ft"))
-
-
 def test_a_file_written_again_is_read_again(tmp_path):
     path = tmp_path / "a.csv"
     for force in ("0.1", "0.25"):
         path.write_text("time_s,F\n" + "".join(f"{k / 1000},{force}\n" for k in range(3)))
-        assert found(Recording(path=str(path), column="F")).highest_n == float(force)
+        assert found(Recording(path=str(path), column="F")).force.max() == float(force)
 
 
 @pytest.mark.parametrize("name", ["file.lvm", "file.tdms", "file.uff"])
@@ -116,9 +102,9 @@ def test_recorders_bring_channels_by_name_with_their_rate(tmp_path, name):
     np.testing.assert_allclose(
         read_recording(Recording(path=str(path), column="1", scale=1.0), 500.0), rising, rtol=1e-6
     )
-    with pytest.raises(FrictionloopError, match=r"may be any of 2 signals; accepted: 'ft', 'fn'"):
+    with pytest.raises(FrictionloopError, match=r"may be any of 2 signals; accepted: '(daq/)?ft', '(daq/)?fn'"):
         read_recording(Recording(path=str(path), scale=1.0), 500.0)
-    with pytest.raises(FrictionloopError, match=r"column = 'nix' is not there; accepted: 'ft', 'fn', a number"):
+    with pytest.raises(FrictionloopError, match=r"column: 'nix' is unknown; .*accepted: (daq/)?ft, (daq/)?fn"):
         read_recording(Recording(path=str(path), column="nix", scale=1.0), 500.0)
 
 
@@ -142,17 +128,10 @@ def path(tmp_path, request):
 def test_columns_without_a_name_are_read_by_number(path, column, k):
     recording = fl.Recording(path=path, column=column)
     assert read_recording(recording, RATE_HZ) == pytest.approx(VALUES[:, k])
-    assert found(recording).head == "names in line 1 for 3 of 6 columns, from the left; the others go by number"
-
-
-def test_a_run_takes_the_columns_that_the_list_of_channels_has(path):
-    found = read_contents(path)
-    assert [each.name for each in found.channels] == ["time", "Px", "Py", "3", "4", "5"]
-    for channel in found.signals():
-        taken = read_recording(fl.Recording(path=path, column=channel.name), RATE_HZ)
-        assert taken == pytest.approx(np.asarray(channel.samples))
+    (fewer,) = found(recording).findings
+    assert (fewer.code, fewer.value, fewer.limit) == ("NAMES-FEWER", 3, 6)
 
 
 def test_one_that_is_not_there_is_refused_with_all_that_are(path):
-    with pytest.raises(fl.FrictionloopError, match=r"is not there \(names in line 1 for 3 of 6 .* from 0 to 5"):
+    with pytest.raises(fl.FrictionloopError, match=r"column: '6' is unknown; accepted: time, Px, Py, 3, 4, 5"):
         read_recording(fl.Recording(path=path, column="6"), RATE_HZ)

@@ -10,7 +10,7 @@ from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.timestamp_jitter import uneven_in
 from frictionloop.recordings.read import read_recording, scaled
-from frictionloop.recordings.told import found
+from frictionloop.recordings.read import scaled as found
 
 STEPS_S = (1 + 0.3 * np.random.default_rng(1).uniform(-1, 1, 1500)) / 71.0
 TIMES_S = 3.0 + np.cumsum(STEPS_S) - STEPS_S[0]
@@ -37,10 +37,10 @@ def test_the_force_is_that_at_even_times(tmp_path, name, scale):
     assert taken.rate_hz == 100.0 and taken.part.at_s[0] == pytest.approx(5.0, abs=0.5 / 71)
     # A straight line is off by less than (pi f T)^2/2 of a sine, with the longest step T.
     assert np.abs(taken.force - force_n(taken.part.at_s)).max() < 0.1 * (np.pi * HERTZ * 1.3 / 71) ** 2 / 2
-    assert found(even).rate_by.startswith("straight lines between 2") and found(even).begins_s
     used_s = TIMES_S[np.abs(TIMES_S - 7.0) <= 2.0 + 0.5 / 71]
     mean_hz = 1 / np.diff(used_s).mean()
-    assert f"straight lines: {mean_hz / 10:.3g} Hz loses up to 5 %" in found(even).uneven
+    (lines,) = found(even).findings
+    assert (lines.code, lines.value, lines.limit) == ("RESAMPLED", 100.0, pytest.approx(mean_hz / 10))
 
 
 def test_a_hole_is_left_out_by_the_part_and_a_blank_is_refused(tmp_path):
@@ -82,36 +82,27 @@ def recorded(path, times):
 
 @pytest.mark.parametrize("jitter", [0.0, 1.0])
 def test_gaps_are_where_rows_are_missing_whatever_the_jitter(jitter):
-    times = kept(EVEN_S + jitter * JITTER_S)
-    uneven = uneven_in(times, STEP_S, 1e-3)
-    assert uneven.missing == ((300, 2), (698, 1))
-    steps = np.delete(np.diff(times), [299, 697]) / STEP_S
-    assert uneven.jitter == (pytest.approx(np.abs(steps - 1).max()) if jitter else 0.0)
+    assert uneven_in(kept(EVEN_S + jitter * JITTER_S), STEP_S, 1e-3) == ("missing", 300, 3, 0.0)
 
 
 def test_a_pause_is_a_gap_of_the_nearest_number_of_rows():
-    assert uneven_in(np.array([0, 1, 2, 102.4, 103.4]), 1.0, 1e-3).missing == ((3, 99),)
-    assert uneven_in(np.array([0, 1, 2.6, 3.6]), 1.0, 1e-3).missing == ()
+    assert uneven_in(np.array([0, 1, 2, 102.4, 103.4]), 1.0, 1e-3)[:3] == ("missing", 3, 99)
+    assert uneven_in(np.array([0, 1, 2.6, 3.6]), 1.0, 1e-3) == ("off", 2, 1, pytest.approx(0.6))
 
 
 def test_even_times_are_even_and_blank_ones_are_counted():
     assert uneven_in(EVEN_S, STEP_S, 1e-3) is None
     blank = EVEN_S.copy()
     blank[[5, 6]] = np.nan
-    assert uneven_in(blank, STEP_S, 1e-3).blank == (5, 6)
+    assert uneven_in(blank, STEP_S, 1e-3)[:3] == ("blank", 5, 2)
 
 
-def test_gaps_come_first_and_jitter_is_one_figure(tmp_path):
-    times = kept(EVEN_S + JITTER_S)
-    recording = recorded(tmp_path / "a.csv", times)
-    with pytest.raises(FrictionloopError) as refused:
+def test_gaps_come_before_jitter_and_beside_a_rate_are_told_in_time(tmp_path):
+    recording = recorded(tmp_path / "a.csv", kept(EVEN_S + JITTER_S))
+    with pytest.raises(FrictionloopError, match=": rows missing in the times: 3, first before line 302; accepted"):
         found(recording)
-    said = str(refused.value).partition(": ")[2]
-    share = 100 * uneven_in(times, np.median(np.diff(times)), 1e-3).jitter
-    missing = "rows missing in the times: 2 before line 302, 1 before line 700"
-    assert said.startswith(f"{missing}; steps up to {share:.2g} % off")
-    beside = found(recording.model_copy(update={"rate_hz": 1000.0})).uneven
-    assert beside.startswith(f"{missing}; steps up to") and "at most 0.00" in beside
+    (beside,) = found(recording.model_copy(update={"rate_hz": 1000.0})).findings
+    assert beside.code == "TIMES-UNEVEN" and beside.value == pytest.approx(3.0, abs=1.0)
 
 
 # Samples at uneven times: refused, or brought to even ones where a map asks for it, and what was done is said.

@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 import frictionloop as fl
 from frictionloop.recordings.read import lasting_s, read_held, read_recording
-from frictionloop.recordings.told import found
+from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 ROWS = np.arange(2000)
@@ -40,10 +40,7 @@ def test_a_part_is_that_of_the_times_in_the_file(tmp_path, name, times, given):
     recording = written(tmp_path, times, name)
     assert part(recording, start_s=3.5, stop_s=4.25, **given) == pytest.approx([500, 1250], abs=1)
     assert part(recording, **given) == part(recording, start_s=0.0, **given) == [0, 1999]
-    one = found(recording.model_copy(update={"start_s": 3.5, "stop_s": 4.25, **given}))
-    begins_s = times[0] / (1e3 if name == "t_ms" else 1.0)
-    assert one.begins_s == pytest.approx(begins_s, abs=1e-4)
-    assert found(recording.model_copy(update={"start_s": 3.5, **given})).from_s == pytest.approx(3.5, abs=1e-3)
+    assert found(recording.model_copy(update={"start_s": 3.5, **given})).part.at_s[0] == pytest.approx(3.5, abs=1e-3)
 
 
 def test_times_before_a_trigger_are_below_0(tmp_path):
@@ -51,7 +48,7 @@ def test_times_before_a_trigger_are_below_0(tmp_path):
     assert part(recording, start_s=0.0) == [500, 1999]
     assert part(recording, start_s=-0.2, stop_s=-0.1) == [300, 400]
     one = found(recording.model_copy(update={"start_s": -0.2}))
-    assert (one.from_s, one.to_s, one.begins_s) == pytest.approx((-0.2, 1.499, -0.5))
+    assert (one.part.at_s[0], one.part.at_s[-1]) == pytest.approx((-0.2, 1.499))
 
 
 @pytest.mark.parametrize("begins", ["date", "since 1970", "0"])
@@ -64,7 +61,7 @@ def test_dates_count_from_the_first(tmp_path, begins):
     recording = written(tmp_path, times)
     assert part(recording, start_s=0.5, stop_s=1.25) == [500, 1250]
     one = found(recording.model_copy(update={"start_s": 0.5, "stop_s": 1.25}))
-    assert (one.from_s, one.to_s) == pytest.approx((0.5, 1.25), abs=1e-3) and not one.begins_s
+    assert (one.part.at_s[0], one.part.at_s[-1]) == pytest.approx((0.5, 1.25), abs=1e-3)
 
 
 def test_without_times_a_part_counts_from_the_first_sample(tmp_path):
@@ -72,8 +69,8 @@ def test_without_times_a_part_counts_from_the_first_sample(tmp_path):
     recording = fl.Recording(path=str(tmp_path / "f.mat"), column="force", rate_hz=RATE_HZ)
     assert part(recording, start_s=0.5, stop_s=1.25) == [500, 1250]
     one = found(recording.model_copy(update={"start_s": 0.5, "stop_s": 1.25}))
-    assert (one.from_s, one.to_s, one.begins_s) == (0.5, 1.25, None)
-    with pytest.raises(fl.FrictionloopError, match="start_s = -1 s: must be from 0 to 2"):
+    assert (one.part.at_s[0], one.part.at_s[-1]) == (0.5, 1.25)
+    with pytest.raises(fl.FrictionloopError, match=r"start_s = -1 s: must be from 0 to 1\.999"):
         part(recording, start_s=-1.0)
 
 

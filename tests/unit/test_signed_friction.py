@@ -7,10 +7,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop import run_findings
-from frictionloop.recordings.doubts import doubts_of
+from frictionloop.recordings.force_shape import signs_of
+from frictionloop.recordings.plausibility import doubts_of
 from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.signs import signs_of
-from frictionloop.recordings.told import found
+from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 TIME_S = np.arange(12_000) / RATE_HZ
@@ -101,7 +101,7 @@ def test_a_stroke_against_the_axis_is_asked_about_although_its_mean_is_removed(t
     signal = recorded(tmp_path, -FRICTION_N, remove_mean=True)
     assert [each.value for each in asked(as_disturbance(signal))] == ["below"]
     right = signal.model_copy(update={"rectify": True})
-    assert found(right).rms_n == pytest.approx(FRICTION_N.std())
+    assert found(right).force.std() == pytest.approx(FRICTION_N.std())
     assert asked(as_disturbance(right)) == []
 
 

@@ -58,7 +58,7 @@ def misread(system: System, signals: Sequence[str] = SIGNALS) -> list[Finding]:
     FrictionloopError
         As `read_recording`.
     """
-    from frictionloop.recordings.doubts import doubts_of  # readers of files, which most runs do without
+    from frictionloop.recordings.plausibility import doubts_of  # readers of files, which most runs do without
 
     found = list(doubts_of(system, signals))
     other = any(each.code in UNCLEAR for each in found)
@@ -84,7 +84,7 @@ def _kept_mean(system: System) -> Finding | None:
     reached = there.covers(lowest_n, highest_n) and not too_wide(added[3], there.high_n - there.low_n)
     if not reached or there.covers(lowest_n - added[2], highest_n - added[2]):
         return None
-    from frictionloop.recordings.doubts import doubt
+    from frictionloop.recordings.plausibility import doubt
 
     array = system.disturbance.kind == "samples"
     return doubt("MEAN-DOUBT", "disturbance", added[2], {"remove_mean": True}, array=array, unit="N")
@@ -105,16 +105,15 @@ def _range_and_mean(
     signal = getattr(system, name)
     if signal.kind not in RECORDED:
         return None
+    from frictionloop.recordings.read import mean_of, scaled
+
     if run is not None:
         column = {"setpoint": "f_r", "disturbance": "d"}[name]
         if column not in run:
             return None
         values = run[column].values[mask]
     elif signal.kind == "recording":
-        from frictionloop.recordings.told import found
-
-        read = found(signal)
-        return read.lowest_n, read.highest_n, read.mean_n, read.rms_n
+        values = scaled(signal).force
     else:
-        values = signal.values_n
-    return float(np.min(values)), float(np.max(values)), float(np.mean(values)), float(np.std(values))
+        values = np.asarray(signal.values_n)
+    return float(np.min(values)), float(np.max(values)), mean_of(values), float(np.std(values))

@@ -32,7 +32,7 @@ def command(
     column: flags.Run[str] = "0",
     rate_hz: flags.Run[float | None] = None,
     scale: flags.Run[float | None] = None,
-    offset_n: flags.Run[float] = 0.0,
+    offset_n: flags.Run[float | None] = None,
     speed_mm_s: flags.Run[float | None] = None,
     order: flags.Run[int | None] = None,
     full_n: flags.Run[float | None] = None,
@@ -58,7 +58,7 @@ def command(
     scale
         Of a recording: newtons per unit.
     offset_n
-        Of a recording: added after scaling, in N.
+        Of a recording: added after scaling, in N; if not given 0.45 where the recording goes below 0.
     speed_mm_s
         Of a recording: speed of the finger in mm/s; it is then played by place, else over time.
     order

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -23,6 +23,7 @@ def channels(
     /,
     *,
     rate_hz: flags.Run[float | None] = None,
+    decimal: flags.Run[Literal[".", ","] | None] = None,
     plot: flags.Result[Path | None] = None,
     save_map: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
@@ -33,6 +34,8 @@ def channels(
     ----------
     rate_hz
         Sampling rate in Hz, where the file tells none or two.
+    decimal
+        Decimal mark of a text, where its numbers can be read in two ways.
     plot
         Draw the channels here (.png, .svg or .pdf): the range of each in short windows along the file, before the rest.
     save_map
@@ -42,9 +45,9 @@ def channels(
     file_arguments.check_new("save_map", save_map)
     file_arguments.check_output("plot", plot, file_arguments.FIGURES)
     if plot is not None:
-        fl.plot(fl.identify.first_look(file, rate_hz), plot)
+        fl.plot(fl.identify.first_look(file, rate_hz, decimal), plot)
         screen.say(f"saved channels: {plot}")
-    found = fl.identify.channels(file, rate_hz)
+    found = fl.identify.channels(file, rate_hz, decimal=decimal)
     if save_map is not None:
         found.write_map(save_map)
     shown.show(found, saved={"map": save_map, "plot": plot})

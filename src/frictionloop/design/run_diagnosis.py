@@ -150,7 +150,7 @@ class Diagnosis(Result):
         blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
         found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
-            found["recordings"] = pd.DataFrame({name: each._asdict() for name, each in self.recorded.items()})
+            found["recordings"] = pd.DataFrame(dict(self.recorded))
         return found
 
     @property
@@ -235,7 +235,7 @@ def diagnose(
         duration_s=duration_s,
         score_from_s=score_from_s,
         scored=float(mask.mean()),
-        recorded=read,
+        recorded={name: each.summary() for name, each in read.items()},
         unscored_s=run_findings.unscored_s(run),
         advice=_advice(system) if advise else None,
         findings=tuple(told),

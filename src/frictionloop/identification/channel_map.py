@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,17 +17,13 @@ from frictionloop.findings import Finding
 from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.toml_files import read_tree
-from frictionloop.quantities import check_known, must_be
-from frictionloop.quantities.timestamp_jitter import MISSING
+from frictionloop.quantities import must_be
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
-from frictionloop.recordings.clock import may_be_seconds
-from frictionloop.recordings.headers import header
+from frictionloop.recordings.part import clock_to_resample
 from frictionloop.recordings.stored import Samples
-from frictionloop.recordings.straight_lines import even_times, mean_rate, tells_seconds
-
-SHOWN = 12
-"""Channels that an error lists."""
+from frictionloop.recordings.straight_lines import even_times, resampling
+from frictionloop.recordings.text_numbers import Decimal
 
 Array = NDArray[np.float64]
 Window = tuple[Number, Number]
@@ -75,6 +70,8 @@ class ChannelMap(Description):
     """Sampling rate in Hz, where the file tells none or two."""
     resample_hz: Positive | None = None
     """Rate in Hz to which channels at uneven times are brought, by straight lines between their samples."""
+    decimal: Decimal | None = None
+    """Decimal mark of a text, "." or ",", where its numbers can be read in two ways."""
     channels: dict[str, Channel]
     """By name."""
 
@@ -167,70 +164,18 @@ def _factor(where: str, name: str, line: found.Channel, told: Channel, mapped: b
 
 
 def resampled(
-    where: str,
-    contents: found.Contents,
-    picked: Mapping[str, found.Channel],
-    chart: ChannelMap | None,
-    resample_hz: float,
+    where: str, picked: Mapping[str, found.Channel], chart: ChannelMap | None, resample_hz: float
 ) -> tuple[dict[str, found.Channel], Finding]:
     """Return channels at even times, as `recordings.straight_lines` has them, and what was done.
 
     A counter is unwrapped first.
     """
-    times = _times(where, contents, resample_hz)
-    even = even_times(where, times, resample_hz)
-    lines: dict[str, found.Channel] = {}
+    lines, even_s = dict[str, found.Channel](), np.zeros(0)
     for name, line in picked.items():
+        at_s = clock_to_resample(where, line.times, resample_hz)[1].at_s
+        even_s = even_s if lines else even_times(where, at_s, resample_hz)
         values = np.asarray(line.samples[: line.samples.size], dtype=float)
-        if values.size != times.size:
-            raise must_be(f"{where}: samples of {line.name!r}", int(values.size), f"{times.size}, as the times")
         wrap = None if chart is None else chart.channels[name].wrap
         values = values if wrap is None else np.unwrap(values, period=wrap)
-        lines[name] = replace(line, samples=np.interp(even, times, values))
-    apart_ms = 1e3 * np.diff(times)
-    gaps = int(np.count_nonzero(apart_ms > MISSING * np.median(apart_ms)))
-    more = {
-        "gaps": gaps,
-        "samples": times.size,
-        "least_apart_ms": float(apart_ms.min()),
-        "most_apart_ms": float(apart_ms.max()),
-    }
-    return lines, Finding("RESAMPLED", value=resample_hz, unit="Hz", limit=mean_rate(times) / 10, more=more)
-
-
-def _times(where: str, contents: found.Contents, resample_hz: float) -> Array:
-    """Return the times of a file in s."""
-    clock = contents.clock()
-    if clock is None or clock.samples.size < 3:
-        raise must_be(f"{where}: column of times", None, "resample_hz needs it")
-    values = np.asarray(clock.samples[: clock.samples.size], dtype=float)
-    seconds = may_be_seconds(float(np.median(np.diff(values)))) or tells_seconds(values, resample_hz)
-    unit, factor = UNITS.get(str(clock.unit), ("s" if seconds else "", 1.0))
-    if unit != "s":
-        raise must_be(f"{where}: unit of {clock.name!r}", clock.unit, "told by its name, as 'time_s'")
-    return factor * values
-
-
-def find_channel(where: str, contents: found.Contents, wanted: Channel) -> found.Channel:
-    """Return the channel that a map names: by its path, its last part, as its header spells it, or by its number."""
-    names = [line.name for line in contents.channels]
-    if isinstance(wanted.column, int):
-        if 0 <= wanted.column < len(names):
-            return contents.channels[wanted.column]
-        raise must_be(f"{where}: column", wanted.column, f"from 0 to {len(names) - 1}")
-    exact = [line for line in contents.channels if line.name == wanted.column]
-    loose = [
-        line for line in contents.channels if line.name.rpartition("/")[2].lower() == wanted.column.strip().lower()
-    ]
-    said = header(wanted.column)
-    spelt = [line for line in contents.channels if said.unit and (line.name, line.unit) == (said.name, said.unit)]
-    for candidates in (exact, loose, spelt):
-        if len(candidates) == 1:
-            return candidates[0]
-    lines = [name for name in names if name.partition("[")[0] == wanted.column.strip()]
-    if lines:
-        every = lines[0].replace("0", "*", 1)
-        raise must_be(f"{where}: column", wanted.column, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
-    near = difflib.get_close_matches(wanted.column, names, n=SHOWN, cutoff=0.2) or names
-    check_known(f"{where}: column", [wanted.column], names if len(names) <= SHOWN else near[:SHOWN])
-    raise must_be(f"{where}: column", wanted.column, "a number: it stands twice")
+        lines[name] = replace(line, samples=np.interp(even_s, at_s, values))
+    return lines, resampling(at_s, resample_hz)

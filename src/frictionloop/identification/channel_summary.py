@@ -13,8 +13,7 @@ from frictionloop.findings import Condition, Finding
 from frictionloop.identification.recording_columns import runs_of
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
-from frictionloop.recordings.headers import is_time
-from frictionloop.recordings.signs import signs_of
+from frictionloop.recordings.force_shape import signs_of
 
 Array = NDArray[np.float64]
 SAMPLED = 20000
@@ -46,6 +45,7 @@ class ChannelSummary(NamedTuple):
     """Samples that are no finite number."""
     first_missing: int | None
     """Row of the first of these."""
+    rate_hz: float | None
     both_signs: bool
     """Whether it looks like friction of strokes both ways; not known without a rate, or of another unit's numbers."""
 
@@ -78,6 +78,7 @@ class Glance:
         self.bad: int | None = None
         self._levelled: bool | None = None
 
+    @np.errstate(over="ignore", invalid="ignore")
     def first(self, block: NDArray[Any]) -> None:
         """Take a block in for the range, the mean and the levels."""
         fine = _fine(block)
@@ -91,7 +92,7 @@ class Glance:
         self.least, self.most = min(self.least, float(fine.min())), max(self.most, float(fine.max()))
         mean, squares, count = float(fine.mean()), float(fine.var()) * fine.size, self.count + fine.size
         # Chan, Golub and LeVeque: sums of squares about means of parts, joined.
-        self.squares += squares + (mean - self.mean) ** 2 * self.count * fine.size / count
+        self.squares += squares + (mean - self.mean) * (mean - self.mean) * self.count * fine.size / count
         self.mean += (mean - self.mean) * fine.size / count
         self.count = count
         self._sampled.append(fine[:: self._every].copy())
@@ -101,6 +102,7 @@ class Glance:
         """Largest less least value."""
         return self.most - self.least if self.count else 0.0
 
+    @np.errstate(over="ignore", invalid="ignore")
     def second(self, block: NDArray[Any]) -> None:
         """Take a block in for what the range is needed for: samples at its ends, and jumps over most of it."""
         fine, span = _fine(block), self.span
@@ -120,6 +122,7 @@ class Glance:
             self._calm = max(self._calm, float(steps[~jumps].max(initial=0.0)))
             self._last = fine[-1:]
 
+    @np.errstate(over="ignore", invalid="ignore")
     def result(self, rate_hz: float | None) -> ChannelSummary:
         """Return what was found; with the rate also what its signs say."""
         line, samples = self.line, self.line.samples
@@ -136,11 +139,12 @@ class Glance:
             wraps=wraps,
             missing=samples.size - self.count,
             first_missing=self.bad,
+            rate_hz=rate_hz,
             both_signs=self._both_signs(rate_hz),
         )
 
     def _both_signs(self, rate_hz: float | None) -> bool:
-        may_be_force = UNITS.get(self.line.unit or "N", ("",))[0] in ("N", "V") and not is_time(self.line.name)
+        may_be_force = UNITS.get(self.line.unit or "N", ("",))[0] in ("N", "V") and not self.line.tells_time
         if rate_hz is None or not self.count or not may_be_force:
             return False
         return signs_of(np.concatenate(self._sampled), self.line.samples.size / rate_hz) == "both"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 from frictionloop.findings import Condition, Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification.channel_summary import ChannelSummary, Glance
-from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.loop.progress import progress_bar
-from frictionloop.quantities import replacing
+from frictionloop.quantities import FrictionloopError, replacing
 from frictionloop.recordings.contents import Channel, Contents
+from frictionloop.recordings.sampling import Sampling, samplings_of
 from frictionloop.recordings.stored import blocks_of, count_blocks
+from frictionloop.recordings.text_numbers import Decimal
 from frictionloop.recordings.whole import read_contents
 
 if TYPE_CHECKING:
@@ -41,8 +43,11 @@ class FileChannels(Result):
     SCHEMA: ClassVar[str] = "identify.channels/1"
     path: str
     date: str
+    """ISO 8601."""
+    dated: bool
+    """Whether the file says its date; else it is the day on which it was last written."""
     rate_hz: float | None
-    """None: a plain table, or uneven times."""
+    """None: a plain table, uneven times, or channels of several rates."""
     rate_from: str
     even: bool
     """Whether the times rise in equal steps."""
@@ -53,9 +58,12 @@ class FileChannels(Result):
     def rows(self) -> list[Row]:
         """Return file, date, rate and duration."""
         rate = "none" if self.rate_hz is None else f"{self.rate_hz:g} Hz ({self.rate_from})"
+        rates = sorted({each.rate_hz for each in self.channels if each.rate_hz})
+        rate = f"{', '.join(f'{each:g}' for each in rates)} Hz" if len(rates) > 1 else rate
         longest = max(each.samples for each in self.channels)
         lasts = f"{longest} samples" + (f", {longest / self.rate_hz:.4g} s" if self.rate_hz else "")
-        found = [("file", self.path), ("recorded", self.date), ("rate", rate), ("lasts", lasts)]
+        date = ("recorded" if self.dated else "written", self.date)
+        found = [("file", Path(self.path).name), date, ("rate", rate), ("lasts", lasts)]
         more = len(self.channels) - MOST
         return [*found, ("channels", f"{MOST} of {len(self.channels)}: --all")] if more > 0 else found
 
@@ -65,9 +73,10 @@ class FileChannels(Result):
 
         names = {"name": "channel", "least": "from", "most": "to"}
         left = ["clipped", "wraps", "missing", "first_missing", "both_signs"]
+        left += ["rate_hz"] if len({each.rate_hz for each in self.channels if each.rate_hz}) < 2 else []
         frame = pd.DataFrame(self.channels).drop(columns=left).rename(columns=names).set_index("channel")
-        listed = {"channels": frame.head(MOST)}
-        return listed if len(frame) <= MOST else listed | {"all channels": frame}
+        parts = {"channels": frame.head(MOST), "further channels": frame.iloc[MOST:]}
+        return {name: part for name, part in parts.items() if len(part)}
 
     def plot(self) -> Figure:
         """Return the range of each channel in short windows along the file."""
@@ -89,7 +98,12 @@ class FileChannels(Result):
             beside.write_text(self.channel_map(), encoding="utf-8")
 
 
-def channels(path: str | os.PathLike[str], rate_hz: float | None = None, progress: bool | None = None) -> FileChannels:
+def channels(
+    path: str | os.PathLike[str],
+    rate_hz: float | None = None,
+    progress: bool | None = None,
+    decimal: Decimal | None = None,
+) -> FileChannels:
     """Return what a file holds; of a large one every sample is looked at, block by block.
 
     Parameters
@@ -100,28 +114,37 @@ def channels(path: str | os.PathLike[str], rate_hz: float | None = None, progres
         Sampling rate in Hz, where the file tells none or two.
     progress : bool, optional
         Whether to show a progress bar; None: on a terminal, for a file that is large.
+    decimal : str, optional
+        Decimal mark of a text, where its numbers can be read in two ways.
 
     Raises
     ------
     FrictionloopError
         For a file that cannot be read, or one that tells two rates.
     """
-    contents = read_contents(path)
-    sampling = sampling_of(str(path), contents, rate_hz)
-    seen = _summaries(contents.channels, sampling.rate_hz, progress)
+    contents = read_contents(path, decimal)
+    signals = contents.signals() or contents.channels
+    each_of = samplings_of(str(path), signals, rate_hz)
+    rates = {each.rate_hz for each in each_of.values()}
+    first = max(signals, key=lambda line: line.samples.size)
+    sampling = each_of[first.name]
+    seen = _summaries(contents.channels, {name: each.rate_hz for name, each in each_of.items()}, progress)
     return FileChannels(
         path=str(path),
         date=contents.date,
-        rate_hz=sampling.rate_hz,
+        dated=contents.dated,
+        rate_hz=sampling.rate_hz if len(rates) == 1 else None,
         rate_from=sampling.source,
         even=sampling.even,
         gaps=sampling.gaps,
         channels=seen,
-        findings=(*_findings(contents, sampling), *(each for one in seen for each in one.findings())),
+        findings=(*_findings(contents, sampling, rates), *(each for one in seen for each in one.findings())),
     )
 
 
-def _summaries(lines: Sequence[Channel], rate_hz: float | None, progress: bool | None) -> tuple[ChannelSummary, ...]:
+def _summaries(
+    lines: Sequence[Channel], rates_hz: Mapping[str, float | None], progress: bool | None
+) -> tuple[ChannelSummary, ...]:
     found = [Glance(line) for line in lines]
     total = max(count_blocks(line.samples) for line in lines)
     show = progress if total > 1 else False
@@ -133,19 +156,19 @@ def _summaries(lines: Sequence[Channel], rate_hz: float | None, progress: bool |
                     if block is not None:
                         take(each, block)
                 bar()
-    return tuple(each.result(rate_hz) for each in found)
+    return tuple(each.result(rates_hz.get(each.line.name)) for each in found)
 
 
-def _findings(contents: Contents, sampling: Sampling) -> Iterator[Finding]:
+def _findings(contents: Contents, sampling: Sampling, rates_hz: set[float | None]) -> Iterator[Finding]:
     yield from contents.findings
-    if sampling.rate_hz is None and sampling.even:
+    if rates_hz == {None} and sampling.even:
         yield Finding("RATE-UNKNOWN", remedy="rate_hz in the map")
     if sampling.gaps:
         lost = sum(count for _, count in sampling.gaps)
         more = {"row": sampling.gaps[0][0], "gaps": len(sampling.gaps)}
         yield Finding("DATA-GAPS", value=lost, where=Condition(channel="times"), more=more)
     if not sampling.even:
-        yield Finding("TIMES-UNEVEN", remedy="resample_hz")
+        yield Finding("TIMES-UNEVEN", value=1e3 * sampling.uneven_s, unit="ms", remedy="resample_hz")
     sizes = sorted({line.samples.size for line in contents.signals()})
     for size in sizes[:-1]:
         names = [line.name for line in contents.signals() if line.samples.size == size]
@@ -189,15 +212,6 @@ class FirstLook(NamedTuple):
         """Return the first of the channels that vary, of all where none does."""
         return ([trace for trace in self.traces if not trace.constant] or list(self.traces))[:DRAWN]
 
-    def left_out(self) -> list[str]:
-        """Return the names of the channels that are not drawn: they do not vary, or stand behind the first."""
-        drawn = self.drawn()
-        return [trace.name for trace in self.traces if not any(trace is each for each in drawn)]
-
-    def along(self, row: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return where rows stand in time, or as samples where nothing tells a rate."""
-        return row / self.rate_hz if self.rate_hz else row
-
     def plot(self) -> Figure:
         """Return the channels that vary, one below the other, each by its lowest and highest value along the file."""
         from frictionloop.figures.style import styled
@@ -205,21 +219,24 @@ class FirstLook(NamedTuple):
         return styled(_drawn)(self)
 
 
-def first_look(path: str | os.PathLike[str], rate_hz: float | None = None) -> FirstLook:
-    """Return the range of each channel in windows all along a file; a rate in Hz where the file tells none or two.
+def first_look(path: str | os.PathLike[str], rate_hz: float | None = None, decimal: Decimal | None = None) -> FirstLook:
+    """Return the range of each channel in windows all along a file; a rate in Hz, a decimal mark.
 
     Raises
     ------
     FrictionloopError
         For a file that cannot be read.
     """
-    contents = read_contents(path)
+    contents = read_contents(path, decimal)
     signals = contents.signals() or contents.channels
     sizes = dict.fromkeys(line.samples.size for line in signals)
     found = [each for size in sizes for each in _traces([line for line in signals if line.samples.size == size])]
     seen = f"{WINDOWS} windows, {f'{ROWS} samples each' if max(sizes) > WINDOWS * ROWS else 'all samples'}"
-    sampling = sampling_of(str(path), contents, rate_hz)
-    at_hz = sampling.rate_hz if sampling.even and not sampling.gaps else None  # else rows are no seconds
+    every: set[Sampling] = set()
+    with suppress(FrictionloopError):  # two rates, of which neither is drawn
+        every = {*samplings_of(str(path), signals, rate_hz).values()}
+    # Else rows are no seconds, or not the same ones.
+    at_hz = next((each.rate_hz for each in every if len(every) == 1 and each.even and not each.gaps), None)
     return FirstLook(str(path), tuple(found), seen, at_hz)
 
 
@@ -248,7 +265,9 @@ def _drawn(look: FirstLook) -> Figure:
     figure = new_figure(8.0, 1.0 + 0.9 * len(traces))
     rows = figure.subplots(len(traces), 1, sharex=True, squeeze=False)[:, 0]
     for axes, trace in zip(rows, traces, strict=True):
-        axes.fill_between(look.along(trace.row), trace.low, trace.high, color=BLUE, linewidth=0.6, edgecolor=BLUE)
+        axes.fill_between(
+            trace.row / (look.rate_hz or 1.0), trace.low, trace.high, color=BLUE, linewidth=0.6, edgecolor=BLUE
+        )
         name = f"{trace.name}\n({trace.unit})" if trace.unit else trace.name
         axes.set_ylabel(name, rotation=0, ha="right", va="center")
         axes.margins(x=0.0, y=0.1)

@@ -64,7 +64,7 @@ OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
 """Kinds that no table can give."""
 MOST_CLIPPED = 0.01
 """Share of the samples of a recording that may be clipped (assumed)."""
-FORM = 2
+FORM = 3
 """Of what is kept: another one is not read."""
 USE_SENSOR = ("quiet", "slides", "load", "amplitude")
 """Kinds whose analysis depends on what is known of the sensor."""
@@ -109,18 +109,18 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Any]:
     """Return the recordings of a file: one, or one for each line of an array whose column is ``name[:, *]``."""
     chart = take.chart(folder)
     if take.kind == "response":
-        return [opened(path, chart, table=True)]
+        return [opened(path, chart, table=True, decimal=take.decimal)]
     columns = {} if chart is None else {name: str(each.column) for name, each in chart.channels.items()}
     if chart is None or not any("*" in column for column in columns.values()):
         return [_run(_opened(path, chart, take), take)]
     masses = None
     if take.kind == "weights" and "*" not in columns.get("mass", "*"):
         one = ChannelMap(channels={"mass": chart.channels["mass"]})
-        file = opened(path, one, rate_hz=take.rate_hz, table=True)
+        file = opened(path, one, table=True, **take.reading)
         masses = file.whole()["mass"].values
         others = {name: each for name, each in chart.channels.items() if name != "mass"}
         chart = chart.model_copy(update={"channels": others})
-    there = {line.name for line in read_contents(path).channels}
+    there = {line.name for line in read_contents(path, take.decimal).channels}
     starred = [column for column in columns.values() if "*" in column]
     found: list[Any] = []
     while all(_numbered(column, len(found)) in there for column in starred):
@@ -134,7 +134,7 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Any]:
 
 
 def _opened(path: Path, chart: ChannelMap | None, take: Take) -> Opened:
-    return opened(path, chart, rate_hz=take.rate_hz, resample_hz=take.resample_hz)
+    return opened(path, chart, **take.reading)
 
 
 def _numbered(column: str | int, k: int) -> str | int:

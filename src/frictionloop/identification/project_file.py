@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -13,6 +13,7 @@ from frictionloop.parameters.block import Block, NotNegative, Number, Positive, 
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import must_be
+from frictionloop.recordings.text_numbers import Decimal
 
 
 class Take(Block):
@@ -47,6 +48,8 @@ class Take(Block):
     """Sampling rate, where the files tell none or two."""
     resample_hz: Positive | None = None
     """Rate to which recordings at uneven times are brought, by straight lines between their samples."""
+    decimal: Decimal | None = None
+    """Decimal mark of texts, where their numbers can be read in two ways."""
     date: str | None = None
     """When it was recorded, where the files do not say."""
     masses_g: tuple[NotNegative, ...] | None = None
@@ -85,12 +88,14 @@ class Take(Block):
     def chart(self, folder: Path) -> ChannelMap | None:
         """Return the channel map, None if the files name their columns as the analyses do."""
         if self.channels is not None:
-            return ChannelMap(channels=self.channels, rate_hz=self.rate_hz, resample_hz=self.resample_hz)
-        if self.map is None:
-            return None
-        found = read_map(folder / self.map)
-        given = {"rate_hz": self.rate_hz, "resample_hz": self.resample_hz}
-        return found.evolve({name: hertz for name, hertz in given.items() if hertz is not None})
+            return ChannelMap(channels=self.channels, **self.reading)
+        return None if self.map is None else read_map(folder / self.map).evolve(self.reading)
+
+    @property
+    def reading(self) -> dict[str, Any]:
+        """What is given of how files are read."""
+        given = {"rate_hz": self.rate_hz, "resample_hz": self.resample_hz, "decimal": self.decimal}
+        return {name: value for name, value in given.items() if value is not None}
 
 
 class Converter(Block):

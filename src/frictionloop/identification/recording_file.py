@@ -21,18 +21,19 @@ from frictionloop.identification.channel_map import (
     Channel,
     ChannelMap,
     Place,
-    find_channel,
     read_map,
     resampled,
     variable,
 )
 from frictionloop.identification.quiet import LOUD, PIECE_S
 from frictionloop.identification.recording_columns import READING, runs_of
-from frictionloop.identification.sampling import Sampling, sampling_of
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
+from frictionloop.recordings.channel_lookup import find_channel
 from frictionloop.recordings.contents import left_out
+from frictionloop.recordings.sampling import Sampling, sampling_of, samplings_of, told_by
 from frictionloop.recordings.stored import Stored
+from frictionloop.recordings.text_numbers import Decimal
 from frictionloop.recordings.whole import read_contents
 
 Array = NDArray[np.float64]
@@ -78,8 +79,8 @@ class Opened:
     @property
     def attrs(self) -> dict[str, str]:
         """Where the samples come from."""
-        own = {"source": "recorded", "file": self.where, "sha256": self.sha256}
-        return own | {"date": self.contents.date, "rate_from": self.rate_from}
+        own = {"source": "recorded", "file": self.where, "sha256": self.sha256, "rate_from": self.rate_from}
+        return own | {"date": f"{'' if self.contents.dated else 'file of '}{self.contents.date}"}
 
     def part(self, first: int, stop: int) -> xr.Dataset:
         """Return rows first to stop as a recording, as `load` returns all of them."""
@@ -119,27 +120,32 @@ def opened(
     *,
     rate_hz: float | None = None,
     resample_hz: float | None = None,
+    decimal: Decimal | None = None,
     table: bool | None = None,
 ) -> Opened:
     """Return a file whose channels can be read in parts; arguments and refusals are those of `load`."""
     where = str(path)
-    contents = read_contents(path)
     chart = None if channels is None else read_map(channels)
-    sampling = sampling_of(where, contents, rate_hz or (chart.rate_hz if chart else None))
+    contents = read_contents(path, decimal or (chart.decimal if chart else None))
     picked = (
-        all_channels(contents)
+        all_channels(where, contents, rate_hz)
         if chart is None
-        else {name: find_channel(where, contents, each) for name, each in chart.channels.items()}
+        else {name: find_channel(where, contents, each.column) for name, each in chart.channels.items()}
     )
     rows = {name: line.samples.size for name, line in picked.items()}
     if chart is not None and len(set(rows.values())) > 1:
         raise must_be(f"{where}: samples of channels", rows, "equal")
-    short = max(rows.values()) <= TABLE_ROWS and contents.clock() is None
+    short = max(rows.values()) <= TABLE_ROWS and all(line.times is None for line in picked.values())
     done: list[Finding] = []
     resample_hz = resample_hz or (chart.resample_hz if chart else None)
+    rate_hz = rate_hz or (chart.rate_hz if chart else None)
+    if table:
+        sampling = Sampling(rate_hz, "rows of a table")
+    else:
+        sampling = sampling_of(where, [*picked.values()], rate_hz)
     is_table = ((sampling.rate_hz is None or short) and resample_hz is None) if table is None else table
     if not is_table and resample_hz is not None:
-        picked, how = resampled(where, contents, picked, chart, resample_hz)
+        picked, how = resampled(where, picked, chart, resample_hz)
         done, sampling = [how], Sampling(resample_hz, "resample_hz")
     elif not is_table:
         _refuse_uneven(where, sampling)
@@ -170,12 +176,13 @@ def _refuse_uneven(where: str, sampling: Sampling) -> None:
         raise must_be(f"{where}: times", "uneven", accepted, "", "TIMES-UNEVEN")
 
 
-def all_channels(contents: found.Contents) -> dict[str, found.Channel]:
-    """Return the channels that have as many samples as most samples are in."""
+def all_channels(where: str, contents: found.Contents, rate_hz: float | None) -> dict[str, found.Channel]:
+    """Return the channels that have as many samples, at one rate, as most samples are in."""
     signals = contents.signals() or contents.channels
-    sizes = [line.samples.size for line in signals]
-    usual = max(set(sizes), key=lambda size: (size * sizes.count(size), size))
-    return {line.name: line for line in signals if line.samples.size == usual}
+    rates = samplings_of(where, signals, rate_hz)
+    kinds = [(line.samples.size, rates[line.name].rate_hz or 0.0) for line in signals]
+    usual = max(set(kinds), key=lambda kind: (kind[0] * kinds.count(kind), kind))
+    return {line.name: line for line, kind in zip(signals, kinds, strict=True) if kind == usual}
 
 
 def _of_channels(
@@ -185,11 +192,14 @@ def _of_channels(
     data: Mapping[str, xr.Variable],
     mapped: bool,
 ) -> Iterator[Finding]:
-    """Yield channels that no map chose and that have another length than most, and units that nothing tells."""
+    """Yield what was found of the file, channels that no map chose, of other length or rate, and units not told."""
+    yield from contents.findings_of(picked.values())
     taken = {line.name for line in picked.values()}
     for line in () if mapped else contents.signals():
         if line.name not in taken:
-            yield found.left_out(line.name, f"{line.samples.size} samples")
+            rates = told_by([line])
+            hertz = "".join(f", {each:g} Hz" for each in rates.values()) if rates != told_by([*picked.values()]) else ""
+            yield found.left_out(line.name, f"{line.samples.size} samples{hertz}")
     for name, line in picked.items():
         unit = data[name].attrs["units"]
         if unit and not _tells_unit(line, chart.channels[name]):
@@ -216,6 +226,7 @@ def load(
     *,
     rate_hz: float | None = None,
     resample_hz: float | None = None,
+    decimal: Decimal | None = None,
     table: bool | None = None,
 ) -> xr.Dataset:
     """Return the channels of a file as one recording, all of it in memory (`opened` reads parts of a large one).
@@ -232,6 +243,8 @@ def load(
     resample_hz : float, optional
         Rate in Hz to which samples at uneven times are brought, by straight lines (`resampled`); None refuses such a
         file. A finding says so.
+    decimal : str, optional
+        Decimal mark of a text, where its numbers can be read in two ways.
     table : bool, optional
         Whether the rows are samples in time (False) or separate measurements such as one line per weight (True). None:
         a table if nothing tells a rate, or if at most 64 rows come without times.
@@ -248,7 +261,7 @@ def load(
         In one line: the file or the map cannot be read; a channel of the map is not in the file (near names are
         listed); two rates disagree; times have gaps; channels have unequal lengths; a sample is NaN.
     """
-    return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, table=table).whole()
+    return opened(path, channels, rate_hz=rate_hz, resample_hz=resample_hz, decimal=decimal, table=table).whole()
 
 
 class Stretches(Sequence[xr.Dataset]):

@@ -17,7 +17,7 @@ from frictionloop.loop.record import system_of
 from frictionloop.loop.signal_findings import with_longer_stroke
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.physics.motion import scored_edge_m, stroke_plan
-from frictionloop.recordings.clean import SHOWN, stretches
+from frictionloop.recordings.force_shape import SHOWN, stretches
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]

@@ -14,7 +14,9 @@ from frictionloop.parameters.presets import stirring
 from frictionloop.quantities.units import SignalWarning
 
 if TYPE_CHECKING:
-    from frictionloop.recordings.told import Found
+    import numpy as np
+
+    from frictionloop.recordings.read import Taken
 
 MEASURED = (Recording, Samples)
 SEVERAL = 2.0
@@ -89,7 +91,7 @@ NAMED = 3
 """Most jumps that are named (chosen)."""
 
 
-def recordings(system: System) -> dict[str, Found]:
+def recordings(system: System) -> dict[str, Taken]:
     """Return what was read of each recorded signal, by its name.
 
     Raises
@@ -101,90 +103,80 @@ def recordings(system: System) -> dict[str, Found]:
     read = {name: each for name, each in signals.items() if isinstance(each, Recording)}
     if not read:
         return {}
-    from frictionloop.recordings.told import found
+    from frictionloop.recordings.read import scaled
 
-    return {name: found(each) for name, each in read.items()}
+    return {name: scaled(each) for name, each in read.items()}
 
 
 def of_recorded(system: System, duration_s: float) -> Iterator[Finding]:
     """Yield what is known of the recorded signals of a run of this length."""
     read = recordings(system)
-    for name, each in read.items():
-        yield from _part(name, getattr(system, name), each, duration_s)
-        yield from _resampled(name, system)
+    for name, taken in read.items():
+        yield from (one for one in taken.findings if one.code in ("RESAMPLED", "TAKEN-FOR"))
+        yield from _part(name, getattr(system, name), taken, duration_s)
+        yield from _resampled(name, taken, system)
     if "disturbance" in read:
-        yield from _another_finger(system, read["disturbance"])
+        yield from _another_finger(system, float(read["disturbance"].raw.mean()))
         yield from _jumps(system, read["disturbance"], duration_s)
     if "setpoint" in read and isinstance(system.sensor, SuspendedSensor):
-        yield from _beyond_range(system, read["setpoint"], system.sensor.range_n)
+        yield from _beyond_range(read["setpoint"].force, system.sensor.range_n)
     own = stirring(system)
     if own and any(isinstance(getattr(system, name), MEASURED) for name in ("disturbance", "setpoint")):
         yield Finding("RECORDED-ON-TOP", remedy=own)
 
 
-def _beyond_range(system: System, each: Found, range_n: float) -> Iterator[Finding]:
+def _beyond_range(force_n: np.ndarray, range_n: float) -> Iterator[Finding]:
     """Yield that the sensor cannot read a recorded set-point, which is known only from its file."""
-    if each.highest_n > range_n:
-        from frictionloop.recordings.read import scaled
-
-        signal: Any = system.setpoint
-        share = 100.0 * float((scaled(signal, "N").force > range_n).mean())
-        where = Condition(recording="setpoint")
-        yield Finding(
-            "RANGE-EXCEEDED", value=each.highest_n, unit="N", limit=range_n, where=where, more={"share": share}
-        )
+    if (highest_n := float(force_n.max())) > range_n:
+        share, where = 100.0 * float((force_n > range_n).mean()), Condition(recording="setpoint")
+        yield Finding("RANGE-EXCEEDED", value=highest_n, unit="N", limit=range_n, where=where, more={"share": share})
 
 
-def _part(name: str, signal: Recording, each: Found, duration_s: float) -> Iterator[Finding]:
+def _part(name: str, signal: Recording, taken: Taken, duration_s: float) -> Iterator[Finding]:
     """Yield how much of a recording the run leaves out."""
     from frictionloop.recordings.read import lasting_s
 
-    lasts_s = lasting_s(signal)
+    lasts_s, where = lasting_s(signal), Condition(recording=name)
     if duration_s < lasts_s * (1 - 1e-6):
-        cut = {f"{name}.stop_s": round(each.from_s + duration_s, 9)} if signal.remove_mean else ""
-        yield Finding(
-            "RECORDED-PART", value=duration_s, unit="s", limit=lasts_s, where=Condition(recording=name), remedy=cut
-        )
+        cut = {f"{name}.stop_s": round(float(taken.part.at_s[0]) + duration_s, 9)} if signal.remove_mean else ""
+        yield Finding("RECORDED-PART", value=duration_s, unit="s", limit=lasts_s, where=where, remedy=cut)
 
 
-def _resampled(name: str, system: System) -> Iterator[Finding]:
+def _resampled(name: str, taken: Taken, system: System) -> Iterator[Finding]:
     """Yield how much of a recorded signal is faster than the control rate can hold, where that counts."""
-    from frictionloop.recordings.read import scaled
     from frictionloop.recordings.straight_lines import removed_share
 
-    signal, rate_hz = getattr(system, name), system.controller.rate_hz
-    force, file_hz, _, _ = scaled(signal, "N")
-    share = removed_share(force, file_hz, rate_hz, signal.path)
+    rate_hz = system.controller.rate_hz
+    share = removed_share(taken.force, taken.rate_hz, rate_hz, getattr(system, name).path)
     if share > REMOVED:
         yield Finding("TOO-FAST", value=100.0 * share, unit="%", limit=rate_hz / 2.0, where=Condition(recording=name))
 
 
-def _another_finger(system: System, each: Found) -> Iterator[Finding]:
+def _another_finger(system: System, mean_n: float) -> Iterator[Finding]:
     """Yield that a recorded disturbance comes on a finger of another friction, or the law believes in another."""
     friction, model = system.friction, getattr(system.controller, "model", None)
     if system.controller.kind == "lookup" or model is None or not hasattr(friction, "nominal_n"):
         return
     own_n, where = friction.nominal_n, Condition(recording="disturbance")
     as_preset = own_n in {preset().friction.nominal_n for preset in (bench, feasible, paper)}
-    if as_preset and 0.0 < each.raw_mean_n < UNLIKE * own_n:
-        yield Finding("RECORDED-FINGER", value=each.raw_mean_n, unit="N", limit=own_n, where=where)
+    if as_preset and 0.0 < mean_n < UNLIKE * own_n:
+        yield Finding("RECORDED-FINGER", value=mean_n, unit="N", limit=own_n, where=where)
     if model.nominal_n != own_n:
         told = {"controller.model.nominal_n": own_n}
         yield Finding("BELIEF-FRICTION", value=own_n, unit="N", limit=model.nominal_n, where=where, remedy=told)
 
 
-def _jumps(system: System, each: Found, duration_s: float) -> Iterator[Finding]:
+def _jumps(system: System, taken: Taken, duration_s: float) -> Iterator[Finding]:
     """Yield where the part of a recorded disturbance that runs jumps; not where contact is in doubt already."""
-    if each.on_plate_s is not None:
-        return
-    from frictionloop.recordings.jumps import jumps
-    from frictionloop.recordings.read import scaled
+    from frictionloop.recordings.force_shape import jumps
+    from frictionloop.recordings.plausibility import on_plate
 
     signal: Any = system.disturbance
-    force, rate_hz, _, _ = scaled(signal, "N")
-    found = jumps(force[: round(duration_s * rate_hz)], rate_hz)
+    if on_plate(signal, taken) is not None:
+        return
+    found = jumps(taken.force[: round(duration_s * taken.rate_hz)], taken.rate_hz)
     if found:
-        at_s = tuple(round(each.from_s + at / rate_hz, 4) for at, _ in found)
+        at_s = tuple(round(float(taken.part.at_s[0]) + at / taken.rate_hz, 4) for at, _ in found)
         more = {"at_s": at_s[:NAMED], "jumps": len(found)}
         where = Condition(recording="disturbance")
         yield Finding("RECORDED-JUMPS", value=1e3 * found[0][1], unit="mN", where=where, more=more)

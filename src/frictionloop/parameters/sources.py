@@ -216,8 +216,8 @@ class Recording(Signal):
     """Newtons per unit of the column; not needed where the unit is one of force."""
     offset_n: Number = 0.0
     """Added after scaling."""
-    decimal: Literal[".", ","] = "."
-    """Decimal mark of a text file; with a comma the columns must be apart by semicolons, tabs or spaces."""
+    decimal: Literal[".", ","] | None = None
+    """Decimal mark of a text file, found if not given; with a comma the columns are apart by anything else."""
     start_s: Number | None = None
     """Where in the recording t = 0 lies: a time of its column of times, or s after its first sample where it has none
     or they are dates; its beginning if not given."""

@@ -1,11 +1,13 @@
-"""Whole binary files: HDF5 and NetCDF-4, MAT 5 and 7.3, NPZ, WAV."""
+"""Arrays in binary files as channels: HDF5, NetCDF 3 and 4, MAT 5 and 7.3, NumPy's."""
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -15,52 +17,27 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.arrays import check_mat
-from frictionloop.recordings.contents import Channel, Contents, left_out, lines_of, told_date, told_rates
+from frictionloop.recordings.contents import MOST_LINES, Channel, Contents, left_out, lines_of, told_rates
+from frictionloop.recordings.dates import iso_date, told_date
 from frictionloop.recordings.hdf5 import check_hdf5, expands
-from frictionloop.recordings.headers import attribute_unit, is_bare_dimension, unpacked
-from frictionloop.recordings.stored import is_large
-from frictionloop.recordings.stored_lines import hdf5_lines, wav_line
+from frictionloop.recordings.headers import attribute_unit, header, is_bare_dimension, unpacked
+from frictionloop.recordings.stored import Stored, is_large
 
 _CREATED = re.compile(rb"Created on: (\w{3} \w{3} [\d :]{8,16})")
 """Where the header of a MAT file says its date."""
+ONLY = "array"
+"""What the one array of a NPY file is called."""
+KEPT = 2
+"""Blocks of all lines that are kept, for the next line is usually asked for the same rows."""
+Attributes = Mapping[str, Mapping[str, Any]]
 
 
-def wav_contents(path: Path) -> Contents:
-    """Return the channels of a WAV file; integers become -1 to 1 (full scale)."""
-    from scipy.io import wavfile
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", wavfile.WavFileWarning)
-        warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
-        large = is_large(path, path.stat().st_size, 1)
-        try:
-            rate_hz, values = wavfile.read(path, mmap=large)
-        except ValueError:  # 24 bits cannot be mapped
-            large = False
-            rate_hz, values = wavfile.read(path)
-    values = values.reshape(len(values), -1)
-    scale = 1.0 if values.dtype.kind in "iu" else None
-    lines = [wav_line(path, values, k, _of_full_scale) if large else values[:, k] for k in range(values.shape[1])]
-    channels = (
-        Channel(str(k), line if large else _of_full_scale(np.asarray(line)), None, scale)
-        for k, line in enumerate(lines)
-    )
-    return Contents(tuple(channels), {"the header of the WAV file": float(rate_hz)})
-
-
-def _of_full_scale(values: NDArray[Any]) -> NDArray[Any]:
-    """Return integers as shares of their full scale, -1 to 1; other numbers as they are."""
-    if values.dtype.kind not in "iu":
-        return values
-    peak = 2.0 ** (8 * values.dtype.itemsize - 1)
-    return np.asarray((values - (peak if values.dtype.kind == "u" else 0.0)) / peak)
-
-
-def npz_contents(path: Path) -> Contents:
-    """Return the arrays of a NPZ file; Python objects in it are left out, since reading one may run anything."""
-    arrays: dict[str, NDArray[Any]] = {}
+def numpy_contents(path: Path) -> Contents:
+    """Return the arrays of a NPZ or NPY file; Python objects are left out, since reading one may run anything."""
     found: list[Finding] = []
+    if path.suffix.lower() == ".npy":
+        return _of_arrays({ONLY: np.load(path, allow_pickle=False)})
+    arrays: dict[str, NDArray[Any]] = {}
     with ZipFile(path) as packed:  # what an array says of itself beyond this is an error of NumPy's
         if wrong := expands(path.stat().st_size, sum(each.file_size for each in packed.infolist())):
             raise FrictionloopError(f"{path}: {wrong}")
@@ -70,43 +47,52 @@ def npz_contents(path: Path) -> Contents:
                 arrays[name] = file[name]
             except ValueError:
                 found.append(left_out(name, "a Python object"))
-    return replace(_of_arrays(arrays), findings=tuple(found))
+    return _of_arrays(arrays, found)
 
 
 def hdf5_contents(path: Path) -> Contents:
-    """Return the datasets of an HDF5 or NetCDF-4 file, and of a MAT file of version 7.3, which is transposed."""
+    """Return the datasets of an HDF5 or NetCDF file, and of a MAT file of version 7.3, which is transposed."""
     import h5py
 
+    with open(path, "rb") as stream:
+        if stream.read(3) == b"CDF":
+            return _netcdf3_contents(path)
     check_hdf5(str(path))
     arrays: dict[str, NDArray[Any]] = {}
-    units: dict[str, str | None] = {}
-    said: list[tuple[str, Any]] = []
+    said: dict[str, dict[str, Any]] = {}
     dropped: list[Finding] = []
     large: list[Channel] = []
     matlab = path.suffix.lower() == ".mat"
 
     def look(name: str, item: Any) -> None:
-        said.extend((f"{name}@{key}", value) for key, value in item.attrs.items())
+        said[name] = dict(item.attrs)
         if not isinstance(item, h5py.Dataset) or name.startswith("#") or is_bare_dimension(item):
             return
         if matlab and _class_of(item) not in ("", "double", "single", "logical") and "int" not in _class_of(item):
             if _class_of(item) not in ("char", "cell"):
                 dropped.append(left_out(name, f"a MATLAB object ({_class_of(item)})"))
-            return
-        if item.dtype.kind in "iufbc" and item.ndim <= 2:
-            if is_large(path, item.size, item.dtype.itemsize):
-                large.extend(hdf5_lines(path, name, item, attribute_unit(dict(item.attrs)), unpacked))
-                return
-            values = unpacked(item[()], dict(item.attrs))
-            arrays[name] = np.asarray(values).T if matlab else np.asarray(values)
-            units[name] = attribute_unit(dict(item.attrs))
+        elif item.dtype.kind in "iufbc" and len(item.shape) <= 2 and is_large(path, item.size, item.dtype.itemsize):
+            large.extend(_stored_lines(path, name, item))
+        elif item.dtype.kind in "iufbcV" and item.shape is not None:
+            values = np.asarray(unpacked(item[()], said[name]))
+            arrays[name] = values.T if matlab else values
+        elif item.size and item.size > 1:
+            dropped.append(left_out(name, "text"))
 
     with h5py.File(path) as file:
-        said.extend(file.attrs.items())
+        said[""] = dict(file.attrs)
         file.visititems(look)
-    said = [(name.rpartition("@")[2], value) for name, value in said]
-    found = _of_arrays(arrays, units)
-    return Contents((*found.channels, *large), told_rates(said) | dict(found.rates_hz), tuple(dropped), told_date(said))
+    return _of_arrays(arrays, dropped, said, large)
+
+
+def _netcdf3_contents(path: Path) -> Contents:
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, mmap=False) as file:
+        said = {name: dict(each._attributes) for name, each in file.variables.items()}
+        said[""] = dict(file._attributes)
+        native = {name: each.data.astype(each.data.dtype.newbyteorder("=")) for name, each in file.variables.items()}
+    return _of_arrays({name: np.asarray(unpacked(each, said[name])) for name, each in native.items()}, [], said)
 
 
 def mat_contents(path: Path) -> Contents:
@@ -119,18 +105,29 @@ def mat_contents(path: Path) -> Contents:
 
     with open(path, "rb") as stream:
         created = _CREATED.search(stream.read(128))
-    date = created[1].decode("ascii", "replace").strip() if created else ""
+    date = iso_date(created[1].decode("ascii", "replace")) if created else ""
     if h5py.is_hdf5(path):
         found = hdf5_contents(path)
         return replace(found, date=found.date or date)
-    check_mat(str(path))
+    if wrong := expands(path.stat().st_size, _bytes_in(path)):
+        raise FrictionloopError(f"{path}: {wrong}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tree = loadmat(path, appendmat=False)
     dropped: list[Finding] = []
     arrays = dict(_leaves({name: value for name, value in tree.items() if not str(name).startswith("__")}, dropped))
-    found = _of_arrays(arrays)
-    return Contents(found.channels, found.rates_hz, tuple(dropped), date)
+    found = _of_arrays(arrays, dropped)
+    return replace(found, date=found.date or date)
+
+
+def _bytes_in(path: Path) -> int:
+    """Return what the variables take, 0 where SciPy cannot list them, as beside an object of MATLAB's."""
+    from scipy.io import whosmat
+
+    try:
+        return sum(8 * math.prod(shape) for _, shape, _ in whosmat(path, appendmat=False))
+    except Exception:  # an AttributeError as of SciPy 1.17; the whole file is read then
+        return 0
 
 
 def _class_of(item: Any) -> str:
@@ -146,17 +143,105 @@ def _leaves(tree: Mapping[Any, Any], dropped: list[Finding], prefix: str = "") -
         full = f"{prefix}{name}"
         if isinstance(value, (MatlabOpaque, MatlabFunction)) or name in (None, "None"):
             dropped.append(left_out("unnamed" if name in (None, "None") else full, "a MATLAB object"))
-        elif isinstance(value, np.ndarray) and value.dtype.names:
+        elif not isinstance(value, np.ndarray):
+            dropped.append(left_out(full, "a sparse matrix: full() makes it one of numbers"))
+        elif value.dtype.names:
             for k, each in enumerate(value.flat):
                 inside = {field: each[field] for field in value.dtype.names}
                 yield from _leaves(inside, dropped, f"{full}/" if value.size == 1 else f"{full}({k + 1})/")
-        elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        elif value.dtype.kind == "O":
             for k, each in enumerate(value.flat):
                 yield from _leaves({f"{{{k + 1}}}": each}, dropped, full)
-        elif isinstance(value, np.ndarray):
+        else:
             yield full, value
 
 
-def _of_arrays(arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str | None] | None = None) -> Contents:
-    channels = [line for name, array in arrays.items() for line in lines_of(name, array, (units or {}).get(name))]
-    return Contents(tuple(channels), told_rates(arrays.items()), date=told_date(arrays.items()))
+def _of_arrays(
+    arrays: Mapping[str, NDArray[Any]],
+    dropped: Sequence[Finding] = (),
+    said: Attributes | None = None,
+    more: Sequence[Channel] = (),
+) -> Contents:
+    """Return arrays as channels, each with the rate and the times that stand nearest to it."""
+    said = said or {}
+    lines = [
+        line for name, array in arrays.items() for line in lines_of(name, array, attribute_unit(said.get(name, {})))
+    ]
+    channels = with_times([*lines, *more])
+    scalars = {name: array for name, array in arrays.items() if array.size == 1}
+    told: dict[str, list[tuple[str, Any]]] = {folder: list(each.items()) for folder, each in said.items()}
+    for name, value in scalars.items():
+        folder, _, leaf = name.rpartition("/")
+        told.setdefault(folder, []).append((leaf, value))
+    rates = {folder: rate for folder, pairs in told.items() if (rate := told_rates(pairs))}
+    used = {folder for each in channels for folder in (_array(each.name), *_folders(each.name))}
+    settings = {f"{by} of {at!r}": hertz for at, each in rates.items() if at not in used for by, hertz in each.items()}
+    timed = (
+        each if each.tells_time else replace(each, rates_hz=_nearest(each.name, rates, settings)) for each in channels
+    )
+    deep = [left_out(name, f"{each.ndim} dimensions") for name, each in arrays.items() if np.squeeze(each).ndim > 2]
+    pairs = [(name, value) for each in said.values() for name, value in each.items()]
+    return Contents(tuple(timed), (*dropped, *deep), told_date([*pairs, *arrays.items()]))
+
+
+def _nearest(name: str, rates: Mapping[str, Mapping[str, float]], settings: Mapping[str, float]) -> Mapping[str, float]:
+    """Return what tells the rate of an array: its own attributes, those and numbers of its group, of groups above.
+
+    Without any, those of groups of settings, which hold no channels.
+    """
+    return next((rates[at] for at in (_array(name), *_folders(name)) if at in rates), settings)
+
+
+def with_times(channels: Sequence[Channel]) -> list[Channel]:
+    """Return channels with the nearest times of as many samples: of their group, or of one above it."""
+    clocks: dict[tuple[str, int], Channel] = {}
+    for each in channels:
+        if each.tells_time:
+            clocks.setdefault((each.name.rpartition("/")[0], each.samples.size), each)
+    found = []
+    for each in channels:
+        near = (clocks[at, each.samples.size] for at in _folders(each.name) if (at, each.samples.size) in clocks)
+        found.append(each if each.tells_time else replace(each, times=next(near, None)))
+    return found
+
+
+def _array(name: str) -> str:
+    """Return the array that a line is one of."""
+    return re.sub(r"\[[^\[\]]*\]$", "", name)
+
+
+def _folders(name: str) -> Iterator[str]:
+    """Yield the group of a name, and those above it, "" last."""
+    folder = name
+    while folder:
+        folder = folder.rpartition("/")[0]
+        yield folder
+
+
+def _stored_lines(path: Path, name: str, array: Any) -> Iterator[Channel]:
+    """Yield the lines of a large dataset of HDF5 along its longer side, read by the block."""
+    long = int(np.argmax(array.shape))
+    lines = array.size // array.shape[long]
+    if lines > MOST_LINES:
+        return
+    attributes = dict(array.attrs)
+    told = unpacked(np.zeros(1, array.dtype), attributes).dtype
+    changed = path.stat().st_mtime_ns
+
+    def rows(k: int, first: int, stop: int) -> NDArray[Any]:
+        return np.asarray(_hdf5_block(path, changed, name, long, first, stop)[:, k])
+
+    unit = attribute_unit(attributes) or header(name.rpartition("/")[2]).unit
+    for k in range(lines):
+        shown = name if lines == 1 else f"{name}[:, {k}]"
+        yield Channel(shown, Stored(array.shape[long], told, partial(rows, k)), unit)
+
+
+@lru_cache(KEPT)
+def _hdf5_block(path: Path, _changed: int, name: str, long: int, first: int, stop: int) -> NDArray[Any]:
+    import h5py
+
+    with h5py.File(path) as file:
+        array = file[name]
+        block = array[first:stop] if long == 0 else array[:, first:stop].T
+        return np.asarray(unpacked(block, dict(array.attrs))).reshape(stop - first, -1)

@@ -1,9 +1,9 @@
-"""Everything that a file of signals holds, as it stands there: what a reader looks at before it computes."""
+"""What a file of signals holds: each a channel with its own rate, unit, scale and times."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings.headers import header, is_time
 from frictionloop.recordings.stored import Samples
 
+Array = NDArray[np.float64]
 _SAID = re.compile(r"([+-]?[\d.,]+(?:e[+-]?\d+)?)\s*([a-zµμ/1]*)", re.IGNORECASE)
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(,\d{3})+")
 _HERTZ = {**dict.fromkeys(("", "hz", "1/s", "s/s", "sa/s", "samples/s"), 1.0), "khz": 1e3, "ks/s": 1e3, "mhz": 1e6}
@@ -26,20 +26,48 @@ _RATES |= {"sr", "fs", "rate", "samplerate", "samplingrate", "samplefrequency", 
 _STEPS = {"dt", "ts", "deltat", "deltax", "sampletime", "samplingtime", "sampleinterval", "samplinginterval"}
 _STEPS |= {"interval", "timestep", "sampleperiod", "samplingperiod"}
 _STEPS |= {"wfincrement", "abscissainc"}
-_DATES = {"date", "wfstarttime", "datetime", "recorded", "starttime"}
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One line of samples of a file."""
+    """One signal of a file."""
 
     name: str
+    """With the groups that it stands in."""
     samples: Samples
     """In the type in which the file has them, shape (samples,); those of a large file stay there (`Stored`)."""
     unit: str | None = None
     """What the file says."""
     full_scale: float | None = None
     """Largest magnitude of the format, where it has one."""
+    newtons: tuple[float, float] | None = None
+    """Newtons of one unit and of 0, where the file says them."""
+    rates_hz: Mapping[str, float] = field(default_factory=dict)
+    """Its sampling rate in Hz by where the file says it ("'sr'", "the header of the WAV file")."""
+    times: Channel | None = None
+    """When its samples were taken."""
+    number: int | None = None
+    """Its column, where the format counts them."""
+    is_clock: bool = False
+    """Whether it holds times, whatever it is called."""
+    unit_in_doubt: str = ""
+    """Why a unit in the file is not taken."""
+    row: Callable[[int], str] | None = None
+    """Says where sample i stands and what is there, where that is a line of a text."""
+
+    @property
+    def leaf(self) -> str:
+        """Its name without groups."""
+        return self.name.rpartition("/")[2]
+
+    @property
+    def tells_time(self) -> bool:
+        """Whether it holds times."""
+        return self.is_clock or (is_time(self.leaf) and UNITS.get(self.unit or "s", ("s",))[0] == "s")
+
+    def place(self, i: int) -> str:
+        """Return where sample i stands, and what is there."""
+        return self.row(i) if self.row else f"column {self.name!r} at index {i} is {self.samples[i : i + 1][0]}"
 
 
 @dataclass(frozen=True)
@@ -47,25 +75,21 @@ class Contents:
     """What a file holds."""
 
     channels: tuple[Channel, ...]
-    rates_hz: Mapping[str, float] = field(default_factory=dict)
-    """Sampling rate in Hz by where the file says it ("'sr'", "the header of the WAV file")."""
     findings: tuple[Finding, ...] = ()
-    """What was left out, and why."""
+    """What was left out or taken for granted."""
     date: str = ""
-    """When it was recorded, by the file."""
-    stamped: tuple[str, ...] = ()
-    """Channels that are times whatever they are called: the file has times of the clock on the wall there."""
-
-    def clock(self) -> Channel | None:
-        """Return the column of times, None without one."""
-        return next(filter(self._is_clock, self.channels), None)
+    """When it was recorded, as ISO 8601 writes it."""
+    dated: bool = True
+    """Whether the file says so; else it is the day on which it was last written."""
 
     def signals(self) -> tuple[Channel, ...]:
         """Return the channels but the times."""
-        return tuple(each for each in self.channels if not self._is_clock(each))
+        return tuple(each for each in self.channels if not each.tells_time)
 
-    def _is_clock(self, channel: Channel) -> bool:
-        return channel.name in self.stamped or is_time(channel.name.rpartition("/")[2])
+    def findings_of(self, channels: Iterable[Channel]) -> list[Finding]:
+        """Return what counts for some channels: not that others were left out."""
+        own = {one.name for each in channels for one in (each, each.times) if one is not None}
+        return [each for each in self.findings if each.code != "LEFT-OUT" or each.value or each.where.channel in own]
 
 
 def left_out(name: str, reason: str) -> Finding:
@@ -110,52 +134,22 @@ def told_rates(pairs: Iterable[tuple[str, Any]]) -> dict[str, float]:
     return {repr(name): rate for name, value in pairs if (rate := told_rate(name, value)) is not None}
 
 
-def rate_beside(
-    path: str, name: str, attributes: Mapping[str, Mapping[str, Any]], arrays: Mapping[str, Any]
-) -> tuple[str, float] | None:
-    """Return what tells the sampling rate of an array, and the rate in Hz: of all that do, the nearest.
-
-    An attribute of the array comes first, then one of its group or a number beside it, then those of the group above.
-    """
-    pairs, folder = list(attributes.get(name, {}).items()), name
-    while True:
-        told = one_rate(path, told_rates(pairs))
-        if told is not None or not folder:
-            return told
-        folder = folder.rpartition("/")[0]
-        beside = [(each, array) for each, array in arrays.items() if each.rpartition("/")[0] == folder]
-        pairs = [*attributes.get(folder, {}).items(), *((each.rpartition("/")[2], array) for each, array in beside)]
-
-
-def one_rate(path: str, told: Mapping[str, float]) -> tuple[str, float] | None:
-    """Return what tells the rate, and the rate in Hz; refuse two that differ by more than 0.1 %."""
-    first = next(iter(told.items()), None)
-    if first is not None and any(abs(rate - first[1]) > 1e-3 * first[1] for rate in told.values()):
-        says = ", ".join(f"{where} says {rate:.6g} Hz" for where, rate in told.items())
-        raise FrictionloopError(f"{path}: the sampling rate is in doubt: {says}; accepted: one rate")
-    return first
-
-
-def told_date(pairs: Iterable[tuple[str, Any]]) -> str:
-    """Return the first date that names and values tell, "" without one."""
-    for name, value in pairs:
-        if re.sub(r"[^a-z]", "", name.lower()) in _DATES and np.size(value) == 1:
-            found = np.ravel(value)[0]
-            return (found.decode("utf-8", "replace") if isinstance(found, bytes) else str(found)).strip()
-    return ""
-
-
 def lines_of(name: str, array: NDArray[Any], unit: str | None = None) -> Iterator[Channel]:
     """Yield the channels of an array: itself, or its lines along the longer side as ``name[:, k]`` or ``name[k, :]``.
 
-    Scalars, texts and arrays of more than two dimensions hold no channels.
+    Of a structured array each field is one, as ``name/field``. Scalars and texts hold no channels, nor do arrays of
+    more than two dimensions that are longer than 1.
     """
-    plain = name.rpartition("/")[2]
-    stated = unit or header(plain).unit
+    if array.dtype.names:
+        for each in array.dtype.names:
+            yield from lines_of(f"{name}/{each}", array[each])
+        return
+    array = np.squeeze(array)
+    stated = unit or header(name.rpartition("/")[2]).unit
     if array.dtype.kind not in "iufbc" or array.ndim not in (1, 2) or array.size < 2:
         return
-    if array.ndim == 1 or 1 in array.shape:
-        yield Channel(name, np.ravel(array), stated)
+    if array.ndim == 1:
+        yield Channel(name, array, stated)
     elif min(array.shape) <= MOST_LINES:
         tall = array.shape[0] >= array.shape[1]
         for k in range(min(array.shape)):

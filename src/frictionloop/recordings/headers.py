@@ -15,7 +15,7 @@ from frictionloop.quantities.units import UNITS, known_unit
 Array = NDArray[np.float64]
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _AFTER_A_MARK = re.compile(r"(.+?)(?:\s*[/,]\s*|\s+(?:in\s+)?)(\S+)")
-_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kgf|gf|kg|g|s|ms|us|mm)", re.IGNORECASE)
+_AS_SUFFIX = re.compile(r"(.+)_(n|mn|un|kn|v|mv|uv|kgf|gf|kg|g|s|ms|us|[µμ]s|mm)", re.IGNORECASE)
 _TIMES = ("time", "t", "timestamp", "zeit", "temps")
 
 
@@ -41,7 +41,7 @@ def header(text: str) -> Header:
         return Header(match[1].strip(), said_unit(match[2]))
     if match := _AS_SUFFIX.fullmatch(text):
         lower = {unit.lower(): unit for unit in UNITS}
-        return Header(match[1], lower[match[2].lower()])
+        return Header(match[1], lower.get(match[2].lower(), "us"))
     return Header(text, None)
 
 
@@ -95,4 +95,5 @@ def attribute_unit(attributes: Mapping[str, Any]) -> str | None:
     text = (
         said[0].decode("utf-8", "replace") if said.size and isinstance(said[0], bytes) else "".join(map(str, said[:1]))
     )
+    text = text.partition(" since ")[0]  # NetCDF: nanoseconds since 2024-03-05
     return known_unit(text) or text.strip() or None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
-from frictionloop.recordings.contents import told_date, told_rate
+from frictionloop.recordings.contents import told_rate
+from frictionloop.recordings.dates import told_date
 from frictionloop.recordings.headers import header, said_unit
 
-_MARKS = re.compile(r"\s*[:=\t;]\s*")
+_MARKS = re.compile(r"\s*(?:[:=\t;]|(?<!\d),(?=[^,]*$))\s*")
 _NUMBER_LAST = re.compile(r"([^\d]*[^\d\s,])[\s,]+([+-]?[\d.].*)")
 _UNIT = re.compile(r"(.*?)[ _]*\bunits?", re.IGNORECASE)
 
@@ -50,43 +51,22 @@ def rates_in(said: Iterable[Said]) -> dict[str, float]:
     return {name: rate for name, rate in told.items() if rate is not None}
 
 
-def unit_in(said: Iterable[Said], column: str, signals: int) -> str | None:
-    """Return the unit that is said of a column: "force unit: mN", or "unit: mN" where it is the only signal."""
+def unit_in(said: Iterable[Said], column: str, signals: int) -> tuple[str | None, str]:
+    """Return the unit that is said of a column, "force unit: mN", or "unit: mN" where it is the only signal.
+
+    With it why a unit is not taken: it is that of one of several signals.
+    """
+    doubt = ""
     for each in filter(_is_unit, said):
-        of = _unit_of(each)
+        match = _UNIT.fullmatch(each.name)
+        of = header(match[1]).name.casefold() if match else ""
         if of == header(column).name.casefold() or (not of and signals == 1):
-            return said_unit(each.value)
-    return None
-
-
-def unit_in_doubt(said: Iterable[Said], signals: int) -> str:
-    """Return the refusal of a unit that is that of one of several signals, "" without one."""
-    for each in filter(_is_unit, said):
-        if not _unit_of(each) and signals > 1:
-            return (
-                f"line {each.line}: {each.name!r} is {each.value}, of one of {signals} columns; accepted: "
-                f"unit = {each.value} given"
-            )
-    return ""
-
-
-def _unit_of(said: Said) -> str:
-    """Return the column that a unit is said of, "" if it is not said."""
-    match = _UNIT.fullmatch(said.name)
-    return header(match[1]).name.casefold() if match else ""
+            return said_unit(each.value), ""
+        if not of and not doubt:
+            doubt = f"line {each.line}: {each.name!r} is {each.value}, of one of {signals} columns; accepted: "
+            doubt += f"unit = {each.value} given"
+    return None, doubt
 
 
 def _is_unit(said: Said) -> bool:
     return _UNIT.fullmatch(said.name) is not None and said_unit(said.value) is not None
-
-
-def names_only(head: Sequence[list[str]], lines: Sequence[str]) -> list[list[str]]:
-    """Return those rows above the numbers that name columns: below the settings, and no comments above names."""
-    settings = {each.line for each in said_in(lines) if tells(each)}
-    comments = {number for number, line in enumerate(lines, 1) if line.lstrip().startswith("#")}
-    filled = [number for number, line in enumerate(lines, 1) if line.strip() and number not in settings]
-    below = [number for number in filled if number > max(settings, default=0)]
-    without = settings | (set(filled) - set(below) if below else set())
-    if filled and filled[-1] not in comments:
-        without |= comments
-    return [row for number, row in enumerate(head, 1) if number not in without]

@@ -1,27 +1,28 @@
-"""A measured force: one column of a file, cut, scaled and brought to the rate of the loop."""
+"""A measured force: one channel of a file, cut, scaled and brought to the rate of the loop."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from functools import lru_cache
-from pathlib import Path
-from typing import Literal, NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictionloop.findings import Finding
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.arrays import read_hdf5, read_mat, read_npy, read_npz, read_wav
-from frictionloop.recordings.clean import clean_part
-from frictionloop.recordings.clock import refuse_times
-from frictionloop.recordings.column import Array, Column, refuse_gaps
+from frictionloop.quantities.units import known_unit
+from frictionloop.recordings.channel_lookup import find_channel, refuse_column
+from frictionloop.recordings.contents import Array, Channel, Contents
+from frictionloop.recordings.force_shape import clean_part, refuse_gaps
 from frictionloop.recordings.headers import scale_of
-from frictionloop.recordings.part import Part, part_of, rows_until
-from frictionloop.recordings.recorders import RECORDERS, read_recorder
+from frictionloop.recordings.part import EVEN, Part, part_of
 from frictionloop.recordings.straight_lines import resampled
-from frictionloop.recordings.text import read_text
+from frictionloop.recordings.whole import read_contents
+
+ROUNDING = 1e-9
+"""Mean that is none, as a share of the largest magnitude."""
+DEFAULT = "(the default of --disturbance.column and --setpoint.column)"
 
 
 def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> Array:
@@ -29,29 +30,17 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
 
         force = offset_n + f,  f = scale * column, |scale * column| with ``rectify``, less its mean if that is removed,
 
-    the mean taken over the recorded samples used, of the magnitude if that is taken: the friction of strokes both ways
-    has the mean of its magnitude. Both ends are included, so a window of D seconds gives
-    D * rate_hz + 1 values (one less at the end of the file); ``start_s`` and ``stop_s`` are times of the column of
-    times, or count from the first sample where there is none or it has dates, and fall on the nearest recorded sample
-    (`window`). At the file's own rate the samples are copied exactly. At another they are resampled band-limited
-    (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the lower of the two Nyquist frequencies, -100 dB above
-    it) at a rational ratio right to 10 ppm; the straight line from the first to the last sample is set aside and put
-    back, the rest mirrored at both ends, so that they do not ring.
+    the mean over the samples used, of the magnitude if that is taken. Both ends are included: a window of D seconds
+    gives D * rate_hz + 1 values (one less at the end of the file). At the file's own rate the samples are copied
+    exactly. At another they are resampled band-limited (`scipy.signal.resample_poly`; zero phase, flat to 0.8 of the
+    lower of the two Nyquist frequencies, -100 dB above it) at a rational ratio right to 10 ppm; the straight line from
+    the first to the last sample is set aside and put back, the rest mirrored at both ends, so that they do not ring.
 
     Parameters
     ----------
     recording
-        Path and column. ``.csv .tsv .txt .dat .asc``: delimiter found by itself, lines of names and of units optional;
-        lines that start with ``#`` are comments, and settings above the numbers ("# rate_hz: 1000", "unit: mN") are
-        read; column by name, with or without its unit, or number from 0.
-        ``.h5 .hdf5 .nc`` (NetCDF-4, packing undone) and ``.mat`` (5 and 7.3, indexed as in MATLAB but from 0): path
-        of a dataset or its number, with ``[:, k]`` or ``[k, :]`` if it has two dimensions;
-        ``.npz`` likewise, and ``.npy``, whose array is called "array". ``.wav``: channel; integers become -1 to 1 (full
-        scale). ``.lvm``, ``.tdms``, ``.uff`` and ``.unv``, of the extra ``identify``: channel by name or number.
-        The rate is ``recording.rate_hz``; WAV and files of recorders bring their own, and so does a file with a
-        column of times ("t", "time_ms", "Time (s)"), or an array of them beside, whose steps agree within 0.1 %, or an
-        attribute or number beside ("rate_hz", "fs", "dt"). Times without a unit are in s from 100 Hz to 1 MHz only.
-        Uneven ones are brought to ``resample_hz`` (`straight_lines`).
+        File (`read_contents`), channel (`find_channel`) and part. The rate is that of the channel: its format's, of the
+        times, attribute or number nearest to it, or ``rate_hz``; uneven times are brought to ``resample_hz``.
     rate_hz
         Rate of the result in Hz, positive, at most 1e5 times above or below that of the file.
     wanted
@@ -65,14 +54,11 @@ def read_recording(recording: Recording, rate_hz: float, wanted: str = "N") -> A
     Raises
     ------
     FrictionloopError
-        In one line: the file is missing, empty, damaged or of an unknown format; the column is not there (what
-        is there is listed) or holds times; the unit is not known; the rate is missing, contradicts the file or is
-        uneven in the part in use (with the line of the gap);
-        a value in use is blank, not a number, not finite or in a row of too many cells (with its line or index);
-        the window is past the end.
+        In one line: what `read_contents` and `find_channel` raise; a channel of times, of an unknown unit, without a
+        rate or against one, uneven or without a number in the part in use (with its line); a part past the end.
     """
-    force, file_hz, _, _ = scaled(recording, wanted)
-    return resampled(force, file_hz, rate_hz, recording.path)
+    taken = scaled(recording, wanted)
+    return resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
 
 
 def read_held(recording: Recording, rate_hz: float) -> Array:
@@ -103,75 +89,112 @@ class Taken(NamedTuple):
 
     force: Array
     """In the unit that is wanted."""
+    raw: Array
+    """Before a mean is removed and an offset added."""
     rate_hz: float
-    column: Column
-    """With what tells its rate."""
+    channel: Channel
     part: Part
+    unit: str
+    """Unit of the column."""
+    unit_by: str
+    """"file", "given" or "full scale"; "taken for N" where nothing tells it, and "scale" where that stands for it."""
+    findings: tuple[Finding, ...]
+    """What was found of the file, and of its times."""
+
+    def summary(self) -> dict[str, Any]:
+        """Return what was read in figures: the signal's in N, those of the file (``raw``), and times as ``start_s``."""
+        force, raw, at_s = self.force, self.raw, self.part.at_s
+        return {
+            "column": self.channel.name,
+            **{"unit": self.unit, "unit_by": self.unit_by, "rate_hz": self.rate_hz, "rate_by": self.part.by},
+            **{"samples": force.size, "from_s": float(at_s[0]), "to_s": float(at_s[-1])},
+            **{"lowest_n": float(force.min()), "highest_n": float(force.max()), "rms_n": float(force.std())},
+            **{"raw_lowest_n": float(raw.min()), "raw_highest_n": float(raw.max()), "raw_mean_n": float(raw.mean())},
+            "mean_n": mean_of(force),
+        }
 
 
-def scaled(recording: Recording, wanted: str) -> Taken:
+def mean_of(force: Array) -> float:
+    """Return a mean, 0 where it is the rounding of one that was removed."""
+    mean = float(np.mean(force))
+    return 0.0 if abs(mean) <= ROUNDING * float(np.abs(force).max()) else mean
+
+
+def scaled(recording: Recording, wanted: str = "N") -> Taken:
     """Return the part in use in the wanted unit."""
-    column = _open(recording)
-    used, part = _used(recording, column)
+    contents = read_contents(recording.path, recording.decimal)
+    channel = _picked(recording, contents)
+    used, part = _used(recording, channel)
     scale = recording.scale
-    if scale is None and recording.unit is None and column.unit_in_doubt:
-        raise FrictionloopError(f"{recording.path}: {column.unit_in_doubt}")
+    if scale is None and recording.unit is None and channel.unit_in_doubt:
+        raise FrictionloopError(f"{recording.path}: {channel.unit_in_doubt}")
+    origin = recording.offset_n
+    if scale is None and recording.unit is None and channel.newtons is not None:
+        scale, origin = channel.newtons[0], origin + channel.newtons[1]
     if scale is None:
-        where = f"{recording.path}: column {recording.column!r}"
-        scale = scale_of(where, recording.unit, column.unit, wanted)
+        where = f"{recording.path}: column {channel.name!r}"
+        scale = scale_of(where, recording.unit, channel.unit, wanted)
     if recording.rectify:
         used, scale = np.abs(used), abs(scale)
-    if recording.remove_mean:
-        used -= used.mean()
-    column = replace(rows_until(column, part.stop), rate_by=part.by)
-    return Taken(recording.offset_n + scale * used, part.rate_hz, column, part)
+    level = used.mean() if recording.remove_mean else 0.0
+    force = origin + scale * (used - level)
+    found = (*_of_file(recording, contents, channel), *part.findings)
+    return Taken(force, scale * used, part.rate_hz, channel, part, *_unit(recording, channel), found)
 
 
-def _open(recording: Recording) -> Column:
-    path = Path(recording.path)
-    if path.is_dir():
-        raise FrictionloopError(f"{path}: is a folder; accepted is a file: {' '.join(_READERS)}")
-    if path.suffix.lower() not in _READERS:
-        raise FrictionloopError(f"{path}: format {path.suffix!r} is unknown; accepted: {' '.join(_READERS)}")
-    if not path.is_file():
-        raise FrictionloopError(f"{path}: there is no such file")
-    try:
-        at, there = Path.cwd(), path.stat()
-        column = _read(recording.path, recording.column, recording.decimal, at, there.st_mtime_ns, there.st_size)
-    except FrictionloopError:
-        raise
-    except Exception as error:  # on a damaged file the libraries raise anything
-        reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).splitlines()[0]
-        raise FrictionloopError(f"{path}: cannot be read, empty or damaged ({reason:.120})") from None
-    if not column.samples.size:
-        raise FrictionloopError(f"{path}: column = {recording.column!r} holds no samples")
-    refuse_times(recording, column)
-    return column
+def _of_file(recording: Recording, contents: Contents, channel: Channel) -> Iterator[Finding]:
+    """Yield what was found of a file that counts for one of its channels, and that nobody chose it."""
+    yield from contents.findings_of([channel])
+    signals = [each for each in contents.signals() if each.number is not None]
+    if recording.column == Recording.model_fields["column"].default and len(signals) > 1:
+        yield Finding("TAKEN-FOR", value=channel.name, unit=f"of {len(signals)}", more={"path": "column"})
 
 
-@lru_cache(2)
-def _read(path: str, column: str, decimal: Literal[".", ","], _at: Path, _changed: int, _size: int) -> Column:
-    """Return a column of a file; the last two stay in memory, so that a run reads its two signals once."""
-    return _READERS[Path(path).suffix.lower()](Recording(path=path, column=column, decimal=decimal))
+def _unit(recording: Recording, channel: Channel) -> tuple[str, str]:
+    """Return the unit of a column, and what says it."""
+    if recording.unit is not None:
+        return known_unit(recording.unit) or recording.unit, "given"
+    if channel.newtons is not None and recording.scale is None:
+        return "N", "file"
+    if channel.full_scale and recording.scale is None:
+        return "full scale", "full scale"
+    if channel.unit:
+        return channel.unit, "file"
+    return ("N", "taken for N") if recording.scale is None else ("", "scale")
 
 
-def _used(recording: Recording, column: Column) -> tuple[Array, Part]:
+def _picked(recording: Recording, contents: Contents) -> Channel:
+    """Return the channel that is asked for: the only signal where none is named, and no times."""
+    path, column = recording.path, recording.column
+    signals = [each for each in contents.signals() if each.samples.dtype.kind in "iufb" and each.unit != "Hz"]
+    default = column == Recording.model_fields["column"].default
+    if default and all(each.number is None for each in signals):
+        if len(signals) > 1:
+            raise refuse_column(path, column, f"{DEFAULT} may be any of {len(signals)} signals", signals)
+        return signals[0] if signals else find_channel(path, contents, column)
+    channel = find_channel(path, contents, column)
+    others = [each for each in signals if each is not channel]
+    if channel.samples.dtype.kind == "c":
+        raise refuse_column(path, column, "holds complex numbers", others)
+    guessed = column.strip().isdecimal() and recording.unit is None and bool(others)
+    guessed = guessed and channel.times is None and not channel.rates_hz  # who tells the rate needs no times
+    if channel.tells_time or (guessed and _rises_evenly(channel)):
+        raise refuse_column(path, column, f"{f'{DEFAULT} ' if default else ''}holds times", others)
+    return channel
+
+
+def _rises_evenly(channel: Channel) -> bool:
+    """Return whether a channel rises as no measured force does."""
+    steps = np.diff(np.asarray(channel.samples[:1000], dtype=float))
+    return steps.size > 1 and bool(steps.min() > 0) and bool(np.ptp(steps) <= 2 * EVEN * steps.mean())
+
+
+def _used(recording: Recording, channel: Channel) -> tuple[Array, Part]:
     """Return the samples in use, and which they are."""
-    part = part_of(recording, column)
-    used = np.array(column.samples[part.first : part.stop], dtype=np.float64)
+    part = part_of(recording, channel)
+    used = np.array(channel.samples[part.first : part.stop], dtype=np.float64)
     where = clean_part(used, part.at_s)
-    refuse_gaps(recording.path, used, lambda i: column.place(part.first + i), *where)
+    refuse_gaps(recording.path, used, lambda i: channel.place(part.first + i), *where)
     if part.even_s is None:
         return used, part
     return np.interp(part.even_s, part.at_s, used), part._replace(at_s=part.even_s)
-
-
-_READERS: Mapping[str, Callable[[Recording], Column]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc"), read_text),
-    **dict.fromkeys((".h5", ".hdf5", ".nc"), read_hdf5),
-    ".mat": read_mat,
-    ".npy": read_npy,
-    ".npz": read_npz,
-    ".wav": read_wav,
-    **dict.fromkeys(RECORDERS, read_recorder),
-}

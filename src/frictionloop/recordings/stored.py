@@ -1,11 +1,14 @@
-"""Samples that stay in their file until they are asked for: what a recording larger than the memory is read by."""
+"""Samples that stay in a file until they are asked for: what a recording larger than the memory is read by."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,3 +63,25 @@ def blocks_of(samples: Samples) -> Iterator[NDArray[Any]]:
 def count_blocks(samples: Samples) -> int:
     """Return how many blocks `blocks_of` yields."""
     return -(-samples.size // BLOCK) if isinstance(samples, Stored) else 1
+
+
+class Spool:
+    """Rows of numbers in a file without a name: a text that is too large for the memory is parsed once."""
+
+    def __init__(self, width: int) -> None:
+        self._file, self._width, self._rows = TemporaryFile(), width, 0  # noqa: SIM115
+        finalize(self, self._file.close)
+
+    def add(self, rows: NDArray[np.float64]) -> None:
+        """Keep rows, shape (rows, columns)."""
+        rows.tofile(self._file)
+        self._rows += len(rows)
+
+    def columns(self) -> list[Stored]:
+        """Return each column of what was kept."""
+        self._file.flush()
+        return [Stored(self._rows, np.dtype(float), partial(self._read, k)) for k in range(self._width)]
+
+    def _read(self, k: int, first: int, stop: int) -> NDArray[np.float64]:
+        self._file.seek(8 * first * self._width)
+        return np.fromfile(self._file, float, (stop - first) * self._width).reshape(-1, self._width)[:, k]

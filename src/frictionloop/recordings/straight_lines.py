@@ -8,9 +8,10 @@ from fractions import Fraction
 
 import numpy as np
 
+from frictionloop.findings import Finding
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.timestamp_jitter import MISSING
-from frictionloop.recordings.column import Array
+from frictionloop.recordings.contents import Array
 
 LONGEST_STEP = 10.0
 """A longer time without samples, in usual steps, is a hole that no straight line fills (assumed)."""
@@ -63,14 +64,16 @@ def offer(times_s: Array) -> str:
     return f"{flag}, or "
 
 
-def described(times_s: Array) -> tuple[str, str]:
-    """Return in words how far samples are apart, and what straight lines between them lose."""
-    steps = np.diff(times_s)
-    over = int(np.count_nonzero(steps > MISSING * np.median(steps)))
-    gaps = f", over {over} gap{'s' * (over > 1)} of up to {1e3 * steps.max():.3g} ms" if over else ""
-    apart = f"{times_s.size} samples, {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms apart{gaps}"
-    loses = f"straight lines: {mean_rate(times_s) / 10:.3g} Hz loses up to 5 %"
-    return apart, loses
+def resampling(times_s: Array, resample_hz: float) -> Finding:
+    """Return that samples at uneven times are brought to even ones: how far apart they were, and what that loses."""
+    apart_ms = 1e3 * np.diff(times_s)
+    more = {
+        "gaps": int(np.count_nonzero(apart_ms > MISSING * np.median(apart_ms))),
+        "samples": times_s.size,
+        "least_apart_ms": float(apart_ms.min()),
+        "most_apart_ms": float(apart_ms.max()),
+    }
+    return Finding("RESAMPLED", value=resample_hz, unit="Hz", limit=mean_rate(times_s) / 10, more=more)
 
 
 def resampled(force: Array, file_hz: float, rate_hz: float, path: str) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -12,13 +13,28 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import must_be
+from frictionloop.recordings.dates import is_stamp, stamp_of
 from frictionloop.recordings.headers import said_unit
-from frictionloop.recordings.stamps import is_stamp, stamp_of
+from frictionloop.recordings.preamble import Said, said_in, tells
+from frictionloop.recordings.text_numbers import Decimal, decimal_in, is_absent, is_value
 
 LOOKED_AT = 200
 """Lines in which names must end and numbers begin (assumed)."""
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
-_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+MOST_COLUMNS = 10_000
+"""More than any recorder writes (assumed)."""
+
+
+class Row(NamedTuple):
+    """The cells of a line."""
+
+    line: int
+    """Counted from 0."""
+    cells: list[str]
+
+    @property
+    def width(self) -> int:
+        """Cells up to the last that is filled."""
+        return max((k + 1 for k, cell in enumerate(self.cells) if cell.strip()), default=0)
 
 
 class Layout(NamedTuple):
@@ -26,40 +42,56 @@ class Layout(NamedTuple):
 
     encoding: str
     mark: str
-    decimal: str
+    decimal: Decimal
+    taken: bool
+    """Whether the decimal mark is a comma that nobody gave."""
     first: int
     """Line at which the numbers begin, counted from 0."""
-    head: list[list[str]]
-    """Cells of the lines before."""
-    width: int
-    above: tuple[str, ...] = ()
-    """Those lines as they stand."""
+    names: tuple[str, ...]
+    """Of the columns, with their units in brackets; numbers where there are none."""
+    named: int
+    """Columns that have a name in the file."""
+    said: tuple[Said, ...]
+    """Settings above the numbers."""
     begun: tuple[tuple[int, np.datetime64], ...] = ()
     """Columns of times of the clock on the wall, and the first of each: they are read in s after it."""
 
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return len(self.names)
 
-def layout_of(path: Path) -> Layout:
+
+def layout_of(path: Path, decimal: Decimal | None = None) -> Layout:
     """Return how a file is written, by its first lines; refuses one without a row of numbers there."""
     encoding = _encoding(path)
-    with open(path, encoding=encoding, errors="replace", newline="") as stream:
-        lines = [line.rstrip("\r\n") for line in islice(stream, LOOKED_AT)]
-    filled = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    with open(path, encoding=encoding, errors="replace", newline=None) as stream:
+        lines = [line.rstrip("\n\0") for line in islice(stream, LOOKED_AT)]
+    filled = [line for line in lines if is_row(line)]
     if not filled:
         raise must_be(f"{path}: rows of numbers", 0, "1 or more")
-    mark = next((each for each in "\t;" if each in filled[-1]), "")
-    cells_with_comma = [part for part in re.split(r"[\t; ]+", filled[-1].strip()) if _COMMA.fullmatch(part.strip('"'))]
-    # 1,5;2,5 and lines apart by spaces have decimal commas; 1,5 alone is two columns.
-    spaced = not mark and " " in filled[-1].strip() and len(cells_with_comma) > 1
-    decimal = "," if cells_with_comma and (mark or spaced) else "."
-    mark = mark or ("," if "," in filled[-1] and not spaced else " " if " " in filled[-1].strip() else "\t")
-    rows = [cells_of(line, mark) for line in lines]
-    first = next((k for k, row in enumerate(rows) if _is_data(row, decimal) and not lines[k].startswith("#")), None)
-    if first is None:
-        raise must_be(f"{path}: rows of numbers", 0, f"some within {len(lines)} lines")
-    head = [[cell.strip().strip('"') for cell in row] for row in rows[:first]]
-    widths = [len(row) for row in rows[first:]]
-    begun = tuple((k, stamp_of(cell)) for k, cell in enumerate(rows[first]) if is_stamp(cell))
-    return Layout(encoding, mark, decimal, first, head, max(widths), tuple(lines[:first]), begun)
+    mark = _mark(filled[-LOOKED_AT // 2 :], decimal)
+    said = said_in(lines)
+    settings = {each.line - 1 for each in said if tells(each)}
+    rows = [Row(k, cells_of(line, mark)) for k, line in enumerate(lines) if is_row(line) and k not in settings]
+    if (most := max((len(row.cells) for row in rows), default=0)) > MOST_COLUMNS:
+        raise must_be(f"{path}: columns", most, f"at most {MOST_COLUMNS}")
+    mark_found = decimal or decimal_in(str(path), _all_rows(path, encoding, mark, rows), mark)
+    comments = [Row(k, cells_of(line.lstrip("# "), mark)) for k, line in enumerate(lines) if line.startswith("#")]
+    table = _Table(rows, comments, lambda cell: is_value(cell, mark_found))
+    first, names, named = table.head(str(path), mark)
+    above = tuple(each for each in said if each.line <= first.line)
+    begun = tuple((k, stamp_of(cell)) for k, cell in enumerate(first.cells[: len(names)]) if is_stamp(cell))
+    taken = decimal is None and mark_found == ","
+    return Layout(encoding, mark, mark_found, taken, first.line, names, named, above, begun)
+
+
+def _all_rows(path: Path, encoding: str, mark: str, rows: Sequence[Row]) -> Iterator[list[str]]:
+    """Yield the cells of the first rows, and where these have marks that may be either those of many others."""
+    yield from (row.cells for row in rows)
+    if any(re.search(r"\d[.,]\d{3}\b", cell) for row in rows for cell in row.cells):
+        with open(path, encoding=encoding, errors="replace", newline=None) as stream:
+            yield from (cells_of(line, mark) for line in islice(stream, LOOKED_AT, 100 * LOOKED_AT))
 
 
 def _encoding(path: Path) -> str:
@@ -67,6 +99,8 @@ def _encoding(path: Path) -> str:
         start = stream.read(4096)
     if start[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
+    if start[1:200:2].count(0) > len(start[:200]) // 3:
+        return "utf-16-le"
     try:
         start.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -74,47 +108,124 @@ def _encoding(path: Path) -> str:
     return "utf-8-sig"
 
 
+def _mark(lines: Sequence[str], decimal: Decimal | None) -> str:
+    """Return what parts the cells of lines: 1,5;2,5 and 1,5 2,5 have decimal commas, 1,5 alone is two columns."""
+    line = lines[-1].strip()
+    if mark := next((each for each in "\t;" if each in line), ""):
+        return mark
+    commas = [part for part in line.split() if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", part.strip('"'))]
+    alike = len({each.count(",") for each in lines}) > 1 and len({len(each.split()) for each in lines}) == 1
+    spaced = " " in line and (decimal == "," or len(commas) > 1 or alike)
+    return "," if "," in line and not spaced and decimal != "," else " " if " " in line else "\t"
+
+
+def is_row(line: str) -> bool:
+    """Return whether a line holds cells: it is no comment, and more than blanks and marks."""
+    return bool(line.strip(' \t,;"\r\n\0')) and not line.lstrip().startswith(("#", "sep="))
+
+
 def cells_of(line: str, mark: str) -> list[str]:
     """Return the cells of a line."""
     if mark == " ":
         return line.split()
-    return next(csv.reader([line], delimiter=mark), [])
+    return next(csv.reader([line.rstrip("\r\n").replace("\0", "")], delimiter=mark, skipinitialspace=True), [])
 
 
-def _is_data(row: Sequence[str], decimal: str) -> bool:
-    """Return whether at least half of the cells that are filled, and the first or second, are numbers or times."""
-    filled = [cell.strip() for cell in row if cell.strip()]
-    numbers = [NUMBER.fullmatch(cell.replace(decimal, ".")) is not None or is_stamp(cell) for cell in filled]
-    return bool(filled) and any(numbers[:2]) and 2 * sum(numbers) > len(numbers)
+class _Table(NamedTuple):
+    """The first lines of a file."""
+
+    rows: list[Row]
+    comments: list[Row]
+    is_value: Callable[[str], bool]
+
+    def head(self, where: str, mark: str) -> tuple[Row, tuple[str, ...], int]:
+        """Return the first row of data, the names of the columns, and how many of these are in the file.
+
+        Data begin below the names, or with the first row that has a number: what stands there instead of one, in
+        whatever column, is a gap.
+        """
+        widths = [row.width for row in self.rows if any(map(self.is_value, row.cells))]
+        if not widths:
+            raise must_be(f"{where}: rows of numbers", 0, f"some within {LOOKED_AT} lines")
+        width = Counter(widths).most_common(1)[0][0]
+        late = self.rows[len(self.rows) // 2 :]
+        columns = {k for row in late for k, cell in enumerate(row.cells) if self.is_value(cell)}
+        whole = next((k for k, row in enumerate(self.rows) if self._is_whole(row, width, columns)), None)
+        if whole is None:
+            raise must_be(f"{where}: rows of numbers", 0, f"some within {LOOKED_AT} lines")
+        texts = [row for row in self.rows[:whole] if self._names(row, width)]
+        if not texts and (near := [row for row in self.comments if row.line < self.rows[whole].line]):
+            texts = [row for row in near[-1:] if width > 1 and self._names(row, width)]
+        if not texts and whole and self._may_be_names(whole, width):
+            texts = [self.rows[whole - 1]]
+        below = texts[-1].line if texts else -1
+        data = [row for row in self.rows[: whole + 1] if row.line > below and self._is_data(row, width)]
+        first = (data or [self.rows[whole]])[0]
+        _refuse_doubtful(where, mark, first, self.rows, [] if not texts else texts[-1].cells)
+        count, names = _named(
+            [row.cells for row in texts], max(width, max((row.width for row in texts[-1:]), default=0))
+        )
+        return first, names, count
+
+    def _is_whole(self, row: Row, width: int, columns: set[int]) -> bool:
+        """Return whether a row has a number in each of these columns that is filled."""
+        filled = [self.is_value(cell) for k, cell in enumerate(row.cells) if cell.strip() and k in columns]
+        return bool(filled) and all(filled) and _is_wide(row, width)
+
+    def _is_data(self, row: Row, width: int) -> bool:
+        """Return whether a row has numbers, or what may stand for them."""
+        words = any(any(map(str.isalpha, cell)) for cell in row.cells)
+        none = _is_wide(row, width) and (not words or self._stands_for_none(row))
+        return none or any(map(self.is_value, row.cells))
+
+    def _stands_for_none(self, row: Row) -> bool:
+        """Return whether a row holds what stands where there is no number: known words, or the same again."""
+        again = sum(row.cells == other.cells for other in self.rows) > 1
+        return again or all(is_absent(cell) for cell in row.cells)
+
+    def _names(self, row: Row, width: int) -> bool:
+        """Return whether a row may hold names or units: words, and no numbers."""
+        words = any(any(map(str.isalpha, cell)) for cell in row.cells)
+        none = not any(map(self.is_value, row.cells)) and not self._stands_for_none(row)
+        return words and none and _is_wide(row, width) and (width == 1 or row.width > 1)
+
+    def _may_be_names(self, whole: int, width: int) -> bool:
+        """Return whether the row above the numbers holds names some of which are numbers: t, 1, 2."""
+        row = self.rows[whole - 1]
+        words = [cell for cell in row.cells if cell.strip() and not self.is_value(cell)]
+        alike = whole > 1 and [each in self.rows[whole - 2].cells for each in words]
+        return row.width == width and bool(words) and not alike and not any(map(is_absent, words))
 
 
-def names_of(head: list[list[str]], count: int) -> list[str]:
-    """Return a name for each column, from the last rows of the head that have about as many cells."""
-    rows = [row for row in head if sum(bool(cell) for cell in row) > (1 if count > 1 else 0)]
-    wide = [row for row in rows if abs(len(row) - count) <= max(1, count // 2)] or rows[-1:]
+def _is_wide(row: Row, width: int) -> bool:
+    return abs(row.width - width) <= max(1, width // 2)
+
+
+def _named(texts: list[list[str]], count: int) -> tuple[int, tuple[str, ...]]:
+    """Return how many columns have a name, and one for each: of the last rows of text, with units and groups."""
+    rows = [[cell.strip().strip('"') for cell in row] for row in texts]
     units: list[str] = []
-    if len(wide) > 1 and _are_units(wide[-1]):
-        units = [cell.strip("[]() ") for cell in wide.pop()]
-    names = [cell.lstrip("# ") for cell in wide[-1]] if wide else []
-    if len(wide) > 1 and len(wide[-2]) == len(names) and not any(NUMBER.fullmatch(cell) for cell in wide[-2]):
-        names = _under_groups([cell.lstrip("# ") for cell in wide[-2]], names)
+    if len(rows) > 1 and are_units(rows[-1]):
+        units = [cell.strip("[]() -") for cell in rows.pop()]
+    names = [cell.lstrip("# ") for cell in rows[-1]] if rows else []
+    if len(rows) > 1 and len(rows[-2]) == len(names) and ("" in rows[-2] or len(set(names)) < len(names)):
+        names = _under_groups([cell.lstrip("# ") for cell in rows[-2]], names)
     if names and names[0] == "" and len(names) == count + 1:
         names = names[1:]
-    names = (names + [""] * count)[:count]
-    units = (units + [""] * count)[:count]
-    named = [
+    names, units = ((each + [""] * count)[:count] for each in (names, units))
+    shown = [
         f"{name or k} [{unit}]" if unit else name or str(k)
         for k, (name, unit) in enumerate(zip(names, units, strict=True))
     ]
-    first = {name: k for k, name in reversed([*enumerate(named)])}
-    return [name if first[name] == k else f"{name} {k}" for k, name in enumerate(named)]
+    named = max((k + 1 for k, name in enumerate(names) if name), default=count)
+    return named, tuple(shown)
 
 
-def _are_units(row: list[str]) -> bool:
-    filled = [cell.strip("[]() ") for cell in row if cell.strip("[]() -")]
-    bracketed = [cell for cell in row if cell.strip().startswith(("[", "("))]
-    return bool(filled) and (
-        2 * sum(said_unit(cell) is not None for cell in filled) >= len(filled) or len(bracketed) == len(filled)
+def are_units(row: Sequence[str]) -> bool:
+    """Return whether a line is one of units: one that is known, or all in brackets."""
+    filled = [cell.strip() for cell in row if cell.strip("[]() -")]
+    return any(said_unit(cell.strip("[]() ")) for cell in filled) or (
+        bool(filled) and all(cell.startswith(("[", "(")) for cell in filled)
     )
 
 
@@ -125,3 +236,19 @@ def _under_groups(groups: list[str], names: list[str]) -> list[str]:
         group = above or group
         joined.append(f"{group} {name}".strip() if group != name else name)
     return joined
+
+
+def _refuse_doubtful(where: str, mark: str, first: Row, rows: list[Row], names: list[str]) -> None:
+    """Refuse cells that may be the halves of numbers with decimal commas, and a row 0, 1, 2 ... that may be names."""
+    data = [[cell.strip() for cell in row.cells] for row in rows if row.line >= first.line]
+    said = f"{where}: line {first.line + 1}"
+    halves = mark == "," and all(re.fullmatch(r"[+-]?\d+", cell) for cell in data[0] if cell)
+    if halves and names and first.width == 2 * len(names):
+        raise must_be(said, ",".join(data[0]), f"{len(names)} cells; decimal commas? part columns by semicolons")
+    if not names and halves and all(len(row) == 2 and all(map(str.isdecimal, row)) for row in data):
+        padded = any(len(row[1]) > 1 and row[1].startswith("0") for row in data)
+        if padded or (len(data) > 2 and len({row[0] for row in data}) == 1):
+            raise must_be(said, ",".join(data[0]), "one number, by decimal = ',', or two below names")
+    numbered = not names and data[0] == [str(k) for k in range(len(data[0]))] and len(data[0]) > 1
+    if numbered and len(data) > 1 and all("." in cell or "," in cell for cell in data[1]):
+        raise must_be(said, ", ".join(data[0]), "names, or a sample 0.0")

@@ -1,83 +1,174 @@
-"""Text files as whole tables: preamble, one or two rows of names, units, quoted cells, decimal commas, ragged rows."""
+"""Text files as tables: each column a channel, each cell that is no number a gap, each row left out told."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache, partial
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from io import StringIO
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.findings import Finding
-from frictionloop.quantities import must_be
-from frictionloop.recordings import stored
-from frictionloop.recordings.contents import Channel, Contents, left_out, told_date
+from frictionloop.findings import Condition, Finding
+from frictionloop.recordings.contents import Channel, Contents, left_out
+from frictionloop.recordings.dates import seconds_after, shown, told_date
 from frictionloop.recordings.headers import header, is_time
-from frictionloop.recordings.preamble import names_only, rates_in, said_in, unit_in
-from frictionloop.recordings.stamps import shown
-from frictionloop.recordings.stored import Samples, Stored, blocks_of, is_large
-from frictionloop.recordings.table_layout import Layout, layout_of, names_of
-from frictionloop.recordings.table_rows import all_rows, rows_in
-from frictionloop.recordings.text_index import Index, bytes_of, indexed
+from frictionloop.recordings.preamble import rates_in, unit_in
+from frictionloop.recordings.stored import Spool, blocks_of, is_large
+from frictionloop.recordings.table_layout import Layout, Row, cells_of, is_row, layout_of
+from frictionloop.recordings.text_numbers import OTHER, Decimal, number_in
 
-MOST_COLUMNS = 10_000
-"""More than any recorder writes (assumed)."""
+Table = NDArray[np.float64]
+CHUNK = 2**24
+"""Characters that are parsed at once."""
+_NO_ROW = re.compile(r'^[ \t,;"\0]*(?:(?:#|sep=).*)?$', re.MULTILINE)
+"""A line that `is_row` denies."""
 
 
-def read_table(path: Path) -> Contents:
-    """Return the columns of a text file; a cell that is no number is NaN, and a column without a name its number."""
-    layout = layout_of(path)
-    _check_width(path, layout.width)
-    if is_large(path, path.stat().st_size, 1) and layout.encoding != "utf-16":
-        index = indexed(path, layout.first)
-        read = partial(_block, path, path.stat().st_mtime_ns, layout, index)
-        width = read(0, min(1000, index.rows)).shape[1]
-        lines: list[Samples] = [Stored(index.rows, np.dtype(float), partial(_column, read, k)) for k in range(width)]
+def read_table(path: Path, decimal: Decimal | None = None) -> Contents:
+    """Return the columns of a text file; a column without a name is called by its number."""
+    layout = layout_of(path, decimal)
+    found, blank = list(_of_layout(layout)), list[int]()
+    tables = _tables(path, layout, blank)
+    if is_large(path, path.stat().st_size, 1):
+        spool = Spool(layout.width)
+        for table in tables:
+            spool.add(table)
+        columns: list[Any] = list(spool.columns())
     else:
-        values = all_rows(path, layout)
-        width = values.shape[1]
-        _check_width(path, width)
-        lines = [values[:, k] for k in range(width)]
-    names = names_of(names_only(layout.head, layout.above), max(layout.width, width))
-    said = said_in(layout.above)
-    signals = sum(not is_time(name) for name in names)
-    begun = dict(layout.begun)
-    empty = [k for k in range(width) if np.all(np.isnan(next(blocks_of(lines[k]))))]
-    channels = tuple(
-        Channel(header(name).name, lines[k], "s" if k in begun else header(name).unit or unit_in(said, name, signals))
-        for k, name in enumerate(names)
-        if k < width and k not in empty
+        columns = list(np.concatenate([*tables]).T)
+    if blank:
+        where = Condition(channel=f"line {blank[0]}" if len(blank) == 1 else f"lines {blank[0]} ...")
+        found.append(Finding("LEFT-OUT", value=len(blank), where=where, more={"reason": f"blank, {len(blank)} in all"}))
+    channels = [*_with_times(_channels(path, layout, columns))]
+    empty = [each for each in channels if np.all(np.isnan(next(blocks_of(each.samples))))]
+    named = [each for each in empty if each.name != str(each.number)]
+    found += [left_out(each.name, "no times there" if each.tells_time else "no numbers there") for each in named]
+    date = told_date([(each.name, each.value) for each in layout.said])
+    date = date or next((shown(start) for _, start in layout.begun), "")
+    return Contents(tuple(each for each in channels if not any(each is other for other in empty)), tuple(found), date)
+
+
+def _of_layout(layout: Layout) -> Iterator[Finding]:
+    if layout.taken:
+        yield Finding("TAKEN-FOR", value="comma", more={"path": "decimal"})
+    if 0 < layout.named < layout.width:
+        yield Finding("NAMES-FEWER", value=layout.named, limit=layout.width)
+
+
+def _tables(path: Path, layout: Layout, blank: list[int]) -> Iterator[Table]:
+    """Yield the rows of a file in large parts; the lines between them that hold none are added to ``blank``."""
+    waiting: list[int] = []
+    with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
+        at = 1 + sum(1 for _ in islice(iter(stream.readline, ""), layout.first))
+        while text := stream.read(CHUNK):
+            text += stream.readline()
+            lines = text.split("\n") if _NO_ROW.search(text.rstrip("\n")) else []
+            for k, line in enumerate(lines):
+                if is_row(line):
+                    blank += waiting
+                    waiting = []
+                elif k < len(lines) - 1 and not line.lstrip().startswith("#"):
+                    waiting.append(at + k)
+            at += text.count("\n")
+            if kept := list(filter(is_row, lines)) or ([text] if not lines else []):
+                yield _rows(kept, layout)
+
+
+def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> list[Channel]:
+    names = [header(name).name for name in layout.names]
+    signals = sum(not is_time(name) for name in layout.names)
+    rates, begun = rates_in(layout.said), dict(layout.begun)
+    found = []
+    for k, (name, samples) in enumerate(zip(layout.names, columns, strict=True)):
+        said, doubt = unit_in(layout.said, name, signals)
+        unit = "s" if k in begun else header(name).unit or said
+        shown = f"{names[k]} {k}" if layout.names.count(name) > 1 else names[k]
+        doubt = "" if unit else doubt
+        row = partial(_place, path, layout, k)
+        is_clock = k in begun
+        found.append(
+            Channel(shown, samples, unit, rates_hz=rates, number=k, is_clock=is_clock, unit_in_doubt=doubt, row=row)
+        )
+    return found
+
+
+def _with_times(channels: Sequence[Channel]) -> Iterator[Channel]:
+    """Yield columns with the times that count for them: on their left, or the first; of times side by side one."""
+    clocks = [k for k, each in enumerate(channels) if each.tells_time and not (k and channels[k - 1].tells_time)]
+    for k, each in enumerate(channels):
+        left = [at for at in clocks if at < k] or clocks
+        yield each if each.tells_time or not clocks else replace(each, times=channels[left[-1]])
+
+
+def _lines(path: Path, layout: Layout) -> Iterator[Row]:
+    """Yield the rows of data."""
+    with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
+        for number, line in islice(enumerate(stream), layout.first, None):
+            if is_row(line):
+                yield Row(number, cells_of(line, layout.mark))
+
+
+def _place(path: Path, layout: Layout, k: int, i: int) -> str:
+    """Return where row i of column k stands, and what is there."""
+    row = next(islice(_lines(path, layout), i, None))
+    name = layout.names[k] if k < layout.named and layout.names[k] != str(k) else f"column {k}"
+    if row.width > layout.width:
+        return f"line {row.line + 1}: {name} is in a row of {row.width} cells, of {layout.width} columns"
+    cell = row.cells[k].strip() if k < len(row.cells) else ""
+    hint = f"; decimal = {OTHER[layout.decimal]!r}?" if OTHER[layout.decimal] in cell else ""
+    return f"line {row.line + 1}: {name} is {f'{cell!r:.40}' if cell else 'blank'}{hint}"
+
+
+def _rows(lines: list[str], layout: Layout) -> Table:
+    """Return the numbers of rows, shape (rows, columns); quickly where the table is whole, else cell by cell."""
+    try:
+        return _quick(StringIO("\n".join(lines)), layout)
+    except ValueError:
+        return _cell_by_cell(lines if len(lines) > 1 else lines[0].rstrip("\n").split("\n"), layout)
+
+
+def _quick(stream: Any, layout: Layout) -> Table:
+    """Return the numbers by the reader of pandas; ValueError where a cell is no number or a row is too long."""
+    import pandas  # type: ignore[import-untyped]
+
+    texts: dict[int, Any] = {k: str for k, _ in layout.begun}
+    frame = pandas.read_csv(
+        stream,
+        header=None,
+        index_col=False,
+        sep=r"\s+" if layout.mark == " " else layout.mark,
+        decimal=layout.decimal,
+        comment="#",
+        skipinitialspace=True,
+        dtype=defaultdict(lambda: np.float64, texts) if texts else np.float64,
+        encoding=layout.encoding,
+        encoding_errors="replace",
+        engine="c",
     )
-    date = told_date([(each.name, each.value) for each in said]) or next(map(shown, begun.values()), "")
-    found = [left_out(names[k], "cells hold no times") for k in empty if is_time(names[k])]
-    found += [Finding("TAKEN-FOR", value=",", more={"path": "--disturbance.decimal"})] * (layout.decimal == ",")
-    return Contents(channels, rates_in(said), tuple(found), date, tuple(header(names[k]).name for k in begun))
+    spare = frame.iloc[:, layout.width :]
+    if len(spare.columns) and not spare.isna().to_numpy().all():
+        raise ValueError("a row is too long")
+    frame = frame.reindex(columns=range(layout.width))
+    for k, start in layout.begun:
+        frame[k] = seconds_after(start, map(str, frame[k]))
+    return np.asarray(frame.to_numpy(), dtype=float)
 
 
-def _check_width(path: Path, width: int) -> None:
-    if width > MOST_COLUMNS:
-        raise must_be(f"{path}: columns", width, f"at most {MOST_COLUMNS}")
-
-
-def _column(read: Callable[[int, int], NDArray[np.float64]], k: int, first: int, stop: int) -> NDArray[np.float64]:
-    return read(first, stop)[:, k]
-
-
-def _block(path: Path, changed: int, layout: Layout, index: Index, first: int, stop: int) -> NDArray[np.float64]:
-    """Return rows of a large table, all of one block."""
-    block, start = divmod(first, stored.BLOCK)
-    found = _parsed(path, changed, layout.mark, layout.decimal, layout.encoding, index, block, layout.begun)
-    wanted = min(stored.BLOCK, index.rows - block * stored.BLOCK)
-    if len(found) != wanted:
-        lines = f"lines {layout.first + first + 1} to {layout.first + first + wanted}"
-        raise must_be(f"{path}: rows in {lines}", len(found), f"{wanted} in so large a table")
-    return found[start : start + stop - first]
-
-
-@lru_cache(2)
-def _parsed(
-    path: Path, _changed: int, mark: str, decimal: str, encoding: str, index: Index, block: int, begun: tuple[Any, ...]
-) -> NDArray[np.float64]:
-    return rows_in(path, bytes_of(path, index, block), Layout(encoding, mark, decimal, 0, [], 0, (), begun))
+def _cell_by_cell(lines: Iterable[str], layout: Layout) -> Table:
+    rows = [Row(0, cells_of(line, layout.mark)) for line in lines]
+    values = np.full((len(rows), layout.width), np.nan)
+    begun = dict(layout.begun)
+    for k, row in enumerate(rows):
+        if row.width <= layout.width:
+            for j, cell in enumerate(row.cells[: layout.width]):
+                values[k, j] = np.nan if j in begun else number_in(cell, layout.decimal)
+    for j, start in begun.items():
+        values[:, j] = seconds_after(start, [row.cells[j] if j < len(row.cells) else "" for row in rows])
+    return values

@@ -12,6 +12,8 @@ from frictionloop.findings import Finding, Result
 from frictionloop.findings.shown import between
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.recordings.read import scaled
+from frictionloop.recordings.whole import READERS
 from frictionloop.rendering.composing import Relief
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.effect_toml import write_effect
@@ -22,7 +24,7 @@ from frictionloop.rendering.library import CARRIER_N, range_n, summary
 from frictionloop.rendering.recorded import fit_texture, read_envelope, read_texture, read_wave, write_wave
 from frictionloop.rendering.shapes import Constant, Grating
 
-PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), (".wav", ".csv", ".tsv", ".txt", ".h5", ".hdf5", ".nc", ".mat")
+PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), tuple(READERS)
 ENVELOPES, HAPTICS = (".haptic", ".ahap"), (".hjif",)
 BELONG: Mapping[tuple[str, ...], tuple[str, ...]] = {
     PICTURES: ("mm_per_pixel", "polarity", "heights"),
@@ -70,7 +72,7 @@ def import_effect(
     column: str = "0",
     rate_hz: float | None = None,
     scale: float | None = None,
-    offset_n: float = 0.0,
+    offset_n: float | None = None,
     speed_mm_s: float | None = None,
     order: int | None = None,
     full_n: float | None = None,
@@ -86,7 +88,8 @@ def import_effect(
     heights
         Of a picture: its greys are heights, both ends in mm; their slope is added to 0.45 N.
     column, rate_hz, scale, offset_n
-        Of a recording: column, values per s, newtons per unit, and what is added to that in N.
+        Of a recording: column, values per s, newtons per unit, and what is added to that in N: if not given 0, or what
+        carries one that goes below 0, as no friction does.
     speed_mm_s
         Of a recording: speed of the finger in mm/s; it is then played by place, else over time.
     order
@@ -113,8 +116,14 @@ def import_effect(
         effect: Effect = CARRIER_N + Relief(height=picture.map) if heights else picture.map
         pixels = picture.pixels
         findings += _reduced(picture)
+        left = ("colours, in grey",) * picture.coloured
     elif ending in RECORDINGS:
-        recording = Recording(path=str(path), column=column, rate_hz=rate_hz, scale=scale, offset_n=offset_n)
+        recording = Recording(path=str(path), column=column, rate_hz=rate_hz, scale=scale, offset_n=offset_n or 0.0)
+        taken = scaled(recording)
+        findings += taken.findings
+        if offset_n is None and taken.force.min() < 0.0:
+            recording = recording.model_copy(update={"offset_n": CARRIER_N})
+            findings += [Finding("TAKEN-FOR", value=CARRIER_N, unit="N", more={"path": "offset_n"})]
         effect = read_wave(recording, rate_hz or RATE_HZ) if speed_mm_s is None else read_texture(recording, speed_mm_s)
         effect = effect if order is None else _fitted(effect, order)
         findings += [Finding("SCALE-TAKEN", value=path.name)] if scale is None and ending != ".wav" else []

@@ -1,4 +1,7 @@
-"""Pictures as maps of friction, and maps as pictures with their scale. Grey is taken as it is: gamma is ignored."""
+"""Pictures as maps of friction, and maps as pictures with their scale. Grey is taken as it is: gamma is ignored.
+
+Colours are weighed as the eye does (ITU-R BT.601), on white where they are transparent.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,10 @@ POLARITIES = ("bright", "dark")
 """What is asked for most: the bright pixels (electroadhesion's convention) or the dark ones (ink that one feels)."""
 MODES = {"L": 255, "I;16": 65535, "I;16B": 65535, "I;16L": 65535, "I": 65535, "1": 1}
 """Greys that are read, with their white."""
+COLOURS = ("RGB", "RGBA", "P", "LA", "PA")
+"""What is turned to grey."""
+WHITE_IS_0 = {262: 0}
+"""Entry of a TIFF whose 0 is white; of 16 bits Pillow leaves it to others."""
 MOST_PIXELS = 100_000_000
 """Pixels of a picture that is opened (assumed: a few hundred megabytes)."""
 TEXT = "frictionloop"
@@ -33,6 +40,8 @@ class Picture(NamedTuple):
     """Pixels along each side that one value is the mean of; 1: the picture as it is."""
     pixels: tuple[int, int]
     """Width and height of the picture."""
+    coloured: bool = False
+    """Whether it had colours."""
 
 
 def read_image(
@@ -44,12 +53,12 @@ def read_image(
     high_n: float = 0.6,
     most_cells: int = MOST_CELLS,
 ) -> Picture:
-    """Return a greyscale picture as a map of force, its middle at the origin, its upper edge at the largest y.
+    """Return a picture as a map of force, its middle at the origin, its upper edge at the largest y.
 
     Parameters
     ----------
     path : path
-        PNG or TIFF of 8 or 16 bits. One that `write_image` wrote brings its own scale, and needs nothing else.
+        PNG or TIFF of 8 or 16 bits, turned as it says of itself. One that `write_image` wrote brings its own scale.
     mm_per_pixel : float
         Size of a pixel in mm.
     polarity : str
@@ -62,9 +71,9 @@ def read_image(
     Raises
     ------
     FrictionloopError
-        For a picture that cannot be read, has colours or too many pixels, and without a scale or a polarity.
+        For a picture that cannot be read or has too many pixels, and without a scale or a polarity.
     """
-    grey, white, own = _opened(Path(path))
+    grey, coloured, own = _opened(Path(path))
     given = mm_per_pixel is not None or polarity is not None
     scale: dict[str, Any] = {"mm_per_pixel": mm_per_pixel, "polarity": polarity} if given else own
     if not scale or scale.get("mm_per_pixel") is None:
@@ -79,7 +88,7 @@ def read_image(
     factor = 1
     while -(-grey.shape[0] // factor) * -(-grey.shape[1] // factor) > most_cells:
         factor += 1
-    rows = _reduced(grey, factor)[::-1] / white
+    rows = _reduced(grey, factor)[::-1]
     share = rows if scale["polarity"] == "bright" else 1.0 - rows
     pitch *= factor
     start = [-0.5 * pitch * (count - 1) for count in share.shape]
@@ -89,11 +98,11 @@ def read_image(
         raise must_be(f"{path}: width", values.shape[1], "at least 2", "pixels")
     rules = {name: scale[name] for name in ("between", "beyond") if name in scale}
     made = Map(values_n=values.tolist(), pitch_mm=pitch, start_mm=start_x, start_y_mm=start_y, **rules)
-    return Picture(made, factor, (grey.shape[1], grey.shape[0]))
+    return Picture(made, factor, (grey.shape[1], grey.shape[0]), coloured)
 
 
-def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
-    """Return the greys of a picture, its white, and the scale it brings."""
+def _opened(path: Path) -> tuple[np.ndarray, bool, dict[str, Any]]:
+    """Return the greys of a picture from black 0 to white 1, whether it had colours, and the scale it brings."""
     import json
     import warnings
 
@@ -103,17 +112,13 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", image_module.DecompressionBombWarning)
-            with image_module.open(path) as image:
+            # From a stream: a file that Pillow maps has its rows mixed up where a TIFF is turned (13.0).
+            with path.open("rb") as stream, image_module.open(stream) as image:
                 width, height = image.size
                 if width * height > MOST_PIXELS:
                     raise _too_many(path, width * height, f"{width} x {height}")
-                if image.mode not in MODES:
-                    raise must_be(f"{path}: mode", image.mode, "grey")
                 own = json.loads(image.text[TEXT]) if TEXT in getattr(image, "text", {}) else {}
-                grey, white = np.asarray(image, dtype=float), MODES[image.mode]
-                if (wrong := grey[(grey < 0) | (grey > white)]).size:
-                    raise must_be(f"{path}: greys", float(wrong[0]), f"0 to {white}")
-                return grey, white, own
+                return _greys(path, image), image.mode in COLOURS, own
     except FrictionloopError:
         raise
     except image_module.DecompressionBombError as error:  # it has the number of pixels first
@@ -121,6 +126,21 @@ def _opened(path: Path) -> tuple[np.ndarray, int, dict[str, Any]]:
     except Exception as error:  # on a damaged picture the library raises anything
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise FrictionloopError(f"{path}: is no picture ({reason:.120})") from None
+
+
+def _greys(path: Path, image: Any) -> np.ndarray:
+    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
+    upside_down = image.mode.startswith("I") and WHITE_IS_0.items() <= dict(getattr(image, "tag_v2", {})).items()
+    image = needed("PIL.ImageOps", "Pillow", "rendering").exif_transpose(image)
+    if image.mode in COLOURS:
+        full = image.convert("RGBA")
+        image = image_module.alpha_composite(image_module.new("RGBA", full.size, "white"), full).convert("L")
+    if image.mode not in MODES:
+        raise must_be(f"{path}: mode", image.mode, f"grey, {', '.join(COLOURS)}")
+    grey, white = np.asarray(image, dtype=float), MODES[image.mode]
+    if (wrong := grey[(grey < 0) | (grey > white)]).size:
+        raise must_be(f"{path}: greys", float(wrong[0]), f"0 to {white}")
+    return 1.0 - grey / white if upside_down else grey / white
 
 
 def _too_many(path: Path, pixels: int, said: str = "") -> FrictionloopError:

@@ -17,12 +17,11 @@ from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.checks import ABOVE_0, number, numbers, whole
 from frictionloop.quantities.normals import normals
 from frictionloop.quantities.small_files import json_of
-from frictionloop.recordings.read import read_recording
+from frictionloop.recordings.read import scaled
+from frictionloop.recordings.straight_lines import resampled
+from frictionloop.recordings.wav import COMMENT
 from frictionloop.rendering.effect import Effect, Touch
 from frictionloop.rendering.force_tables import MOST_CELLS, Map, Wave
-
-COMMENT = b"newtons_per_unit="
-"""What a WAV file of this package has as its comment: the scale, and the offset behind a space."""
 
 
 def read_texture(recording: Recording, speed_mm_s: float, pitch_mm: float = 0.05) -> Map:
@@ -62,23 +61,13 @@ def read_wave(recording: Recording, rate_hz: float) -> Wave:
 
 
 def _read(recording: Recording, rate_hz: float) -> np.ndarray:
-    if recording.path.lower().endswith(".wav") and recording.scale is None and recording.unit is None:
-        scale, offset = _scale_in(Path(recording.path))
-        recording = recording.model_copy(update={"scale": scale, "offset_n": recording.offset_n + offset})
-    force = read_recording(recording, rate_hz)
+    taken = scaled(recording)
+    if taken.unit_by == "full scale":
+        raise must_be(f"{recording.path}: scale", None, "a number", "N")
+    force = resampled(taken.force, taken.rate_hz, rate_hz, recording.path)
     if force.size > MOST_CELLS:
         raise must_be(recording.path, force.size, f"at most {MOST_CELLS}", "values")
     return force
-
-
-def _scale_in(path: Path) -> tuple[float, float]:
-    """Return the scale and the offset that a WAV file of this package brings."""
-    content = path.read_bytes() if path.is_file() else b""
-    at = content.rfind(COMMENT)
-    if at < 0:
-        raise must_be(f"{path}: scale", None, "a number", "N")
-    words = content[at + len(COMMENT) :].split(b"\0")[0].split()
-    return float(words[0]), float(words[1])
 
 
 def write_wave(wave: Wave, path: str | os.PathLike[str]) -> None:

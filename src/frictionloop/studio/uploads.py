@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.io import wavfile
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.extra import needed
+from frictionloop.recordings.whole import read_contents
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.force_tables import MOST_CELLS, Map
 from frictionloop.rendering.images import read_image
@@ -70,37 +69,24 @@ def _number(asked: Mapping[str, str], name: str, low: float, high: float) -> flo
 
 
 def _picture(content: bytes, asked: Mapping[str, str]) -> Brought:
-    """Return a picture as a map; what has colours is turned to grey first, as the eye weighs them (ITU-R BT.601)."""
+    """Return a picture as a map."""
     pitch, polarity = _number(asked, "mm_per_pixel", 0.01, 50.0), asked.get("polarity", "")
     if polarity not in ("bright", "dark"):
         raise must_be("polarity", polarity[:20], "'bright' or 'dark'")
     low, high = (_number(asked, name, 0.0, 5.0) for name in ("low_n", "high_n"))
     image_module: Any = needed("PIL.Image", "Pillow", "rendering")
-    grey, told = content, ""
     try:
         with image_module.open(io.BytesIO(content), formats=["PNG"]) as image:
             width, height = image.size
             if width * height > MOST_PIXELS:
                 raise must_be("picture", f"{width} x {height} pixels", f"at most {MOST_PIXELS}")
-            if image.mode in ("RGB", "RGBA", "P", "LA", "PA"):
-                grey, told = _grey(image), ", colours in grey"
     except FrictionloopError:
         raise
     except Exception:  # on a damaged picture the library raises anything
         raise FrictionloopError("picture: is no PNG") from None
-    with as_file(grey, "picture.png", "picture") as path:
+    with as_file(content, "picture.png", "picture") as path:
         made = read_image(path, mm_per_pixel=pitch, polarity=polarity, low_n=low, high_n=high)  # type: ignore[arg-type]
-    return Brought(made.map, summary(made.map) + told)
-
-
-def _grey(image: Any) -> bytes:
-    """Return a picture in grey, on white where it is transparent, as PNG."""
-    image_module: Any = needed("PIL.Image", "Pillow", "rendering")
-    full = image.convert("RGBA")
-    ground = image_module.new("RGBA", full.size, "white")
-    saved = io.BytesIO()
-    image_module.alpha_composite(ground, full).convert("L").save(saved, "PNG")
-    return saved.getvalue()
+    return Brought(made.map, summary(made.map) + ", colours in grey" * made.coloured)
 
 
 def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
@@ -124,13 +110,9 @@ def _recording(content: bytes, asked: Mapping[str, str]) -> Brought:
 
 def _check_length(content: bytes, per_s: float) -> None:
     """Refuse what cannot be read, and a recording that is too long to be kept at so many values a second."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", wavfile.WavFileWarning)
-            rate_hz, samples = wavfile.read(io.BytesIO(content))
-        length_s = len(samples) / rate_hz
-    except Exception:  # on a damaged file the library raises anything
-        raise FrictionloopError("recording: is no WAV") from None
+    with as_file(content, "recording.wav", "recording") as path:
+        sound = read_contents(path).channels[0]
+    length_s = sound.samples.size / next(iter(sound.rates_hz.values()), per_s)
     if length_s > (most_s := MOST_CELLS / per_s):
         raise must_be("recording: length", length_s, f"at most {most_s:.3g} s", "s")
 

@@ -80,7 +80,7 @@ def test_a_flag_that_says_nothing_about_a_file_is_refused(frictionloop):
     scale = ("--mm-per-pixel", "0.2", "--polarity", "bright", "--out", "grey.toml")
     answer = frictionloop("effect", "import", "grey.png", *scale, "--speed-mm-s", "30")
     assert answer.code == 2
-    assert answer.err.startswith("error: speed_mm_s: goes with .wav .csv")
+    assert answer.err.startswith("error: speed_mm_s: goes with .csv .tsv")
 
 
 def test_a_recording_without_a_scale_is_told_to_be_taken_for_newtons(frictionloop):

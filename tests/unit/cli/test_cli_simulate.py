@@ -184,15 +184,15 @@ def sliding(tmp_path):
 
 def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frictionloop, sliding):
     said = frictionloop("simulate", "--preset", "feasible", *sliding, "--duration-s", "1").err
-    assert "--disturbance.column and --setpoint.column) holds times; accepted: 'force_n'" in said
+    assert "--disturbance.column and --setpoint.column) holds times; accepted: 'force'" in said
 
 
 def test_a_recording_is_read_once(frictionloop, sliding, monkeypatch):
-    from frictionloop.recordings import read
+    from frictionloop.recordings import whole
 
-    reads, reader = [], read._READERS[".csv"]
-    counted = {**read._READERS, ".csv": lambda recording: reads.append(recording) or reader(recording)}
-    monkeypatch.setattr(read, "_READERS", counted)
+    reads, reader = [], whole.READERS[".csv"]
+    counted = {**whole.READERS, ".csv": lambda path, **more: reads.append(path) or reader(path, **more)}
+    monkeypatch.setattr(whole, "READERS", counted)
     frictionloop("simulate", "--preset", "feasible", *sliding, "--disturbance.column", "1", "--duration-s", "0.1")
     assert len(reads) == 1
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, System
-from frictionloop.recordings.signs import signs_of
-from frictionloop.recordings.told import Found, found
+from frictionloop.recordings.contents import Array
+from frictionloop.recordings.force_shape import off_plate, signs_of
+from frictionloop.recordings.read import Taken, scaled
 
 FINGERS_N = 10.0
 """Force above which a unit is asked about: no finger slides under so much (assumed)."""
@@ -34,6 +36,8 @@ COEFFICIENT = re.compile(
 
 OUTPUT = re.compile(r"(?<![a-z])(volts?|voltage|spannung|tension électrique|counts?|adc|raw)(?![a-z])", re.IGNORECASE)
 """Names of what a sensor puts out, which a scale makes a force."""
+OF_FILE = ("DATA-GAPS", "LEFT-OUT", "NAMES-FEWER", "TIMES-UNEVEN")
+"""Findings of a file that may make a signal another."""
 ARRAY = {"rectify": "abs(values)", "unit": "values / 1000", "remove_mean": "values - values.mean()"}
 """What does to an array what a parameter does to a recording."""
 
@@ -49,7 +53,7 @@ def doubts_of(system: System, signals: Sequence[str] = ("setpoint", "disturbance
     for name in signals:
         signal = getattr(system, name)
         if isinstance(signal, Recording):
-            yield from _of_recording(name, signal, found(signal))
+            yield from _of_recording(name, signal, scaled(signal))
         elif isinstance(signal, Samples):
             yield from _of_array(name, signal)
 
@@ -68,28 +72,43 @@ def doubt(
     return Finding(code, value=value, unit=unit, where=Condition(recording=name), remedy=meant, more=more)
 
 
-def _of_recording(name: str, signal: Recording, each: Found) -> Iterator[Finding]:
-    taken = each.unit_by == "taken for N"
-    steady = name == "disturbance" and each.samples > 1 and each.rms_n <= ROUNDING * each.largest_n
-    if OUTPUT.search(each.column) and taken:
-        yield doubt("COLUMN-DOUBT", name, each.column, "scale", meant="volts or counts")
-    elif LOAD.search(each.column):
-        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a load")
-    elif COEFFICIENT.search(each.column) and taken:
-        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="a coefficient")
+def on_plate(signal: Recording, taken: Taken) -> tuple[str, tuple[float, float]] | None:
+    """Return when a recorded finger seems off the plate, and the longest part without such (`off_plate`)."""
+    return off_plate(_zeroed(signal, taken), taken.rate_hz, taken.part.at_s)
+
+
+def _zeroed(signal: Recording, taken: Taken) -> Array:
+    """Return a force with its own zero: an offset is that of the sensor, or a level beside a mean."""
+    return taken.raw if signal.remove_mean else taken.force
+
+
+def _of_recording(name: str, signal: Recording, taken: Taken) -> Iterator[Finding]:
+    """Yield the doubts about a recorded signal."""
+    yield from (replace(one, where=replace(one.where, recording=name)) for one in taken.findings if one.code in OF_FILE)
+    largest_n, rms_n = float(np.abs(taken.raw).max()), float(taken.force.std())
+    unnamed = taken.unit_by == "taken for N"
+    steady = name == "disturbance" and taken.force.size > 1 and rms_n <= ROUNDING * largest_n
+    column = taken.channel.name
+    if OUTPUT.search(column) and unnamed:
+        yield doubt("COLUMN-DOUBT", name, column, "scale", meant="volts or counts")
+    elif LOAD.search(column):
+        yield doubt("COLUMN-DOUBT", name, column, "column", meant="a load")
+    elif COEFFICIENT.search(column) and unnamed:
+        yield doubt("COLUMN-DOUBT", name, column, "column", meant="a coefficient")
     elif steady:
-        yield doubt("COLUMN-DOUBT", name, each.column, "column", meant="always the same")
-    if each.largest_n > FINGERS_N:
-        meant: Any = {"unit": "mN"} if each.unit == "N" else "scale"
-        yield doubt("UNIT-DOUBT", name, each.largest_n, meant, **_usual(name))
+        yield doubt("COLUMN-DOUBT", name, column, "column", meant="always the same")
+    if largest_n > FINGERS_N:
+        meant: Any = {"unit": "mN"} if taken.unit == "N" else "scale"
+        yield doubt("UNIT-DOUBT", name, largest_n, meant, **_usual(name))
     if signal.rectify is None:
-        yield from _signed(name, each.signs, (each.raw_lowest_n, each.raw_highest_n))
-    if name == "disturbance" and ROUNDING * each.largest_n < each.rms_n < LEAST_N:
-        yield doubt("UNIT-DOUBT", name, each.rms_n, _larger(each), **_usual("rms of disturbance", LEAST_N))
-    if name == "disturbance" and each.on_plate_s is not None:
-        start, stop = (round(at_s, 9) for at_s in each.on_plate_s)
+        signs = signs_of(_zeroed(signal, taken), taken.raw.size / taken.rate_hz)
+        yield from _signed(name, signs, (taken.raw.min(), taken.raw.max()))
+    if name == "disturbance" and ROUNDING * largest_n < rms_n < LEAST_N:
+        yield doubt("UNIT-DOUBT", name, rms_n, _larger(taken), **_usual("rms of disturbance", LEAST_N))
+    if name == "disturbance" and (off := on_plate(signal, taken)) is not None:
+        start, stop = (round(at_s, 9) for at_s in off[1])
         cut = {"start_s": start, "stop_s": stop}
-        yield doubt("FINGER-OFF", name, stop - start, cut, unit="s", times=each.off_plate)
+        yield doubt("FINGER-OFF", name, stop - start, cut, unit="s", times=off[0])
 
 
 def _of_array(name: str, signal: Samples) -> Iterator[Finding]:
@@ -105,11 +124,11 @@ def _usual(path: str, least_n: float = 0.0) -> dict[str, Any]:
     return {"unit": "N", "path": path, "low": least_n, "high": FINGERS_N}
 
 
-def _larger(each: Found) -> Mapping[str, Any] | str:
+def _larger(taken: Taken) -> Mapping[str, Any] | str:
     """Return what makes a signal larger."""
-    if each.unit in ("mN", "uN"):
-        return {"unit": "N"} if each.unit_by == "given" else {"scale": 1.0}
-    return "unit" if each.unit_by == "taken for N" else "scale"
+    if taken.unit in ("mN", "uN"):
+        return {"unit": "N"} if taken.unit_by == "given" else {"scale": 1.0}
+    return "unit" if taken.unit_by == "taken for N" else "scale"
 
 
 def _signed(name: str, signs: str, ends_n: tuple[float, float], array: bool = False) -> Iterator[Finding]:
