@@ -14,8 +14,6 @@ from frictionloop.experiments.device_strokes import ClockMap
 from frictionloop.experiments.protocol import bundled, read_protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
 from frictionloop.experiments.study import study_system
-from frictionloop.firmware.image import build
-from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities import FrictionloopError
 
 PLAN = Protocol(
@@ -176,8 +174,7 @@ def short(name):
 
 @pytest.fixture(scope="module")
 def image(tmp_path_factory):
-    words = list(map(int, firmware_words(study_system())))
-    return build("teensy41", words, tmp_path_factory.mktemp("image")).elf
+    return fl.firmware.build(study_system(), tmp_path_factory.mktemp("image")).image
 
 
 @pytest.mark.slow

@@ -82,7 +82,7 @@ def test_what_differs_is_told(tmp_path, old, new, told):
     file.write_text(SVD.replace(old, new) if old else SVD)
     code, lines, _ = check(file)
     assert code == 1
-    about = ("PIT_MCR", "PIT_TCTRL0", "PIT is", "SRC_", "CCGR1")
+    about = ("PIT_MCR", "PIT_TCTRL0", "PIT is", "SRSR", "CCGR1")
     assert [line for line in lines if any(name in line for name in about)] == told
     assert "registers.h: PWM4_MCTRL is not in the SVD file" in lines
 

@@ -81,7 +81,7 @@ def test_a_flipped_bit_is_told_and_nothing_is_driven(what, flips, images, tmp_pa
         found += told == [BAD_IMAGE]
         mute += told == []
     assert found + ended + mute == flips
-    assert found >= (flips if what == "fl_built_parameters" else 0.75 * flips)
+    assert found >= (flips if what == "fl_built_parameters" else 0.6 * flips)
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_every_bit_of_the_table_counts(images):
             if called(board, check) != 0:
                 missed.append((place, bit))
         board.uc.mem_write(place, bytes([byte]))
-    assert missed == [] and size == 4 * word_count()
+    assert missed == [] and size == 8 * word_count()
     assert called(board, check) == 1
 
 

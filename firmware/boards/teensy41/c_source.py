@@ -21,6 +21,8 @@ def constants(name: str) -> dict[str, int]:
     members = ",".join(re.findall(r"\benum \{(.*?)\}", text, re.DOTALL))
     for key, expression in re.findall(r"(\w+) = ([^,]+)", members):
         known[key] = evaluate(expression, known)
+    for key, expression in re.findall(r"#define (\w+) (\(\d.*<<.*\))\n", text):
+        known[key] = evaluate(expression, known)
     return known
 
 

@@ -24,7 +24,8 @@
 #define CCM_CCGR4 REGISTER32(0x400FC078)
 #define CCM_CCGR5 REGISTER32(0x400FC07C)
 
-/* System Reset Controller: what the last reset came from */
+/* System Reset Controller: what may reset, and what the last reset came from */
+#define SRC_SCR REGISTER32(0x400F8000)
 #define SRC_SRSR REGISTER32(0x400F8008)
 
 /* Watchdog Timer 3 */

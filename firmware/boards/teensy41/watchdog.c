@@ -12,9 +12,14 @@ enum {
     POWER_ON = 1 << 0, SOFTWARE = 1 << 1, PIN = 1 << 3, BY_WATCHDOGS = 1 << 4 | 1 << 7, /* SRC_SRSR */
 };
 
+/* SRC_SCR: what the watchdog asks for is not masked. */
+#define RESETS (10u << 28)
+#define MASK (15u << 28)
+
 /* Within 128 bus cycles of unlocking, with interrupts off. Runs from its own oscillator; may not be changed afterwards. */
 void watchdog_start(void) {
     CCM_CCGR5 |= 3u << 4; /* WDOG3 */
+    SRC_SCR = (SRC_SCR & ~MASK) | RESETS;
     RTWDOG_CNT = UNLOCK;
     while (!(RTWDOG_CS & UNLOCKED)) {}
     RTWDOG_WIN = 0;

@@ -191,7 +191,7 @@ class SerialPort:
 
 UNLOCK_WORD, REFRESH_WORD = 0xD928C520, 0xB480A602
 ENABLED, CLOCK, TAKEN, UNLOCKED, BY_256 = 1 << 7, 3 << 8, 1 << 10, 1 << 11, 1 << 12
-OSCILLATOR_HZ = 32_768
+OSCILLATOR_HZ, NOT_MASKED = 32_768, 0xA
 
 
 class Watchdog:
@@ -209,6 +209,8 @@ class Watchdog:
         """Refuse an image that does not use the watchdog."""
         if not (status := self._values["RTWDOG_CS"]) & TAKEN or not status & ENABLED:
             raise FrictionloopError("image: watchdog off", "BAD-IMAGE")
+        if self._values["SRC_SCR"] >> 28 != NOT_MASKED:
+            raise FrictionloopError("image: watchdog masked", "BAD-IMAGE")
         if not status & CLOCK:
             raise FrictionloopError("image: watchdog's clock can stop", "BAD-IMAGE")
 

@@ -61,7 +61,7 @@ _SCB = {"VTOR": 0x08, "CCR": 0x14, "SHCSR": 0x24, "CPACR": 0x88, "ICIALLU": 0x25
 
 REGISTERS = (
     *_block("CCM", 0x400FC000, 4, _CCM, _CCM_RESET),
-    Register("SRC_SRSR", 0x400F8008, 4, 1),
+    *_block("SRC", 0x400F8000, 4, {"SCR": 0, "SRSR": 8}, {"SCR": 0xA0480520, "SRSR": 1}),
     *_block("RTWDOG", 0x400BC000, 4, {"CS": 0, "CNT": 4, "TOVAL": 8, "WIN": 0xC}, {"CS": 0x2980, "TOVAL": 0x400}),
     *_block("ADC1", 0x400C4000, 4, _ADC, _ADC_RESET),
     *_block("ADC2", 0x400C8000, 4, _ADC, _ADC_RESET),
