@@ -30,7 +30,7 @@ static void lobatto(double at[6], double weight[6]) {
     }
 }
 
-/* Friction over a period of constant command, from value and three derivatives at its two ends (loop/kernel/ends.py): the
+/* Friction over a period of constant command, from value and three derivatives at its two ends (loop/kernel/endpoint_quadrature.py): the
  * terms 1, p, q, p^2, p q, p^3 of either end, p = y z and q = z^2 for an amplitude y = command + z. */
 static void end_terms(double theta, double turned, double terms[2][6]) {
     double A[8][9] = {{0}}, at[6], weight[6], k = 2 * log(2) * turned, l = turned;

@@ -73,7 +73,7 @@ _HOME = {
     "device.recorded_run": "Interrupted",
     "report.plot": "plot",
     "report.certificate": "write_certificate",
-    "report.certificate_figures": "draw_refused",
+    "report.calibration_figures": "draw_refused",
     "report.reproduction": "reproduce",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index"
     " scored_from",

@@ -15,8 +15,8 @@ from frictionloop.device.bench_boards import Sample
 from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.effect_tables import HEAD, STEP, TOLERANCE_N, effect_tables
 from frictionloop.quantities.schema import schema
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.library import LIBRARY
-from frictionloop.rendering.source import EffectSource
 from tests.helpers.effect_trees import TREES
 
 R = fl.rendering

@@ -12,7 +12,7 @@ from frictionloop.device.codec import HEADER, LAYOUTS, encode, framed
 from frictionloop.firmware.built_in import revision_here
 from frictionloop.firmware.effect_tables import effect_tables
 from frictionloop.quantities.schema import schema, table_hash, word_count
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 
 MAJOR = schema()["protocol"]["major"]
 

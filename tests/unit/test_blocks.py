@@ -11,7 +11,7 @@ from kinds import kinds_of
 from pydantic import BaseModel, ValidationError
 
 import frictionloop as fl
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 
 BLOCKS = [
     fl.System,

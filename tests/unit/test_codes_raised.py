@@ -21,7 +21,7 @@ from PIL import Image
 import frictionloop as fl
 from frictionloop.cli.flags import system_given
 from frictionloop.cli.studio import _given as on_page
-from frictionloop.design import bench_limits
+from frictionloop.design import limiting_parts
 from frictionloop.design.comparison import law_comparison
 from frictionloop.device.errors import FAULTS, fault_code
 from frictionloop.findings import CATALOGUE, Result
@@ -169,14 +169,14 @@ def designs_for_people(monkeypatch):
     strong = PEOPLE[0] | {"friction.susceptibility_per_um2": 60.0}
     yield D.controller(BENCH.evolve(LEVEL), "pi", must, [PEOPLE[5]])
     yield D.controller(BENCH.evolve(LEVEL), "pi", must, [strong])
-    found = bench_limits.synthesised
+    found = limiting_parts.synthesised
 
     def synthesised(system, *of):
         if system.plate.cutoff_hz > 400.0:
             raise fl.FrictionloopError("no controller", "NO-CONTROLLER")
         return found(system, *of)
 
-    monkeypatch.setattr(bench_limits, "synthesised", synthesised)
+    monkeypatch.setattr(limiting_parts, "synthesised", synthesised)
     with joblib.parallel_config(backend="sequential"):
         limits = D.limits(fl.feasible(), "pi")
     assert [each.name for each in limits.limiting] == ["rate of 10 kHz"]

@@ -13,7 +13,7 @@ import pytest
 
 from frictionloop.firmware import compiler
 from frictionloop.firmware.compiler import shared_library
-from frictionloop.quantities import FrictionloopError, compiling
+from frictionloop.quantities import FrictionloopError, compile_events
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def answer(library):
 
 def test_a_library_is_built_once_for_the_same_sources_headers_and_flags(folder, monkeypatch):
     told = []
-    monkeypatch.setattr(compiling, "on_compiling", [told.append])
+    monkeypatch.setattr(compile_events, "on_compiling", [told.append])
     (folder / "answer.h").write_text("#define ANSWER 42\n")
     sources = source(folder, '#include "answer.h"\nint answer(void);\nint answer(void) { return ANSWER; }\n')
     first = shared_library("answer", sources, [folder])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter, sosfilt, zpk2ss
 
-from frictionloop.design.cascade import factorise
+from frictionloop.design.second_order_sections import factorise
 from frictionloop.design.slicot import Quadruple
 
 PERIOD_S = 2e-4

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from frictionloop.loop.kernel.ends import end_step, end_terms, end_weights, segment_ends
+from frictionloop.loop.kernel.endpoint_quadrature import end_step, end_terms, end_weights, segment_ends
 from frictionloop.loop.kernel.quadrature import PLATE_PER_SEGMENT
 
 THETAS = [1e-9, 1e-3, 0.3, 1.2566, 12.566, 125.66, 1e4]

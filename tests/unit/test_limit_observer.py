@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import frictionloop as fl
 from frictionloop.control.laws import law_of
 from frictionloop.control.limit_observer import believed, limit_observer_gains, limit_observer_start, limit_rows
-from frictionloop.control.limit_step import LimitState, limit_observer_step
+from frictionloop.control.limit_observer_step import LimitState, limit_observer_step
 from frictionloop.sensing.measurement import Measurement
 
 BENCH = fl.bench().evolve({"controller.kind": "limit_observer"})

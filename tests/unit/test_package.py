@@ -108,7 +108,7 @@ def test_types_are_shipped():
     assert (FOLDER / "py.typed").exists()
 
 
-SCREEN, LONGER = 66, {"Device": 98, "System": 72, None: 67}
+SCREEN, LONGER = 66, {"Device": 101, "System": 72, None: 67}
 """Lines of a tall terminal; what has many methods or many fields scrolls once."""
 
 

@@ -10,7 +10,7 @@ from numba import types
 
 from frictionloop.loop import progress
 from frictionloop.loop.progress import Bar, progress_bar
-from frictionloop.quantities import compiled, compiling
+from frictionloop.quantities import compile_events, compiled
 
 
 def test_a_bar_says_what_it_waits_for_and_then_again_what_it_does():
@@ -28,10 +28,10 @@ def test_a_bar_says_what_it_waits_for_and_then_again_what_it_does():
 
 def test_a_bar_is_told_of_compilations_only_while_it_stands(capsys):
     with progress_bar("work", 1, show=True):
-        assert len(compiling.on_compiling) == 1
+        assert len(compile_events.on_compiling) == 1
     with progress.waiting("work"):
-        assert len(compiling.on_compiling) == 1
-    assert compiling.on_compiling == []
+        assert len(compile_events.on_compiling) == 1
+    assert compile_events.on_compiling == []
     capsys.readouterr()
 
 
@@ -44,14 +44,14 @@ def doubled():
 
 def test_what_is_on_the_disk_is_not_compiled(monkeypatch):
     told = []
-    monkeypatch.setattr(compiling, "on_compiling", [told.append])
+    monkeypatch.setattr(compile_events, "on_compiling", [told.append])
     monkeypatch.setattr(
-        compiled.DigestCache, "load_overload", lambda self, sig, context: compiling.tell_compiling(True)
+        compiled.DigestCache, "load_overload", lambda self, sig, context: compile_events.tell_compiling(True)
     )
 
     assert doubled().ctypes(1.5) == 3.0 and told == [True, False]
     monkeypatch.undo()
-    monkeypatch.setattr(compiling, "on_compiling", [told.append])
+    monkeypatch.setattr(compile_events, "on_compiling", [told.append])
     assert doubled().ctypes(1.5) == 3.0 and told == [True, False]
 
 
@@ -114,9 +114,9 @@ def test_the_step_of_long_work_is_told_beside_it(monkeypatch):
         assert now() == "designing"
         progress.step("notch 2 of 9")
         assert now() == "designing: notch 2 of 9"
-        compiling.tell_compiling(True)
+        compile_events.tell_compiling(True)
         assert now() == "designing: notch 2 of 9; compiling for it, once after an installation"
-        compiling.tell_compiling(False)
+        compile_events.tell_compiling(False)
         assert now() == "designing: notch 2 of 9"
     assert progress.on_step == []
     progress.step("nobody waits for this")

@@ -8,7 +8,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.uneven_times import uneven_in
+from frictionloop.quantities.timestamp_jitter import uneven_in
 from frictionloop.recordings.read import read_recording, scaled
 from frictionloop.recordings.told import found
 

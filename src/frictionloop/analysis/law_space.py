@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from frictionloop.analysis.elements import Elements
 from frictionloop.analysis.rest import LawStep, Rest, rest_of, sizes
-from frictionloop.analysis.sampled import SampledPlant
+from frictionloop.analysis.sampled_plant import SampledPlant
 from frictionloop.analysis.state_space import Array, StateSpace
 from frictionloop.control.lookup import overdrive_gains
 from frictionloop.control.pi import is_pi

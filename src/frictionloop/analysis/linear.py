@@ -16,7 +16,7 @@ from frictionloop.analysis.elements import Elements, elements
 from frictionloop.analysis.law_space import law_space
 from frictionloop.analysis.margins import Margins, gain_factor, margins, search_grid, sensitivity_peak
 from frictionloop.analysis.operating import force_band, reach_at
-from frictionloop.analysis.sampled import SampledPlant, sample
+from frictionloop.analysis.sampled_plant import SampledPlant, sample
 from frictionloop.analysis.state_space import Array, Complex, StateSpace, close
 from frictionloop.control.pi import is_pi, linearise_pi
 from frictionloop.findings import Condition

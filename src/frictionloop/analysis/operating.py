@@ -14,7 +14,7 @@ from frictionloop.physics.friction import Held, amplitude_for
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.physics.reach import Reach
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 
 NOISE_BAND = 2.0
 """Standard deviations of a coloured noise that count as its band (assumed: it is inside 95 % of the time)."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from frictionloop.analysis.elements import Elements
 from frictionloop.analysis.operating import mean_disturbance_n
-from frictionloop.analysis.sampled import SampledPlant
+from frictionloop.analysis.sampled_plant import SampledPlant
 from frictionloop.analysis.state_space import Array
 from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of

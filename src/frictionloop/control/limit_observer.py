@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionloop.control.law import Law, clamp_of
-from frictionloop.control.limit_step import LONGEST, LimitGains, LimitState, limit_observer_step
+from frictionloop.control.limit_observer_step import LONGEST, LimitGains, LimitState, limit_observer_step
 from frictionloop.parameters import SuspendedSensor
 from frictionloop.parameters.block import Number
 from frictionloop.parameters.controller import Timing

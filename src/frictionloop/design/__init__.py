@@ -13,7 +13,7 @@ from frictionloop.quantities.lazily import lazily
 HOMES = {
     "controller_design": "ControllerDesign controller",
     "controller_check": "Check check",
-    "bench_limits": "BenchLimits LimitedPart limits",
+    "limiting_parts": "BenchLimits LimitedPart limits",
     "requirements": "Requirements",
     "bench_file": "DesignedTable changed_since read_designed write_controller",
     "population_margins": "check_fingers",

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionloop.analysis.linear import LinearLoop, condition_of, linearise
-from frictionloop.analysis.sampled import SampledPlant
+from frictionloop.analysis.sampled_plant import SampledPlant
 from frictionloop.analysis.state_space import Complex
-from frictionloop.design.cascade import Cascade, factorise
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.noise_model import STATES, NoiseModel, identify_noise
 from frictionloop.design.operating_grid import OperatingGrid
 from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, unheld
+from frictionloop.design.second_order_sections import Cascade, factorise
 from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
 from frictionloop.findings import Finding
 from frictionloop.parameters import LowpassSensor, Skin, System

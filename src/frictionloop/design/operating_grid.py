@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from frictionloop.analysis.linear import LinearLoop, operating_band
 from frictionloop.analysis.operating import occlusions
-from frictionloop.analysis.sampled import sample
+from frictionloop.analysis.sampled_plant import sample
 from frictionloop.design.plants import shifted
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.parameters.motion import TURN_SHARE, one_stroke_a_contact

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.analysis.margins import gain_roots, search_grid
-from frictionloop.analysis.sampled import sample
+from frictionloop.analysis.sampled_plant import sample
 from frictionloop.analysis.state_space import Array, Complex, StateSpace
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.sensing.force_sensor import linearise_sensor

@@ -17,9 +17,9 @@ from frictionloop.physics.sources import evaluate, sampler
 from frictionloop.quantities import must_be
 from frictionloop.quantities.schema import schema
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.player import PLATE_MM
 from frictionloop.rendering.program import MOST_TRIGGERS
-from frictionloop.rendering.source import EffectSource
 
 N_PER_POINT = 1e-4
 POINTS_A_FRAME = schema()["protocol"]["points_a_frame"]

@@ -16,7 +16,7 @@ from frictionloop.experiments.trials import columns, delivered_level, measures, 
 from frictionloop.parameters import System
 from frictionloop.parameters.motion import Strokes
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 
 
 class Session:

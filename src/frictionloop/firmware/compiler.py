@@ -15,7 +15,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from frictionloop.quantities import FrictionloopError, replacing, why_unwritable
-from frictionloop.quantities.compiling import compiling
+from frictionloop.quantities.compile_events import compiling
 from frictionloop.quantities.seal import append_seal, is_usable, why_untrusted
 
 FLAGS = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")

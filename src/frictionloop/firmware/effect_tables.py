@@ -17,9 +17,9 @@ from frictionloop.findings import Finding
 from frictionloop.quantities import must_be, replacing
 from frictionloop.quantities.schema import named, schema
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.force_tables import Map
 from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
-from frictionloop.rendering.source import EffectSource
 
 TOLERANCE_N = 5e-5
 """Difference from the simulator's table at which no more values are spent (assumed: a quarter of the 0.2 mN that C and

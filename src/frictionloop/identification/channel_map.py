@@ -19,7 +19,7 @@ from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import check_known, must_be
-from frictionloop.quantities.uneven_times import MISSING
+from frictionloop.quantities.timestamp_jitter import MISSING
 from frictionloop.quantities.units import UNITS, known_unit
 from frictionloop.recordings import contents as found
 from frictionloop.recordings.clock import may_be_seconds

@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, number
-from frictionloop.quantities.uneven_times import MISSING
+from frictionloop.quantities.timestamp_jitter import MISSING
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.clock import may_be_seconds
 from frictionloop.recordings.contents import Contents

@@ -13,7 +13,7 @@ from frictionloop.loop.live_loop import Guided
 from frictionloop.parameters import System
 from frictionloop.physics.reach import Reach
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 
 CHANNELS = {
     "x_mm": ("mm", "place of the finger"),

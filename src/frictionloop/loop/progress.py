@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from frictionloop.quantities.compiling import COMPILING, on_compiling
+from frictionloop.quantities.compile_events import COMPILING, on_compiling
 
 FIRST_S, RARER, LOOK_S = 2.5, 4.0, 0.25
 """Until the first plain line, the factor from one wait to the next (five lines in 14 min), and how often to look."""

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from frictionloop.parameters.block import Kinded, Kinds, NotNegative, Number, Positive
 from frictionloop.quantities import must_be
-from frictionloop.quantities.uneven_times import uneven_in
+from frictionloop.quantities.timestamp_jitter import uneven_in
 from frictionloop.quantities.units import UNITS, known_unit
 
 SLOWEST_S = 0.5
@@ -289,7 +289,7 @@ class Sources(Kinds):
 
 SOURCES = Sources(
     Signal, Constant, Sine, LogSweep, Steps, ColouredNoise, Recording, Samples,
-    tuned=True, beside={"effect": "frictionloop.rendering.source:EffectSource"},
+    tuned=True, beside={"effect": "frictionloop.rendering.effect_source:EffectSource"},
 )  # fmt: skip
 Source = Annotated[Signal, SOURCES]
 

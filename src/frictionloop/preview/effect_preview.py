@@ -22,8 +22,8 @@ from frictionloop.preview.prepared_stroke import StrokeForces, both, duration_s,
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.shapes import Grating
-from frictionloop.rendering.source import EffectSource
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]

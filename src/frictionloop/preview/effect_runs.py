@@ -16,9 +16,9 @@ from frictionloop.parameters import Strokes, System
 from frictionloop.preview.effect_preview import findings_of
 from frictionloop.preview.prepared_stroke import playable_forces, prepared, skin_n_mm
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.library import summary
 from frictionloop.rendering.player import program_of
-from frictionloop.rendering.source import EffectSource
 
 
 @dataclass(frozen=True, kw_only=True)

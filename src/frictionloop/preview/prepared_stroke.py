@@ -17,10 +17,10 @@ from frictionloop.preview.measures import edges_mm
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.effect_toml import find
 from frictionloop.rendering.library import STARTED_S, longest_s
 from frictionloop.rendering.player import program_of
-from frictionloop.rendering.source import EffectSource
 
 CYCLES = 2.0
 """Strokes there and back that are simulated (assumed: each place is passed four times)."""

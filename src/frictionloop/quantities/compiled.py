@@ -15,7 +15,7 @@ from numba.core import config
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 
-from frictionloop.quantities.compiling import tell_compiling
+from frictionloop.quantities.compile_events import tell_compiling
 from frictionloop.quantities.digest import code_digest
 from frictionloop.quantities.seal import is_usable, seal_of, why_untrusted
 

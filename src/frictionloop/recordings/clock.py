@@ -6,7 +6,7 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import must_be
-from frictionloop.quantities.uneven_times import uneven_in
+from frictionloop.quantities.timestamp_jitter import uneven_in
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.column import DEFAULT, Array, Column, no_column
 from frictionloop.recordings.headers import is_time

@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.uneven_times import uneven_in
+from frictionloop.quantities.timestamp_jitter import uneven_in
 from frictionloop.recordings.clean import LEAST, longest, taking
 from frictionloop.recordings.clock import EVEN, in_seconds, no_rate, rate_of
 from frictionloop.recordings.column import Array, Column, refuse_gaps

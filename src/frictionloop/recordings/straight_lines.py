@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.uneven_times import MISSING
+from frictionloop.quantities.timestamp_jitter import MISSING
 from frictionloop.recordings.column import Array
 
 LONGEST_STEP = 10.0

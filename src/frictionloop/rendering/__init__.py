@@ -31,7 +31,7 @@ HOMES = {
     "program": "Program",
     "recorded": "Resynthesis fit_texture read_envelope read_texture read_wave write_wave",
     "shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
-    "source": "EffectSource",
+    "effect_source": "EffectSource",
     "force_tables": "Map Sampled Wave sampled",
 }
 __getattr__ = lazily(__name__, HOMES)

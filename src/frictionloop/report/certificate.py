@@ -27,7 +27,7 @@ from frictionloop.identification.entry_result import EntryResult, number_said
 from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.quantities import FrictionloopError, replacing, unit_of
 from frictionloop.quantities.version import package_version
-from frictionloop.report.certificate_figures import crowd, drawn
+from frictionloop.report.calibration_figures import crowd, drawn
 
 RANGES = {
     "plate.frequency_hz": (0.95, 1.05),

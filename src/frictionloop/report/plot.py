@@ -63,7 +63,7 @@ def _figure_of(result: Any) -> Figure:
     from frictionloop.identification.file_channels import FirstLook
     from frictionloop.loop import sweep_figure
     from frictionloop.report import run_figure
-    from frictionloop.report.certificate_figures import drawn
+    from frictionloop.report.calibration_figures import drawn
 
     dims = getattr(result, "dims", ())
     if hasattr(result, "data_vars") and "time" in dims and "f_r" in result:

@@ -16,7 +16,7 @@ import numpy as np
 
 from frictionloop.live.session import Session
 from frictionloop.parameters import System
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.studio.effect_pictures import map_of
 from frictionloop.studio.live_numbers import WINDOW_S, numbers_of
 

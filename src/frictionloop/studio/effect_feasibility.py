@@ -14,7 +14,7 @@ from frictionloop.physics.reach import Reach
 from frictionloop.preview.effect_preview import Preview, preview
 from frictionloop.preview.measures import FELT_S
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.studio.effect_pictures import HEIGHT_MM, depends_on_y, force_over
 from frictionloop.studio.panels import effect_name
 

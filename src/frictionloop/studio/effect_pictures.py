@@ -10,8 +10,8 @@ import numpy as np
 
 from frictionloop.parameters import System
 from frictionloop.rendering.effect import EFFECTS, Effect, Touch
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.library import LIBRARY
-from frictionloop.rendering.source import EffectSource
 from frictionloop.studio.frames import pack_map
 
 HEIGHT_MM = 60.0

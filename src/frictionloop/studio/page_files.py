@@ -14,7 +14,7 @@ from starlette.responses import JSONResponse, Response
 from frictionloop.parameters import System, preset
 from frictionloop.parameters.toml_files import read_tree
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.studio import background
 from frictionloop.studio.commands import change, check_no_file
 from frictionloop.studio.connections import HEADERS, as_file

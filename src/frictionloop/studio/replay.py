@@ -17,7 +17,7 @@ from frictionloop.live.session import BESIDE, RUN, Session, recorded
 from frictionloop.loop.record import load, system_of
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.source import EffectSource
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.studio.effect_pictures import HEIGHT_MM, map_of
 from frictionloop.studio.live_numbers import WINDOW_S, numbers_of
 

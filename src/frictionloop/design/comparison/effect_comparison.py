@@ -22,8 +22,8 @@ from frictionloop.preview.arrivals import delivered_to, spread_n
 from frictionloop.preview.prepared_stroke import playable_forces, prepared
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.effect_toml import find
-from frictionloop.rendering.source import EffectSource
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from frictionloop.loop.kernel.columns import Slab, column
-from frictionloop.loop.kernel.ends import TERMS, segment_ends
+from frictionloop.loop.kernel.endpoint_quadrature import TERMS, segment_ends
 from frictionloop.loop.kernel.quadrature import segment_nodes, segment_weights
 from frictionloop.loop.kernel.signals import FORMULAS
 from frictionloop.loop.kernel.slab import SEGMENT_ROWS
@@ -36,8 +36,8 @@ from frictionloop.physics.plate import plate_coefficients
 from frictionloop.physics.roughness import cells_per_m, roughness_table
 from frictionloop.physics.sources import Sampler, sampler, sweep_turns
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.program import START
-from frictionloop.rendering.source import EffectSource
 from frictionloop.sensing.force_sensor import converter, noise_coefficients, suspension_coefficients
 from frictionloop.sensing.touch import touch_coefficients
 

@@ -7,7 +7,7 @@ from typing import Any
 from frictionloop.control.laws import LAWS
 from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.clock_tile import lift_delay
-from frictionloop.loop.kernel.ends import TERMS, end_step
+from frictionloop.loop.kernel.endpoint_quadrature import TERMS, end_step
 from frictionloop.loop.kernel.law_tile import lift_law, lift_limits
 from frictionloop.loop.kernel.loop import run_program
 from frictionloop.loop.kernel.signals import lift_spread
@@ -28,7 +28,7 @@ def sum_step(friction: float, disturbance: float) -> float:
 
 
 def lift_plant(lifting: Lifting) -> Any:
-    """Lift plate, friction law and sensor over one segment of the period (loop/kernel/ends.py).
+    """Lift plate, friction law and sensor over one segment of the period (loop/kernel/endpoint_quadrature.py).
 
     Inside, the amplitude is counted in the amplitude that halves friction, and the terms of the end carry f0. The
     disturbance's share of the reading is already summed over the nodes.

@@ -11,7 +11,7 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.lookup import OverdriveGains
-from frictionloop.loop.kernel.ends import TERMS
+from frictionloop.loop.kernel.endpoint_quadrature import TERMS
 from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
 from frictionloop.physics.contact import ContactCoefficients, ContactState
 from frictionloop.physics.finger_step import Motion

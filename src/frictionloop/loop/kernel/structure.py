@@ -10,8 +10,8 @@ from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.physics.sources import highest_hz
 from frictionloop.physics.vibration import vibration_of
 from frictionloop.quantities import FrictionloopError
+from frictionloop.rendering.effect_source import EffectSource
 from frictionloop.rendering.program import Program
-from frictionloop.rendering.source import EffectSource
 from frictionloop.sensing.touch import check_follows
 
 STRUCTURAL = (
