@@ -1,7 +1,7 @@
 /* The tick: sample -> measurement -> set-point -> law -> amplitude -> duty.
  *
  * The law begins with its start words when the loop goes on, open or closed. Open, the lookup commands, and the law runs
- * along. Opening again commands what the set-point asks for. Idle and fault: the amplitude falls by drive.ramp_um a tick
+ * along, whatever it says. Opening again commands what the set-point asks for. Idle and fault: the amplitude falls by drive.ramp_um a tick
  * to 0. */
 #include <string.h>
 
@@ -34,7 +34,7 @@ static fl_force_command decide(fl_app *app, const fl_parameters *p, const fl_mea
     fl_clamp clamp = fl_switched_clamp(setpoint, whole, app->since);
     if (app->since == 0) fl_own_begin(app->law_state, open.force, setpoint, p, clamp);
     fl_force_command command = fl_own_step(app->law_state, m, setpoint, p, clamp);
-    if (is_sound(app, command.force, clamp)) return closed ? command : open;
+    if (!closed || is_sound(app, command.force, clamp)) return closed ? command : open;
     fl_raise(app, (fl_raised){FL_FAULT_LAW_WRONG, app->tick, command.force});
     return (fl_force_command){fl_is_number(command.force) ? fl_clip(command.force, whole.low, whole.high) : whole.high, 1};
 }

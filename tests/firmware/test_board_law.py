@@ -195,11 +195,11 @@ class BrokenGains(NamedTuple):
     high: float
 
 
-def slid(step: Any, **given: float) -> tuple[Beside, list[float], list[list[tuple[str, float]]]]:
+def slid(step: Any, state: str = "closed", **given: float) -> tuple[Beside, list[float], list[list[tuple[str, float]]]]:
     """Return a board with a law after strokes, the amplitude at each tick, and the faults told until then."""
     fl.register(fl.Law("broken", step, BrokenState, BrokenGains), BrokenController)
     board = Beside(bench("broken", **{f"controller.{name}": value for name, value in given.items()}))
-    assert board.ask("mode", state=schema()["states"]["closed"]) == "done"
+    assert board.ask("mode", state=schema()["states"][state]) == "done"
     amplitudes, told = [], []
     for sample in strokes(5000.0, 3000):
         board.tick(sample)
@@ -227,6 +227,18 @@ def test_a_command_that_is_no_force_is_told_and_the_plate_goes_to_rest(given: fl
     down = amplitudes[since:]
     assert 0.0 < amplitudes[since - 1] <= fl.bench().plate.max_amplitude_um
     assert down == sorted(down, reverse=True) and down[60] == down[-1] == 0.0
+
+
+def test_a_law_that_is_wrong_leaves_the_open_loop_alone():
+    """Until the loop closes nothing of it reaches the plate."""
+    board, amplitudes, _ = slid(commands, "open", given=1e30)
+    model = fl.bench().controller.model
+    asked_um = math.sqrt(math.log(model.nominal_n / 0.6) / model.susceptibility_per_um2)
+    assert board.faults == [] and amplitudes[-1] == pytest.approx(asked_um)
+    assert board.ask("mode", state=schema()["states"]["closed"]) == "done"
+    for sample in [*strokes(5000.0, 5500)][3000:]:
+        board.tick(sample)
+    assert [name for name, _ in board.faults] == ["law_wrong"]
 
 
 @fl.step

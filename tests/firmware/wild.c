@@ -109,7 +109,7 @@ static void commit(fl_app *app, uint32_t now) {
     uint8_t body[2 + 256];
     uint32_t crc = 0;
     fill(&table, app->built);
-    if (below(4) == 0) spoil(&table);
+    if (below(5) == 0) spoil(&table);
     for (int first = 0; first < FL_WORDS; first += 32) {
         int count = FL_WORDS - first < 32 ? FL_WORDS - first : 32;
         uint8_t *at = fl_put16(body, (uint16_t)first);

@@ -56,7 +56,7 @@ def test_samples_that_come_in_one_piece_with_the_first_status_are_not_lost(board
             self.board.advance(40)
 
     link = Link(Together(board))
-    rows = Rows(link.listen(1, ALL)["tick"])
+    rows = Rows(link.listen(1, ALL)["tick"], 5000)
     for _ in range(3):
         for message in link.poll(0.01):
             rows.take(message)

@@ -217,9 +217,9 @@ def test_a_board_that_began_anew_is_set_up_again(room):
     assert np.nanstd(room.session.last(0.2)[ROW["asked_n"]]) > 0.02  # the grating plays
 
 
-def frame(tick, rows):
+def frame(tick, rows, every=1):
     values = np.tile(np.arange(len(TOLD), dtype=np.int16), rows)
-    told = {"tick": tick, "decimation": 1, "mask": ALL, "dropped": 0, "values": values}
+    told = {"tick": tick, "decimation": every, "mask": ALL, "dropped": 0, "values": values}
     return Message("telemetry", 0, 0, told)
 
 
@@ -231,7 +231,7 @@ class Silent:
 
 
 def test_lost_samples_are_missing_and_counted():
-    rows = Rows(2**32 - 6)
+    rows = Rows(2**32 - 6, 5000)
     for tick, count in ((2**32 - 5, 3), (0, 4), (0, 4), (2, 3)):  # a gap of 2 ticks, a repeat, an overlap
         rows.take(frame(tick, count))
     told = rows.taken(Silent())
@@ -240,6 +240,15 @@ def test_lost_samples_are_missing_and_counted():
     assert np.isnan(told[ROW["measured_n"]]).tolist() == [False] * 3 + [True] * 2 + [False] * 5
     assert not rows.began_anew(5)
     assert rows.began_anew(100_000)
+
+
+def test_a_sample_in_two_stands_for_the_tick_before_it_as_well():
+    rows = Rows(9, 20_000)
+    for tick, count in ((10, 3), (18, 2), (18, 2)):  # tick 9 was told of before; 16 is lost, with 15
+        rows.take(frame(tick, count, every=2))
+    told = rows.taken(Silent())
+    assert (rows.lost, rows.next_tick) == (2, 21)
+    assert np.isnan(told[ROW["measured_n"]]).tolist() == [False] * 5 + [True] * 2 + [False] * 4
 
 
 def test_every_fault_has_a_code_and_stands_on_the_page_of_states():

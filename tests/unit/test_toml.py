@@ -183,7 +183,7 @@ def test_each_key_says_what_it_means():
     lines = [line for line in fl.to_toml(fl.bench()).splitlines() if " = " in line]
     without = [line for line in lines if "  # " not in line and not line.startswith(("schema", "kind"))]
     assert without == []
-    assert 'form = "float"  # The float64 law, or the fixed-point C' in fl.to_toml(fl.bench())
+    assert "rate_hz = 5000.0  # Hz: Rate of the control periods" in fl.to_toml(fl.bench())
 
 
 def test_what_is_rare_is_written_where_it_is_not_the_default():

@@ -164,7 +164,7 @@ class DeviceEngine:
         self._again = LineAgain(self._anew)
         self._set_up = SetUp(device, system)
         self.ready, self.prepare = self._set_up.ready, self._set_up.prepare
-        self._news = News(self._link)
+        self._news = News(self._link, device.info.tick_hz)
 
     @property
     def system(self) -> System:

@@ -7,22 +7,23 @@ import numpy as np
 from frictionloop.device.codec import Message
 from frictionloop.device.errors import fault_line, reading_of
 from frictionloop.device.link import RESETS, Link
-from frictionloop.device.recorded_run import NAMES, NO_SESSION, STATES
+from frictionloop.device.recorded_run import NAMES, NO_SESSION, STATES, carried
 from frictionloop.device.recording import ALL, SCALES, state_of
 from frictionloop.device.recording import CHANNELS as TOLD
 from frictionloop.device.transport import Pipe
 from frictionloop.live.engines import CHANNELS
 
-LONGEST_GAP = 10_000
-"""Ticks that may be missing in one piece (2 s, after which a device is given up); a longer way is another beginning."""
+LONGEST_GAP_S = 2.0
+"""What may be missing in one piece (a device is given up after it); a longer way is another beginning."""
 _AT = {name: row for row, name in enumerate(CHANNELS)}
 _FROM = {name: row for row, name in enumerate(TOLD)}
 
 
 class Rows:
-    """Samples of every tick as they come in."""
+    """Samples of every tick as they come in; where a line carries one in `every`, it stands for the ticks up to it."""
 
-    def __init__(self, tick: int) -> None:
+    def __init__(self, tick: int, tick_hz: int) -> None:
+        self.every, self._longest_gap = carried(1, tick_hz), round(LONGEST_GAP_S * tick_hz)
         self.next_tick, self.lost, self.state = (tick + 1) % 2**32, 0, 0
         self._first = self.next_tick
         self._waiting: list[np.ndarray] = []
@@ -30,20 +31,20 @@ class Rows:
     def began_anew(self, tick: int) -> bool:
         """Tell whether a tick of the device is far from those that came, and go on from there if so."""
         ahead = (tick - self.next_tick + 2**31) % 2**32 - 2**31
-        if abs(ahead) <= LONGEST_GAP:
+        if abs(ahead) <= self._longest_gap:
             return False
         self.next_tick = self._first = (tick + 1) % 2**32
         self._waiting.clear()
         return True
 
     def take(self, message: Message) -> None:
-        """Take a frame of telemetry of every tick and channel."""
+        """Take a frame of telemetry of every channel."""
         values = message["values"]
-        if (message["decimation"], message["mask"]) != (1, ALL) or values.size % len(TOLD):
+        if (message["decimation"], message["mask"]) != (self.every, ALL) or values.size % len(TOLD):
             return
-        ahead = (message["tick"] - self.next_tick + 2**31) % 2**32 - 2**31
-        samples = values.reshape(-1, len(TOLD))[max(-ahead, 0) :]
-        if abs(ahead) > LONGEST_GAP or not len(samples):
+        ahead = (message["tick"] - self.every + 1 - self.next_tick + 2**31) % 2**32 - 2**31
+        samples = values.reshape(-1, len(TOLD)).repeat(self.every, axis=0)[max(-ahead, 0) :]
+        if abs(ahead) > self._longest_gap or not len(samples):
             return
         if ahead > 0:
             self.lost += ahead
@@ -83,10 +84,10 @@ def channels_of(told: np.ndarray, felt_n: np.ndarray) -> np.ndarray:
 
 
 class News:
-    """What came in from a device that was asked for every sample."""
+    """What came in from a device that was asked for every sample, or for as many as a line carries."""
 
-    def __init__(self, link: Link) -> None:
-        self._link = link
+    def __init__(self, link: Link, tick_hz: int) -> None:
+        self._link, self._tick_hz = link, tick_hz
         self.fault = ""
         """The fault that is in force, in a line; empty without one."""
         self.listen()
@@ -97,10 +98,10 @@ class News:
         return NAMES.get(self.rows.state, "unknown")
 
     def listen(self) -> None:
-        """Ask for every sample from now on, of a device that may have forgotten whom it tells."""
-        status = self._link.listen(1, ALL)
+        """Ask for samples from now on, of a device that may have forgotten whom it tells."""
+        status = self._link.listen(carried(1, self._tick_hz), ALL)
         self._note_fault(status)
-        self.rows = Rows(status["tick"])
+        self.rows = Rows(status["tick"], self._tick_hz)
 
     def take(self, message: Message) -> str:
         """Take a message; return why the device has to be set up anew, empty where it has not."""
