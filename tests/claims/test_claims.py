@@ -54,9 +54,10 @@ from frictionloop.report.tolerances import (
 
 YES, IF, NO = Verdict.YES, Verdict.YES_IF, Verdict.NO
 JUDGED = {
-    YES: "kp-40-saturated low-gain-attenuates higher-gain-amplifies ki-influence clean-of-artefacts",
+    YES: "kp-40-saturated low-gain-attenuates higher-gain-amplifies ki-influence",
     IF: (
-        "kp-range-low kp-range-high kp-optimum kp-1-unsatisfactory close-to-possible kp-40-noisy noise-precision "
+        "clean-of-artefacts kp-range-low kp-range-high kp-optimum kp-1-unsatisfactory close-to-possible kp-40-noisy "
+        "noise-precision "
         "noise-saturation noise-subliminal equation-3 one-order-lower pi-reduces-variability closed-loop-r2 "
         "faster-than-open open-loop-r2 open-loop-variation steady-20-mn rise-time stronger-plate-faster"
     ),
@@ -74,6 +75,7 @@ LEFT_OUT = {
     Group.SLIP: "disturbance-amplitude dynamic-range-db displacement-noise control-period closed-loop-time plate-mode",
     Group.QUESTION: "setpoint-reachable measured-resonance calibration-accuracy population-r2",
 }
+OF_GAINS = ("pi-reduces-variability", "clean-of-artefacts")
 STATED = [IF, NO, NO, NO, NO, NO, NO, NO]
 NOT_OF_A_RUN = {
     "noise-subliminal": "signals held: the amplitudes do not enter",
@@ -169,11 +171,11 @@ def test_no_part_of_a_name_makes_a_statement_true_that_is_said_to_be_false(claim
 
 
 def test_a_condition_is_named_where_it_takes_one(claims):
-    """All readings accepted: yes, but for the thesis, whose gains are not those of the paper."""
+    """All readings accepted: yes, but for what the paper says of its own gains, which ring on the bench."""
     for claim in claims:
         if claim.group is None:
             every = all(claim.holds[name] for name in claim.readings)
-            assert every == (claim.verdict is YES or claim.id == "pi-reduces-variability"), claim.id
+            assert every == (claim.verdict is YES or claim.id in OF_GAINS), claim.id
             some = any(claim.holds[name] for name in (*claim.readings, *claim.assumed))
             assert some == (claim.verdict is not NO), claim.id
 
