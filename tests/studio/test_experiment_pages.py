@@ -22,6 +22,7 @@ PLAN = Protocol(
     blocks={"practice": 1},
     stop={"trials": 3},
     masking_db=-26.0,
+    validity={"least_response_s": 0.0},
 )
 
 

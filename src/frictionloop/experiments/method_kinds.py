@@ -110,6 +110,12 @@ class _Ranged(MethodModel):
         low: float
         high: float
 
+    @model_validator(mode="after")
+    def _rises(self) -> _Ranged:
+        if not self.low < self.high:
+            raise must_be("high", self.high, f"above low, {self.low:g}")
+        return self
+
     def extremes(self) -> tuple[float, float]:
         """Return the ends of the levels."""
         return self.low, self.high
@@ -147,6 +153,7 @@ class PsiMethod(_Ranged):
             stop.trials if stop.trials or stop.width else MOST_TRIALS,
             stop.width,
             self.interest,
+            low=0.0 if guess and self.low >= 0.0 else None,
         )
 
 

@@ -192,8 +192,11 @@ class SimulatedParticipant:
         if task == "adjustment":
             apart = (noisy[comparison - 1] - noisy[2 - comparison]) / sd
             return choices[2] if abs(apart) < o.same_within else choices[int(apart < 0.0)]
-        told = max(noisy[0], 1e-6) ** o.exponent * math.exp(o.magnitude_spread * rng.normal())
-        return f"{100.0 * told:.4g}"
+        # A feeling has no sign: its logarithm is normal, with the same spread over its size.
+        feeling, spread = felt[0]
+        noise = math.sqrt(math.log1p((spread / feeling) ** 2)) * (noisy[0] - feeling) / spread if feeling > 0.0 else 0.0
+        told = o.exponent * (math.log(max(feeling, FAINTEST)) + noise) + o.magnitude_spread * rng.normal()
+        return f"{100.0 * math.exp(told):.4g}"
 
     @cached_property
     def skin(self) -> Skin:

@@ -60,6 +60,8 @@ class Session:
         right, result = math.nan, math.nan
         if not response.response or not (0.0 <= response.rt_s <= p.timeline.response_s or jumps):
             why.append("no answer in time")
+        elif response.rt_s < p.validity.least_response_s and not jumps:
+            why.append(f"rt_s={response.rt_s:.2g}")
         else:
             right, result = scored(p, trial.level, trial.comparison, response.response)
         delivered = delivered_level(p, trial.level, trial.comparison, found)

@@ -26,7 +26,7 @@ from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.toml_files import read_tree
 from frictionloop.parameters.written import block_toml
-from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing, unit_of
 from frictionloop.rendering.effect import AnyEffect, Effect
 from frictionloop.rendering.effect_toml import effect_of
 from frictionloop.rendering.library import LIBRARY
@@ -85,14 +85,14 @@ class Protocol(Description):
     """Name in files."""
     title: str = ""
     """One line that says what is measured."""
-    question: str = "Which felt rougher?"
+    question: Annotated[str, Field(pattern=r"\S")] = "Which felt rougher?"
     """What the participant is asked after each trial."""
     task: Task = "2ifc"
     """What a trial is and which answers there are."""
     attribute: Literal["friction", "pattern", "spacing"] = "friction"
     """What of the force the participant judges: its level, how strong a pattern is, or how wide."""
     level_unit: str = "N"
-    """Unit of the level, in tables and figures."""
+    """Unit of the level, in tables and figures; that of the stimulus's field if not given."""
     seed: Annotated[Whole, Field(ge=0, lt=2**63)] = 0
     """Seed of everything that is drawn."""
     stimulus: Stimulus = Stimulus(standard=0.45)
@@ -138,8 +138,12 @@ class Protocol(Description):
 
     @model_validator(mode="before")
     @classmethod
-    def _ends(cls, given: Any) -> Any:
-        """Constant stimuli and adjustment end by themselves: they have no number of trials unless it is given."""
+    def _defaults(cls, given: Any) -> Any:
+        """Give the level the unit of its field; constant stimuli and adjustment end by themselves, without trials."""
+        stimulus = given.get("stimulus") if isinstance(given, dict) else None
+        field = stimulus.get("field", "") if isinstance(stimulus, dict) else getattr(stimulus, "field", "")
+        if unit_of(field) and "level_unit" not in given:
+            given = given | {"level_unit": unit_of(field)}
         if isinstance(given, dict) and "stop" not in given:
             method = given.get("method")
             kind = method.get("kind") if isinstance(method, dict) else getattr(method, "kind", None)
@@ -158,6 +162,13 @@ class Protocol(Description):
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
             raise must_be("conditions", names, "names that differ")
+        if (unit := unit_of(self.stimulus.field)) and self.level_unit != unit:
+            raise must_be("level_unit", self.level_unit, f"{unit}, as {self.stimulus.field}")
+        least = min(self.stimulus.value(each) for each in self.method.extremes())
+        if least < 0.0 and self.attribute == "pattern":
+            raise must_be(self.stimulus.field, least, "0 or more: a pattern's strength has no sign")
+        if least <= 0.0 and self.task == "magnitude":
+            raise must_be(self.stimulus.field, least, "above 0 for task 'magnitude'")
         if self.intervals == 2 and self.stimulus.standard is None:
             raise must_be("stimulus.standard", None, "a number")
         if (self.task == "adjustment") != (self.method.kind == "adjustment"):

@@ -60,6 +60,7 @@ def ran(path: Path) -> Ran:
     given_up = {each["condition"]: int(each["marked"]) for each in events if each["event"] == GIVEN_UP}
     found = [Finding("STUDY-GIVEN-UP", value=marked, more={"condition": name}) for name, marked in given_up.items()]
     found += [Finding("STUDY-LEVELS", value=100.0 * factors[-1], unit="%")] if factors else []
+    found += folder.unreadable([path])
     return Ran(
         folder=path,
         participant=folder.read_session(path)[2]["participant"],

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import grouped, probability
-from frictionloop.experiments.study_summary import convergence, groups, measure
+from frictionloop.experiments.study_summary import convergence, groups, named_found
 from frictionloop.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, GREY)
@@ -94,8 +94,7 @@ def thresholds(protocol: Protocol, fitted: pandas.DataFrame) -> Figure:
         axes.set(xlim=(-0.5, len(names) - 0.5), title=f"over the level {over}")
         if (some["value"].dropna() >= 0).all():
             axes.set_ylim(bottom=0.0)
-    name, _ = measure(protocol)
-    panels[0].set_ylabel(name if name in ("exponent", "gain") else f"{name}, {protocol.level_unit}")
+    panels[0].set_ylabel(named_found(protocol))
     return figure
 
 
@@ -140,8 +139,7 @@ def converging(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
         by = whole.assign(half=0.5 * (whole["high"] - whole["low"])).groupby("trial")[["value", "half"]].median()
         left.plot(by.index, by["value"], LINES[k % 4], color=COLOURS[k % 6], lw=1.8, label=condition)
         right.plot(by.index, by["half"], LINES[k % 4], color=COLOURS[k % 6], lw=1.8, label=condition)
-    name, _ = measure(protocol)
-    left.set(xlabel="trials that counted", ylabel=f"{name}, {protocol.level_unit}")
+    left.set(xlabel="trials that counted", ylabel=named_found(protocol))
     right.set(xlabel="trials that counted", ylabel=f"half of the 95 % interval, {protocol.level_unit}")
     right.set_ylim(bottom=0.0)
     if left.get_ylim()[0] > 0.0:

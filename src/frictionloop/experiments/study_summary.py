@@ -12,7 +12,7 @@ from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.psychometric import JND_Z, POINTS, fit, jnd, probability
+from frictionloop.experiments.psychometric import COVERAGE, JND_Z, fit, grids_of, middle, probability
 from frictionloop.quantities import FrictionloopError, must_be
 
 LAPSE = 0.02
@@ -20,10 +20,10 @@ LAPSE = 0.02
 
 
 def convergence(protocol: Protocol, level: Any, result: Any) -> pandas.DataFrame:
-    """Return mean and 95 % interval of the threshold, or of the JND, after each trial.
+    """Return median and 95 % interval of the threshold, or of the JND, after each trial.
 
-    The posterior of threshold and spread on the grid of `fit`, both priors flat, that of the spread in its logarithm;
-    guess and lapse rate are taken as known.
+    The posterior of threshold and spread on the grid and with the priors of `fit`; guess and lapse rate are taken as
+    known.
 
     Parameters
     ----------
@@ -41,25 +41,22 @@ def convergence(protocol: Protocol, level: Any, result: Any) -> pandas.DataFrame
     columns = ["trial", "value", "low", "high"]
     if x.size == 0 or np.ptp(x) <= 0:
         return pandas.DataFrame(columns=columns)
-    comparison = protocol.method.scores == "comparison"
-    span = float(np.ptp(x))
-    least = 0.0 if not comparison and protocol.guess else float(x.min()) - 0.5 * span
-    a = np.linspace(least, float(x.max()) + 0.5 * span, POINTS[0])
-    b = np.geomspace(span / 50.0, 2.0 * span, POINTS[1])
-    guess = LAPSE if comparison or not protocol.guess else protocol.guess
+    guess, spread = protocol.guess or LAPSE, measure(protocol)[0] == "JND"
+    (a, b, _, _), prior = grids_of(protocol.method.extremes(), guess, nothing_at(protocol), lapse=np.array([LAPSE]))
     p = probability(x[:, None, None], a[None, :, None], b[None, None, :], guess, LAPSE)
-    log_l = np.cumsum(np.where(r[:, None, None] > 0, np.log(p), np.log1p(-p)), axis=0)
+    log_l = np.cumsum(np.where(r[:, None, None] > 0, np.log(p), np.log1p(-p)), axis=0) + prior[None, :, :, 0, 0]
     post = np.exp(log_l - log_l.max(axis=(1, 2), keepdims=True))
-    marginal = post.sum(axis=1 if comparison else 2)
-    marginal /= marginal.sum(axis=1, keepdims=True)
-    grid = JND_Z * b if comparison else a
-    total = np.cumsum(marginal, axis=1)
-    ends = np.array([np.interp([0.025, 0.975], row, grid) for row in total])
-    found = np.column_stack([np.arange(1, x.size + 1), marginal @ grid, ends])
-    return pandas.DataFrame(found, columns=columns)
+    marginal, grid = post.sum(axis=1 if spread else 2), JND_Z * b if spread else a
+    return pandas.DataFrame([(n, *middle(row, grid)) for n, row in enumerate(marginal, 1)], columns=columns)
 
 
-COVERAGE = 0.95
+def nothing_at(protocol: Protocol) -> float | None:
+    """Return the level at which the comparison is the standard; None of a task without right answers by chance."""
+    if not protocol.guess:
+        return None
+    return 0.0 if protocol.stimulus.adds else protocol.stimulus.standard
+
+
 LEVELS = ("requested", "delivered")
 """The two levels that everything is told over."""
 MEASURES = {
@@ -83,6 +80,16 @@ def measure(protocol: Protocol) -> tuple[str, str]:
     return "threshold", "Level half the way from guesses to lapses"
 
 
+def unit_found(protocol: Protocol) -> str:
+    """Return the unit of what is found of each participant; 1 for a pure number."""
+    return {"exponent": "1", "gain": f"1/{protocol.level_unit}"}.get(measure(protocol)[0], protocol.level_unit)
+
+
+def named_found(protocol: Protocol) -> str:
+    """Return the name of what is found with its unit, for heads of tables and axes."""
+    return ", ".join(each for each in (measure(protocol)[0], unit_found(protocol)) if each != "1")
+
+
 def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
     """Return one row per participant, condition and kind of level; one without a value says why.
 
@@ -98,8 +105,8 @@ def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = L
     Returns
     -------
     pandas.DataFrame
-        ``value`` is what `measure` names, ``low`` and ``high`` its 95 % interval; the other columns are those of
-        `fit`, where there is a function.
+        ``value`` is what `measure` names, in ``unit``, ``low`` and ``high`` its 95 % interval; the other columns are
+        those of `fit`, where there is a function.
     """
     rows = []
     for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
@@ -112,7 +119,7 @@ def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = L
             except FrictionloopError as error:
                 row["why"] = str(error)
             rows.append(row)
-    table = pandas.DataFrame(rows)
+    table = pandas.DataFrame(rows).assign(unit=unit_found(protocol))
     if measure(protocol)[0] in ("JND", "threshold"):
         table = table.reindex(columns=list(dict.fromkeys([*table.columns, "threshold", "spread", "guess", "lapse"])))
         if protocol.stimulus.standard:
@@ -122,7 +129,8 @@ def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = L
 
 def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
     if protocol.task == "magnitude":
-        return _slope(np.log(np.maximum(level, 1e-6)), np.log(np.maximum(result, 1e-6)))
+        known = (level > 0) & (result > 0)  # others have no logarithm
+        return _slope(np.log(level[known]), np.log(result[known]))
     if protocol.task == "tracking":
         return _tracked(level, 0.01 * result)
     if protocol.task == "adjustment":
@@ -132,20 +140,18 @@ def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
         half = _half(left.std(ddof=1), left.size)
         mean = float(left.mean())
         return {"value": mean, "low": mean - half, "high": mean + half, "spread": float(left.std(ddof=1))}
-    scores = protocol.method.scores
-    guess = 0.5 if protocol.task in ("2ifc", "2afc") and scores == "correct" else None
-    found = fit(level, result, guess, low=0.0 if guess else None)
-    scale = jnd(found, scores) / (found.threshold if scores == "correct" else found.spread)
-    ends = (found.threshold_low, found.threshold_high) if scores == "correct" else (found.spread_low, found.spread_high)
-    value = {"value": jnd(found, scores), "low": scale * ends[0], "high": scale * ends[1]}
-    if protocol.task not in ("2ifc", "2afc"):
-        value = {"value": found.threshold, "low": found.threshold_low, "high": found.threshold_high}
-    return found._asdict() | value
+    found = fit(level, result, protocol.guess or None, low=nothing_at(protocol), ends=protocol.method.extremes())
+    value = (found.threshold, found.threshold_low, found.threshold_high)
+    if measure(protocol)[0] == "JND":
+        value = (JND_Z * found.spread, JND_Z * found.spread_low, JND_Z * found.spread_high)
+    return found._asdict() | dict(zip(("value", "low", "high"), value, strict=True))
 
 
 def _slope(x: Any, y: Any) -> dict[str, Any]:
     if x.size < 3 or np.ptp(x) <= 0:
         raise must_be("slope", x.size, "at least 3, at two levels", "trials")
+    if np.ptp(y) <= 0:
+        raise FrictionloopError(f"slope: {x.size} answers, all alike")
     line = linregress(x, y)
     half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
     slope = float(line.slope)
@@ -197,7 +203,7 @@ def pooled(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
             except FrictionloopError as error:
                 row["why"] = str(error)
             rows.append(row)
-    return pandas.DataFrame(rows)
+    return pandas.DataFrame(rows).assign(unit=unit_found(protocol))
 
 
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
@@ -205,14 +211,31 @@ def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
     rows = []
     for (condition, over), some in fitted.groupby(["condition", "level"], sort=False):
         known = some.dropna(subset=["value"])
-        values, n = known["value"].to_numpy(), len(known)
-        mean = float(values.mean()) if n else math.nan
-        sd = float(values.std(ddof=1)) if n > 1 else math.nan
-        half = _half(sd, n) if n > 1 else math.nan
-        low, high = (mean - half, mean + half) if n != 1 else tuple(known[["low", "high"]].iloc[0])
-        row = {"condition": condition, "level": over, "participants": n, "without": len(some) - n}
-        rows.append(row | {"mean": mean, "sd": sd, "low": low, "high": high})
+        row = {"condition": condition, "level": over, **_mean(known["value"].to_numpy(), len(some))}
+        if len(known) == 1:
+            row |= known[["low", "high"]].iloc[0].to_dict()
+        rows.append(row)
     return pandas.DataFrame(rows)
+
+
+def contrasts(protocol: Protocol, fitted: pandas.DataFrame) -> pandas.DataFrame:
+    """Return how much each condition differs from the protocol's first in the same participants, as of `groups`."""
+    first, *others = (each.name for each in protocol.conditions)
+    rows, unit = [], unit_found(protocol)
+    for over, some in fitted.groupby("level", sort=False):
+        values = some.pivot(index="participant", columns="condition", values="value").reindex(columns=[first, *others])
+        for other in others:
+            both = (values[other] - values[first]).dropna().to_numpy()
+            rows.append({"condition": f"{other} - {first}", "level": over, **_mean(both, len(values)), "unit": unit})
+    return pandas.DataFrame(rows)
+
+
+def _mean(values: Any, people: int) -> dict[str, Any]:
+    """Return the mean of participants' values with its 95 % interval by the t-distribution, and how many have none."""
+    n = len(values)
+    mean, sd = float(values.mean()) if n else math.nan, float(values.std(ddof=1)) if n > 1 else math.nan
+    half = _half(sd, n) if n > 1 else math.nan
+    return {"participants": n, "without": people - n, "mean": mean, "sd": sd, "low": mean - half, "high": mean + half}
 
 
 def funnel(trials: pandas.DataFrame) -> pandas.DataFrame:
