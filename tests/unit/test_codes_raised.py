@@ -338,15 +338,16 @@ def effects():
     yield R.import_effect("c.ahap", full_n=0.2)
 
 
-@raises("STUDY-REACH", "STUDY-UNFITTED", "STUDY-GIVEN-UP", "STUDY-LEVELS")
+@raises("STUDY-REACH", "STUDY-UNFITTED", "STUDY-GIVEN-UP", "STUDY-LEVELS", "STUDY-LOG")
 def studies():
-    yield X.check(X.read_protocol("magnitude-estimation").evolve({"method.levels": [1.3, 1.4]}))
+    yield X.check(X.read_protocol("magnitude-estimation").evolve({"method.levels": [1.1, 1.2]}))
     folder = X.run(
         X.read_protocol("jnd-friction-staircase").evolve({"stop.trials": 2}), Path("P"), "P", trials=1
     ).folder
     events = {"event": "adjusted", "what": "levels", "factor": 0.8}, {"event": "given up", "marked": 20}
     with (folder / "log.jsonl").open("a") as log:
         log.writelines(json.dumps(each | {"condition": "closed"}) + "\n" for each in events)
+        log.write("{torn\n")
     found = X.resume(folder)
     assert (found.levels_factor, found.given_up) == (0.8, {"closed": 20})
     yield found

@@ -80,7 +80,8 @@ def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
     ------
     FrictionloopError
         For a field of the system or the effect that is not there, an effect that does not fit the plate, a stroke that
-        is longer than the plate, or a protocol without an end; naming field and trial.
+        is longer than the plate, forces that no finger can be given, or a protocol without an end; naming field and
+        trial.
     """
     base = (system or study_system()).evolve(protocol.system)
     for condition in protocol.conditions:
@@ -95,14 +96,16 @@ def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
             except FrictionloopError as error:
                 raise FrictionloopError(f"condition {condition.name}, level {level:g}: {error}") from None
     runs = [_dry(protocol, right) for right in (True, False)]
-    share = share_in_reach(protocol, base, fingers(PEOPLE, 0))
+    share, wanted = share_in_reach(protocol, base, fingers(PEOPLE, 0)), needed(protocol)
+    if share == 0.0:
+        raise FrictionloopError(f"forces = {between(*wanted[:2], 'N')}: in reach of none of {PEOPLE} fingers")
     few = [Finding("STUDY-REACH", value=100.0 * share, unit="%")] if share < FEW else []
     return ProtocolCheck(
         name=protocol.name,
         title=protocol.title,
         trials=(runs[0][0], runs[1][0]),
         duration_s=max(each[1] for each in runs),
-        needed=needed(protocol),
+        needed=wanted,
         share_in_reach=share,
         findings=tuple(few),
     )
