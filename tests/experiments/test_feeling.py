@@ -54,7 +54,7 @@ def test_told_magnitudes_have_the_exponent_of_the_observer(task, exponent, monke
     monkeypatch.setattr(SimulatedParticipant, "percept", lambda self, size: (size, np.hypot(0.7, 0.2 * size)))
     for seed in range(20):
         person = SimulatedParticipant(plan, {}, seed, Observer(exponent=exponent))
-        told = [float(person.answers(trial, 1, [size]).response) for trial, size in enumerate(sizes)]
+        told = [float(person.answers(trial, 1, [size])[0]) for trial, size in enumerate(sizes)]
         rows = {"participant": "P", "condition": "closed", "counted": 1, "requested": sizes, "result": told}
         found = fits(plan, pandas.DataFrame(rows), ("requested",)).iloc[0]
         held += found["low"] <= exponent <= found["high"]

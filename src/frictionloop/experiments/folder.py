@@ -15,7 +15,7 @@ import pandas  # type: ignore[import-untyped]
 import xarray as xr
 
 from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
-from frictionloop.experiments.trials import COLUMNS, header, line_of, read_rows, whole_lines, whole_part, whole_row
+from frictionloop.experiments.trials import COLUMNS, line_of, read_rows, whole_lines, whole_part, whole_row
 from frictionloop.findings import Finding
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
@@ -127,7 +127,7 @@ def new(
     }
     try:
         (path / RAW).mkdir(parents=True, exist_ok=True)
-        for name, text in ((TABLE, header()), (LOG, "")):
+        for name, text in ((TABLE, "\t".join(COLUMNS) + "\n"), (LOG, "")):
             with (path / name).open("x", encoding="utf-8") as file:
                 file.write(text)
         (path / PROTOCOL).write_text(to_toml(protocol), encoding="utf-8")

@@ -187,11 +187,6 @@ class Interleaved(Handler):
         return all(each.finished for each in self.tracks.values())
 
     @property
-    def results(self) -> tuple[int, ...]:  # type: ignore[override]
-        """What a response to the track drawn may be."""
-        return self.tracks[self.track].results
-
-    @property
     def state(self) -> str:
         """What the track drawn knows."""
         return self.tracks[self.track].state
@@ -209,6 +204,7 @@ class Interleaved(Handler):
         left = [name for name, each in self.tracks.items() if not each.finished]
         if left:
             self.track = left[int(self._rng.integers(len(left)))]
+            self.results = self.tracks[self.track].results
 
 
 class Adjustment(Handler):

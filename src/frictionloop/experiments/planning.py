@@ -10,7 +10,7 @@ import numpy as np
 import pandas  # type: ignore[import-untyped]
 from scipy.stats import t as student
 
-from frictionloop.experiments.needed import Needed, needed, share_in_reach
+from frictionloop.experiments.needed import Needed, in_reach, needed
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.sequence import TrialOrder
@@ -96,7 +96,8 @@ def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
             except FrictionloopError as error:
                 raise FrictionloopError(f"condition {condition.name}, level {level:g}: {error}") from None
     runs = [_dry(protocol, right) for right in (True, False)]
-    share, wanted = share_in_reach(protocol, base, fingers(PEOPLE, 0)), needed(protocol)
+    wanted = needed(protocol)
+    share = float(np.mean([in_reach(protocol, finger, base) for finger in fingers(PEOPLE, 0)]))
     if share == 0.0:
         raise FrictionloopError(f"forces = {between(*wanted[:2], 'N')}: in reach of none of {PEOPLE} fingers")
     few = [Finding("STUDY-REACH", value=100.0 * share, unit="%")] if share < FEW else []

@@ -28,7 +28,7 @@ from frictionloop.parameters.toml_files import read_tree
 from frictionloop.parameters.written import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing, unit_of
 from frictionloop.rendering.effect import AnyEffect, Effect
-from frictionloop.rendering.effect_toml import effect_of
+from frictionloop.rendering.effect_toml import changed
 from frictionloop.rendering.library import LIBRARY
 
 Task = Literal["2ifc", "2afc", "yes_no", "same_different", "magnitude", "adjustment", "tracking"]
@@ -75,7 +75,7 @@ class Stimulus(Block):
         FrictionloopError
             For a field that the effect does not have, or a value that it does not take.
         """
-        return with_fields(self.effect, {**(changes or {}), self.field: self.value(level)})
+        return changed(self.effect, {**(changes or {}), self.field: self.value(level)})
 
 
 class Protocol(Description):
@@ -250,24 +250,3 @@ def new(path: str | os.PathLike[str], start: str = "jnd-friction-staircase") -> 
 
 
 _FOLDER = resources.files("frictionloop.experiments") / "protocols"
-
-
-def with_fields(effect: Effect, changes: dict[str, Any]) -> Effect:
-    """Return an effect with some fields changed, by dotted names; numbers name one of several parts."""
-    tree = effect.model_dump()
-    for name, value in changes.items():
-        node: Any = tree
-        *parents, leaf = name.split(".")
-        for part in parents:
-            node = node[int(part)] if isinstance(node, (list, tuple)) and part.isdigit() else _inside(node, part, name)
-        if not isinstance(node, dict) or leaf not in node:
-            known = ", ".join(node) if isinstance(node, dict) else "none"
-            raise FrictionloopError(f"effect.{name} is unknown; accepted: {known}")
-        node[leaf] = value
-    return effect_of(tree, "effect.")
-
-
-def _inside(node: Any, part: str, name: str) -> Any:
-    if not isinstance(node, dict) or part not in node:
-        raise FrictionloopError(f"effect.{name} is unknown; there is no {part}")
-    return node[part]

@@ -90,6 +90,11 @@ def named_found(protocol: Protocol) -> str:
     return ", ".join(each for each in (measure(protocol)[0], unit_found(protocol)) if each != "1")
 
 
+def counted(trials: pandas.DataFrame) -> pandas.DataFrame:
+    """Return the trials that the method was told of."""
+    return trials[(trials["counted"] == 1) & np.isfinite(trials["result"])]
+
+
 def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
     """Return one row per participant, condition and kind of level; one without a value says why.
 
@@ -110,12 +115,12 @@ def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = L
     """
     rows = []
     for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
-        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
+        known = counted(some)
         for over in levels:
             row: dict[str, Any] = {"participant": participant, "condition": condition, "level": over}
-            row |= {"trials": len(counted), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
+            row |= {"trials": len(known), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
             try:
-                row |= _found(protocol, counted[over].to_numpy(float), counted["result"].to_numpy(float))
+                row |= _found(protocol, known[over].to_numpy(float), known["result"].to_numpy(float))
             except FrictionloopError as error:
                 row["why"] = str(error)
             rows.append(row)
@@ -137,14 +142,13 @@ def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
         left = level[result == 0]
         if left.size < 2:
             raise FrictionloopError(f"{left.size} settings; 2 are needed")
-        half = _half(left.std(ddof=1), left.size)
-        mean = float(left.mean())
-        return {"value": mean, "low": mean - half, "high": mean + half, "spread": float(left.std(ddof=1))}
-    found = fit(level, result, protocol.guess or None, low=nothing_at(protocol), ends=protocol.method.extremes())
-    value = (found.threshold, found.threshold_low, found.threshold_high)
+        found = _mean(left, left.size)
+        return {"value": found["mean"], "low": found["low"], "high": found["high"], "spread": found["sd"]}
+    function = fit(level, result, protocol.guess or None, low=nothing_at(protocol), ends=protocol.method.extremes())
+    value = (function.threshold, function.threshold_low, function.threshold_high)
     if measure(protocol)[0] == "JND":
-        value = (JND_Z * found.spread, JND_Z * found.spread_low, JND_Z * found.spread_high)
-    return found._asdict() | dict(zip(("value", "low", "high"), value, strict=True))
+        value = (JND_Z * function.spread, JND_Z * function.spread_low, JND_Z * function.spread_high)
+    return function._asdict() | dict(zip(("value", "low", "high"), value, strict=True))
 
 
 def _slope(x: Any, y: Any) -> dict[str, Any]:
@@ -170,10 +174,6 @@ def _tracked(level: Any, answer: Any) -> dict[str, Any]:
     return best
 
 
-def _half(sd: float, n: int) -> float:
-    return float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * float(sd) / math.sqrt(n)
-
-
 CELLS = 80
 """Levels that delivered ones are rounded to where trials of all participants are fitted together (assumed)."""
 
@@ -189,21 +189,15 @@ def pooled(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
     protocol, trials
         As of `fits`.
     """
-    rows: list[dict[str, Any]] = []
     if measure(protocol)[0] not in ("JND", "threshold"):
-        return pandas.DataFrame(rows)
-    for condition, some in trials.groupby("condition", sort=False):
-        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
-        for over in LEVELS:
-            row: dict[str, Any] = {"condition": condition, "level": over, "participants": some["participant"].nunique()}
-            level = counted[over].to_numpy(float)
-            step = np.ptp(level) / CELLS if level.size else 0.0
-            try:
-                row |= _found(protocol, np.round(level / step) * step if step > 0 else level, counted["result"])
-            except FrictionloopError as error:
-                row["why"] = str(error)
-            rows.append(row)
-    return pandas.DataFrame(rows).assign(unit=unit_found(protocol))
+        return pandas.DataFrame()
+    together, by = trials.assign(participant="all"), trials.groupby("condition")
+    for over in LEVELS:
+        step = (by[over].transform("max") - by[over].transform("min")) / CELLS
+        together[over] = np.round(trials[over] / step.where(step > 0.0, 1.0)) * step.where(step > 0.0, 1.0)
+    people = trials.groupby("condition", sort=False)["participant"].nunique()
+    found = fits(protocol, together).drop(columns="participant")
+    return found.assign(participants=found["condition"].map(people))
 
 
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
@@ -234,7 +228,7 @@ def _mean(values: Any, people: int) -> dict[str, Any]:
     """Return the mean of participants' values with its 95 % interval by the t-distribution, and how many have none."""
     n = len(values)
     mean, sd = float(values.mean()) if n else math.nan, float(values.std(ddof=1)) if n > 1 else math.nan
-    half = _half(sd, n) if n > 1 else math.nan
+    half = float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * sd / math.sqrt(n) if n > 1 else math.nan
     return {"participants": n, "without": people - n, "mean": mean, "sd": sd, "low": mean - half, "high": mean + half}
 
 

@@ -112,11 +112,6 @@ def rate_of(run: xr.Dataset) -> float:
     return float(system_of(run).controller.rate_hz)
 
 
-def columns(found: Measures, interval: int) -> dict[str, Any]:
-    """Return the measures of an interval, counted from 1, as columns of a row."""
-    return {f"{name}_{interval}": value for name, value in found._asdict().items() if name != "level"}
-
-
 MEASURED = {
     "force_mean_n": "mean delivered force, N",
     "force_sd_n": "standard deviation of it, N",
@@ -205,11 +200,6 @@ def delivered_level(protocol: Protocol, level: float, comparison: int, found: Se
 def line_of(row: Mapping[str, Any]) -> str:
     """Return a row as a line of the table; numbers so that they are read back as they were."""
     return "\t".join(_text(row.get(name)) for name in COLUMNS) + "\n"
-
-
-def header() -> str:
-    """Return the first line of the table."""
-    return "\t".join(COLUMNS) + "\n"
 
 
 def whole_row(line: str) -> bool:
