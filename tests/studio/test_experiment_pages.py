@@ -160,6 +160,29 @@ def test_an_answer_that_is_given_while_the_link_is_away_is_not_lost(page, sessio
 
 
 @slow
+def test_a_key_that_is_held_since_before_the_question_is_no_answer(page, session):
+    going = session()
+    page.goto(going.addresses.participant)
+    until(lambda: page.is_visible("#go"))
+    page.click("#go")
+    until(lambda: page.evaluate("document.body.dataset.step === 'stroke'"))
+    held = ("1", "Enter")
+    for key in held:
+        page.keyboard.down(key)
+    asked(page)
+    page.focus("[data-choice='2']")
+    for key in held * 2:
+        page.keyboard.down(key)  # as a keyboard repeats it
+    time.sleep(0.3)
+    assert page.evaluate("document.body.dataset.step") == "answer"
+    for key in held:
+        page.keyboard.up(key)
+    page.keyboard.press("Enter")
+    until(lambda: len(read_trials(going.path)) == 1)
+    assert read_trials(going.path)["response"][0] == "2"
+
+
+@slow
 def test_the_participants_token_does_not_open_the_experimenters_page(session, page):
     going = session()
     page.excused = ("403", "404")  # the second is the icon that a browser asks for beside plain text
