@@ -43,13 +43,14 @@ class Folder:
 
     def __init__(self, path: Path, protocol: Protocol, system: System, about: dict[str, Any]) -> None:
         self.path, self.protocol, self.system, self.about = path, protocol, system, about
-        self._lock = _locked(path)
+        if (lock := alone(path / LOCK)) is None:
+            raise FrictionloopError(f"{path}: another run goes on")
+        self._lock = lock
         try:
             self.cut = _mended(path / TABLE, whole_row)
             _mended(path / LOG, _is_event)
             self.rows = read_rows(path / TABLE)
-            self._table = _appending(path / TABLE)
-            self._log = _appending(path / LOG)
+            self._table, self._log = (os.open(path / name, os.O_WRONLY | os.O_APPEND) for name in (TABLE, LOG))
         except BaseException:
             os.close(self._lock)
             raise
@@ -190,17 +191,6 @@ def _is_event(line: str) -> bool:
 def now() -> str:
     """Return the time for a log."""
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
-
-
-def _locked(path: Path) -> int:
-    """Return the handle that keeps others out."""
-    if (handle := alone(path / LOCK)) is None:
-        raise FrictionloopError(f"{path}: another run goes on")
-    return handle
-
-
-def _appending(path: Path) -> int:
-    return os.open(path, os.O_WRONLY | os.O_APPEND)
 
 
 def _append(handle: int, line: str, path: Path, what: str) -> None:

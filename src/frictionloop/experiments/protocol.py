@@ -152,13 +152,9 @@ class Protocol(Description):
         return given
 
     @model_validator(mode="after")
-    def _agrees(self) -> Self:
+    def _fits(self) -> Self:
         check_stop(self.stop, self.method.kind)
         check_guide(self.timeline.stroke, self.validity)
-        return self
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
             raise must_be("conditions", names, "names that differ")
