@@ -142,11 +142,6 @@ def test_quest_has_the_posterior_of_a_logistic_that_is_as_steep_in_the_middle_as
     assert quest.estimate() == pytest.approx(threshold @ posterior / posterior.sum(), rel=1e-9)
 
 
-def test_quest_finds_a_threshold():
-    found = [answered(Quest(0.0, 1.0, 0.1, trials=60), 0.4, 0.1, seed).estimate() for seed in range(8)]
-    assert np.mean(found) == pytest.approx(0.4, abs=0.03)
-
-
 def test_psi_ends_when_the_threshold_is_known_well_enough():
     psi = Psi(np.linspace(0, 1, 21), np.linspace(0, 1, 41), np.geomspace(0.05, 0.3, 5), trials=None, width=0.2)
     answered(psi, 0.4, 0.1)

@@ -1,8 +1,6 @@
 """Studies with simulated participants: what is put in comes out, and every bundled protocol runs."""
 
 import itertools
-import json
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,7 +10,7 @@ import pytest
 from scipy.stats import ttest_rel
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, read_protocol, session_export
+from frictionloop.experiments import Protocol, read_protocol, read_trials, session_export
 from frictionloop.experiments.needed import needed
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.planning import check
@@ -20,7 +18,7 @@ from frictionloop.experiments.protocol import bundled, to_toml
 from frictionloop.experiments.psychometric import fit, probability
 from frictionloop.experiments.sequence import TrialOrder, latin_square
 from frictionloop.experiments.session_run import run
-from frictionloop.experiments.study import STUDY, simulate_trials, study_of, study_system
+from frictionloop.experiments.study import STUDY, outside, simulate_trials, study_of, study_system, unfitted
 from frictionloop.experiments.study_summary import contrasts, fits, funnel, groups
 from frictionloop.experiments.trials import number_of, scored
 from frictionloop.parameters.toml_files import read_tree
@@ -126,7 +124,7 @@ def test_the_95_percent_interval_holds_the_threshold_95_times_in_100():
 
 
 @pytest.mark.parametrize(("name", "press"), [("study-friction", "1"), ("jnd-friction-constant", "2")])
-def test_of_a_robot_that_presses_one_key_nothing_is_found(name, press):
+def test_of_a_robot_that_presses_one_key_nothing_is_found_among_the_levels(name, press):
     plan, rows = read_protocol(name), []
     for code in ("P01", "P02", "P03"):
         order = TrialOrder(plan, code)
@@ -137,9 +135,12 @@ def test_of_a_robot_that_presses_one_key_nothing_is_found(name, press):
                 "requested": trial.level, "delivered": trial.level, "result": result, "onset_s": 0.0, "offset_s": 1.0,
             })  # fmt: skip
             order.tell(rows[-1])
-    found = fits(plan, pandas.DataFrame(rows))
-    assert found["value"].isna().all()
-    assert set(found["why"]) == {"fit: answers do not go with the level"}
+    found = fits(plan, pandas.DataFrame(rows), ("requested",))
+    low, high = plan.method.extremes()
+    assert not found["value"].between(low, high).any()
+    codes = {each.code: each.value for each in (*unfitted(found, "one"), *outside(plan, found))}
+    assert sum(codes.values()) == len(found)
+    assert codes["STUDY-UNFITTED"] > codes.get("STUDY-OUTSIDE", 0)
 
 
 def test_a_difference_of_conditions_is_paired_and_has_its_unit():
@@ -262,15 +263,7 @@ def session(tmp_path_factory):
 
 
 def test_an_export_is_read_back_by_other_programs(session, tmp_path):
-    session_export.bids(session, tmp_path / "bids")
-    stem = tmp_path / "bids" / "sub-P01" / "beh" / "sub-P01_task-jndfrictionstaircase"
-    beh = pandas.read_csv(f"{stem}_beh.tsv", sep="\t")
-    events = pandas.read_csv(f"{stem}_events.tsv", sep="\t")
-    physio = pandas.read_csv(f"{stem}_physio.tsv.gz", sep="\t", header=None)
-    about = json.loads(Path(f"{stem}_physio.json").read_text())
-    assert len(events) == len(beh)
-    assert physio.shape == (len(beh) * 2 * 2500, len(about["Columns"]))
-    assert about["SamplingFrequency"] == 5000.0
+    beh = read_trials(session)
     session_export.csv(session, tmp_path / "p.csv")
     table = pandas.read_csv(tmp_path / "p.csv")
     assert (table["intensity"] == beh["requested"]).all()

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import joblib
 import numpy as np
+import pandas
 import pytest
 import simulated_lab
 import xarray as xr
@@ -24,6 +25,7 @@ from frictionloop.cli.studio import _given as on_page
 from frictionloop.design import bench_limits
 from frictionloop.design.comparison import law_comparison
 from frictionloop.device.errors import FAULTS, fault_code
+from frictionloop.experiments.study import outside
 from frictionloop.findings import CATALOGUE, Result
 from frictionloop.findings.render import lines
 from frictionloop.firmware import image
@@ -338,7 +340,7 @@ def effects():
     yield R.import_effect("c.ahap", full_n=0.2)
 
 
-@raises("STUDY-REACH", "STUDY-UNFITTED", "STUDY-GIVEN-UP", "STUDY-LEVELS", "STUDY-LOG")
+@raises("STUDY-REACH", "STUDY-UNFITTED", "STUDY-GIVEN-UP", "STUDY-LEVELS", "STUDY-LOG", "STUDY-OUTSIDE")
 def studies():
     yield X.check(X.read_protocol("magnitude-estimation").evolve({"method.levels": [1.1, 1.2]}))
     folder = X.run(
@@ -352,6 +354,8 @@ def studies():
     assert (found.levels_factor, found.given_up) == (0.8, {"closed": 20})
     yield found
     yield X.report(folder)
+    plan, found = X.read_protocol("jnd-friction-staircase"), {"level": ["requested"], "value": [0.5]}
+    yield list(outside(plan, pandas.DataFrame(found)))
 
 
 @raises("BOARD-RATE", "BOARD-CARRIER", "BOARD-STEPS", "BOARD-POSITION", "CEILING-REACH", "FIRST-RUN", "TICK-LATE")

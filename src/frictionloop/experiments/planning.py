@@ -244,7 +244,7 @@ def power(
     Raises
     ------
     FrictionloopError
-        For an effect or a number out of range.
+        For an effect or a number out of range, or a pool of whom nothing is found.
     """
     if min(participants) < 2:
         raise must_be("participants", min(participants), "at least 2")
@@ -259,6 +259,8 @@ def power(
         pairs = differences(plans, [first_trials(table, count) for table in tables])
         for condition, change in pairs.items():
             known = change[np.isfinite(change)]
+            if not known.size:
+                raise FrictionloopError(f"power: no {measure(protocol)[0]} of {pool} participants in {condition}")
             for n in participants:
                 found = shares(known, n, studies, seed)
                 row = {"condition": condition, "trials": count, "participants": n, "power": found[0]}

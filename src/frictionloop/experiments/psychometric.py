@@ -6,7 +6,7 @@ import math
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from scipy.special import expit, ndtr, ndtri
+from scipy.special import betaln, expit, logsumexp, ndtr, ndtri, xlog1py, xlogy
 from scipy.stats import beta as beta_law
 from scipy.stats import chi2
 
@@ -110,8 +110,8 @@ def fit(
     Raises
     ------
     FrictionloopError
-        For fewer than 5 trials, levels or results that are all alike, or answers that a guess explains: a likelihood
-        ratio below the 95 % quantile of chi-square.
+        For fewer than 5 trials, levels or results that are all alike, or answers that guessing alone explains better
+        than the functions do, by their Bayes factor.
     """
     x, r = numbers("level", level, ""), numbers("result", result, "", 0.0, 1.0)
     if x.size != r.size or x.size < 5 or np.ptp(x) <= 0:
@@ -120,12 +120,10 @@ def fit(
         raise FrictionloopError(f"fit: {x.size} answers, all alike")
     within = ends if ends and ends[0] < ends[1] else (float(x.min()), float(x.max()))
     grids, prior = grids_of(within, guess, low, shape)
-    log_l = _log_likelihood(x, r, grids, shape)
-    chance = float(r.mean()) if guess is None else guess
-    guessed = r.sum() * math.log(chance) + (x.size - r.sum()) * math.log1p(-chance) if chance else -math.inf
-    if 2.0 * (log_l.max() - guessed) < chi2.ppf(COVERAGE, 2):
+    joint = _log_likelihood(x, r, grids, shape) + prior
+    if logsumexp(joint) - logsumexp(np.broadcast_to(prior, joint.shape)) < _log_guessed(r, guess):
         raise FrictionloopError("fit: answers do not go with the level")
-    post = np.exp(log_l + prior - (log_l + prior).max())
+    post = np.exp(joint - joint.max())
     a, b, lapse, g = (
         middle(post.sum(axis=tuple(k for k in range(4) if k != axis)), grid) for axis, grid in enumerate(grids)
     )
@@ -172,6 +170,12 @@ def _log_likelihood(x: Array, r: Array, grids: tuple[Array, ...], shape: Shape) 
         p = np.clip(probability(level, a, b, g, lapse, shape), 1e-9, 1 - 1e-9)
         total += k * np.log(p) + (n - k) * np.log1p(-p)
     return total
+
+
+def _log_guessed(r: Array, guess: float | None) -> float:
+    """Return the log likelihood of answers that do not know the level; of any one rate where there is no guess."""
+    k, wrong = float(r.sum()), float(r.size - r.sum())
+    return float(betaln(1.0 + k, 1.0 + wrong) if guess is None else xlogy(k, guess) + xlog1py(wrong, -guess))
 
 
 def _log_prior(rates: Array) -> Array:

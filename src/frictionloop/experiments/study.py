@@ -260,7 +260,7 @@ def study_of(
         pooled=pooled(protocol, trials),
         funnel=funnel(trials),
         reaches=pandas.DataFrame() if of_fingers is None else of_fingers,
-        findings=(*findings, *unfitted(fitted, measure(protocol)[0])),
+        findings=(*unfitted(fitted, measure(protocol)[0]), *outside(protocol, fitted), *findings),
     )
 
 
@@ -269,6 +269,14 @@ def unfitted(fitted: pandas.DataFrame, name: str) -> Iterator[Finding]:
     over = fitted[(fitted["level"] == "requested") & (fitted["why"] != "")]
     for why, count in over["why"].value_counts(sort=False).items():
         yield Finding("STUDY-UNFITTED", value=int(count), more={"measure": name, "reason": str(why)})
+
+
+def outside(protocol: Protocol, fitted: pandas.DataFrame) -> Iterator[Finding]:
+    """Yield how many thresholds lie outside the levels that were asked for."""
+    if measure(protocol)[0] in ("JND", "threshold"):
+        value = fitted.loc[fitted["level"] == "requested", "value"].dropna()
+        if count := int((~value.between(*protocol.method.extremes())).sum()):
+            yield Finding("STUDY-OUTSIDE", value=count, more={"measure": measure(protocol)[0]})
 
 
 def simulate(
