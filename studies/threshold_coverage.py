@@ -1,7 +1,8 @@
 """How right thresholds of 60 trials are: bias, and how often the 95 % interval holds, beside psignifit 4.
 
 ``python -m studies.threshold_coverage [SESSIONS [OF_PSIGNIFIT]]`` simulates sessions of a staircase, psi and constant
-stimuli, whose observers answer by g + (1 - g - l) Phi((x - a)/b) with g = 1/2, and fits each.
+stimuli, and fits each. Observers answer by a function of the family that is fitted, g + (1 - g - l) Phi((x - a)/b) with
+g = 1/2, or by signal detection, (1 - l) Phi(z(3/4) x/a) + l/2: 1/2 at level 0, and never steep.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from frictionloop.experiments import fit, read_protocol
 from frictionloop.experiments.method_kinds import ConstantMethod, MethodModel
-from frictionloop.experiments.psychometric import probability
+from frictionloop.experiments.psychometric import JND_Z, probability
 from frictionloop.experiments.timeline import Stop
 from frictionloop.quantities import FrictionloopError
 from studies.kept import keep
@@ -38,11 +40,17 @@ HEADS = (
 
 
 class Observer(NamedTuple):
-    """Threshold and spread, N, and lapse rate of who answers."""
+    """Threshold and spread, N, and lapse rate of who answers; without a spread by signal detection."""
 
     threshold: float
     spread: float
     lapse: float
+
+    def right(self, level: float) -> float:
+        """Return how probable a right answer is."""
+        if self.spread:
+            return float(probability(level, self.threshold, self.spread, 0.5, self.lapse))
+        return 0.5 * self.lapse + (1.0 - self.lapse) * float(ndtr(JND_Z * level / self.threshold))
 
 
 def observers(part: tuple[float, float], seed: int) -> Observer:
@@ -54,8 +62,8 @@ def observers(part: tuple[float, float], seed: int) -> Observer:
 
 DRAWN: dict[str, Callable[[int], Observer]] = {
     COMPARED: lambda seed: observers(INNER, seed),
+    f"{COMPARED}, signal detection": lambda seed: observers(INNER, seed)._replace(spread=0.0),
     "the whole range": lambda seed: observers((0.0, 1.0), seed),
-    "0.05 N, spread 0.03 N, 2 % lapses": lambda seed: Observer(0.05, 0.03, 0.02),
 }
 
 
@@ -63,8 +71,7 @@ def session(method: MethodModel, who: Observer, seed: int) -> tuple[np.ndarray, 
     """Return levels and results of a session of 60 trials."""
     handler, rng = method.handler(seed, Stop(trials=TRIALS), 0.5), np.random.default_rng([seed, 8])
     while len(handler.told) < TRIALS:
-        right = rng.random() < float(probability(handler.level, who.threshold, who.spread, 0.5, who.lapse))
-        handler.add_response(right)
+        handler.add_response(rng.random() < who.right(handler.level))
     return np.array([each.asked for each in handler.told]), np.array([each.result for each in handler.told])
 
 

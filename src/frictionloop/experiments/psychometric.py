@@ -52,7 +52,10 @@ POINTS = (61, 31, 9)
 LARGEST_LAPSE = 0.2
 """Of the grid (assumed)."""
 LAPSE_PRIOR = (1.0, 10.0)
-"""Beta prior of the lapse rate, of the guess rate where it is free (psignifit 4's), and of F where nothing is there."""
+"""Beta prior of the lapse rate, and of the guess rate where it is free (psignifit 4's)."""
+NOTHING_PRIOR = (1.0, 5.0)
+"""Beta prior of F where nothing is there: 0 by right, more where F is not the observer's own (assumed: with it the
+intervals of both kinds of `studies.threshold_coverage` hold)."""
 BEYOND = 0.5
 """Share of the stimulus range by which a threshold may lie outside it, ever less likely (psignifit 4's)."""
 LEVELS = 6
@@ -102,7 +105,7 @@ def fit(
     shape : str
         F, as of `probability`.
     low : float, optional
-        Level at which nothing is there to be told: no threshold is below, and F there has the prior of the lapse rate.
+        Level at which nothing is there to be told: no threshold is below, and F there is small.
     ends : (float, float), optional
         Stimulus range, that of the levels if not given. The prior of the threshold is flat in it and falls as a cosine
         to half a range outside; that of the spread is flat in its logarithm.
@@ -158,7 +161,7 @@ def grids_of(
 
 def nothing_there(low: float, a: Array, b: Array, shape: Shape = "normal") -> Array:
     """Return the logarithm of the prior of functions by F(low), where nothing is there to be told."""
-    return _log_prior(probability(low, a, b, 0.0, 0.0, shape))
+    return _log_prior(probability(low, a, b, 0.0, 0.0, shape), NOTHING_PRIOR)
 
 
 def _log_likelihood(x: Array, r: Array, grids: tuple[Array, ...], shape: Shape) -> Array:
@@ -178,8 +181,8 @@ def _log_guessed(r: Array, guess: float | None) -> float:
     return float(betaln(1.0 + k, 1.0 + wrong) if guess is None else xlogy(k, guess) + xlog1py(wrong, -guess))
 
 
-def _log_prior(rates: Array) -> Array:
-    return np.asarray(beta_law.logpdf(np.clip(rates, 1e-3, None), *LAPSE_PRIOR))
+def _log_prior(rates: Array, law: tuple[float, float] = LAPSE_PRIOR) -> Array:
+    return np.asarray(beta_law.logpdf(np.clip(rates, 1e-3, None), *law))
 
 
 def middle(marginal: Array, grid: Array) -> tuple[float, float, float]:
