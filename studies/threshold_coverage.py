@@ -125,7 +125,7 @@ def rows(sessions: int, compared: int) -> Iterator[list[Any]]:
             yield [*row, compared, *beside, f"{np.nanmedian(ratio):.2f}"]
 
 
-def main(sessions: str = "1000", compared: str = "200") -> None:
+def main(sessions: str = "1000", compared: str = "100") -> None:
     """Write the table."""
     keep("threshold-coverage", "threshold_coverage", HEADS, rows(int(sessions), int(compared)))
 

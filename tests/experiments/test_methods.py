@@ -118,7 +118,7 @@ def test_a_posterior_uses_the_delivered_level_and_a_staircase_the_one_asked_for(
     expected = probability(0.32, grids[1], 0.1)
     assert psi.posterior[:, 0, 0] == pytest.approx(expected / expected.sum())
     told = Psi(*grids, lapse=(0.0,), trials=5, low=0.0).posterior[:, 0, 0]
-    law = beta(1, 5).pdf(norm.cdf(-grids[1] / 0.1))  # of F where nothing is there
+    law = beta(1, 6).pdf(norm.cdf(-grids[1] / 0.1))  # of F where nothing is there
     assert told / told[-1] == pytest.approx(law / law[-1], rel=0.01)
     first, second = Staircase(1.0), Staircase(1.0)
     for _ in range(2):

@@ -53,7 +53,7 @@ LARGEST_LAPSE = 0.2
 """Of the grid (assumed)."""
 LAPSE_PRIOR = (1.0, 10.0)
 """Beta prior of the lapse rate, and of the guess rate where it is free (psignifit 4's)."""
-NOTHING_PRIOR = (1.0, 5.0)
+NOTHING_PRIOR = (1.0, 6.0)
 """Beta prior of F where nothing is there: 0 by right, more where F is not the observer's own (assumed: with it the
 intervals of both kinds of `studies.threshold_coverage` hold)."""
 BEYOND = 0.5
