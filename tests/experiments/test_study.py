@@ -209,7 +209,7 @@ def test_a_number_of_trials_ends_any_method_and_constant_stimuli_end_without():
     ("changes", "said"),
     [
         ({"level_unit": "mm"}, "level_unit = 'mm': must be N, as level_n"),
-        ({"question": " "}, "question"),
+        ({"question": " "}, "question = ' ': must be what is asked"),
         ({"method.start": [0.5]}, r"start = \[0.5\]: must be within 0.005 to 0.2"),
         ({"stimulus.standard": 3.0}, "forces = 3 to 3.2 N: in reach of none of 200 fingers"),
         ({"method": {"kind": "psi", "low": 0.2, "high": 0.1}}, "high = 0.1: must be above low, 0.2"),

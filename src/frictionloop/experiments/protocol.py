@@ -85,7 +85,7 @@ class Protocol(Description):
     """Name in files."""
     title: str = ""
     """One line that says what is measured."""
-    question: Annotated[str, Field(pattern=r"\S")] = "Which felt rougher?"
+    question: str = "Which felt rougher?"
     """What the participant is asked after each trial."""
     task: Task = "2ifc"
     """What a trial is and which answers there are."""
@@ -155,6 +155,8 @@ class Protocol(Description):
     def _fits(self) -> Self:
         check_stop(self.stop, self.method.kind)
         check_guide(self.timeline.stroke, self.validity)
+        if not self.question.strip():
+            raise must_be("question", self.question, "what is asked")
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
             raise must_be("conditions", names, "names that differ")
