@@ -84,6 +84,8 @@ def _level(stimulus: Stimulus, asked: float, force: Array, intended: Array) -> f
     rule = stimulus.delivered
     if rule == "declared":
         rule = DECLARED.get((stimulus.effect.kind, stimulus.field), "asked")  # type: ignore[assignment]
+    if rule == "mean" and stimulus.effect.kind == "constant":
+        return float(force.mean())  # the set-point of a run is drawn into what the finger can be given
     if rule == "mean":
         return asked + float(force.mean() - intended.mean())
     if rule == "contrast" and np.std(intended) > 1e-6:
