@@ -92,6 +92,14 @@ def test_every_bundled_protocol_runs_on_a_device_on_its_own_clock(name, tmp_path
     assert raw.attrs["board"]
 
 
+def test_a_level_that_the_finger_cannot_be_given_is_not_told_as_delivered():
+    plan = short("jnd-friction-constant").evolve({"stimulus.standard": 0.42, "method.levels": [-0.1, 0.1]})
+    finger = {"friction.nominal_n": 0.7, "friction.susceptibility_per_um2": 0.1}  # 0.45 N and more
+    trials = simulate_trials(plan, population=[finger], progress=False).set_index("requested")
+    assert trials["delivered"][-0.1] == pytest.approx(0.0, abs=0.02)
+    assert 0.02 < trials["delivered"][0.1] < 0.09
+
+
 def test_a_study_is_the_same_whoever_takes_part_beside():
     plan = short("jnd-friction-staircase", 3)
     one, two = simulate_trials(plan, participants=1, seed=4), simulate_trials(plan, participants=2, seed=4)
