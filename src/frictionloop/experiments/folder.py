@@ -175,8 +175,7 @@ def logged(path: Path) -> list[dict[str, Any]]:
 
 def unreadable(sessions: Sequence[Path]) -> list[Finding]:
     """Return how many lines of logs cannot be read, if any."""
-    lines = [line for each in sessions for line in whole_lines(each / LOG, _is_event)]
-    count = sum(not _is_event(line) for line in lines)
+    count = sum(not _is_event(line) for each in sessions for line in whole_lines(each / LOG, _is_event))
     return [Finding("STUDY-LOG", value=count)] if count else []
 
 

@@ -162,7 +162,7 @@ class Protocol(Description):
             raise must_be("conditions", names, "names that differ")
         if (unit := unit_of(self.stimulus.field)) and self.level_unit != unit:
             raise must_be("level_unit", self.level_unit, f"{unit}, as {self.stimulus.field}")
-        least = min(self.stimulus.value(each) for each in self.method.extremes())
+        least = self.stimulus.value(self.method.extremes()[0])
         if least < 0.0 and self.attribute == "pattern":
             raise must_be(self.stimulus.field, least, "0 or more: a pattern's strength has no sign")
         if least <= 0.0 and self.task == "magnitude":

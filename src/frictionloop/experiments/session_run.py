@@ -60,7 +60,6 @@ def ran(path: Path) -> Ran:
     given_up = {each["condition"]: int(each["marked"]) for each in events if each["event"] == GIVEN_UP}
     found = [Finding("STUDY-GIVEN-UP", value=marked, more={"condition": name}) for name, marked in given_up.items()]
     found += [Finding("STUDY-LEVELS", value=100.0 * factors[-1], unit="%")] if factors else []
-    found += folder.unreadable([path])
     return Ran(
         folder=path,
         participant=folder.read_session(path)[2]["participant"],
@@ -68,7 +67,7 @@ def ran(path: Path) -> Ran:
         counted=sum(row["counted"] for row in rows),
         levels_factor=factors[-1] if factors else 1.0,
         given_up=given_up,
-        findings=tuple(found),
+        findings=(*found, *folder.unreadable([path])),
     )
 
 

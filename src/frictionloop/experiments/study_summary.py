@@ -145,9 +145,7 @@ def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
         found = _mean(left, left.size)
         return {"value": found["mean"], "low": found["low"], "high": found["high"], "spread": found["sd"]}
     function = fit(level, result, protocol.guess or None, low=nothing_at(protocol), ends=protocol.method.extremes())
-    value = (function.threshold, function.threshold_low, function.threshold_high)
-    if measure(protocol)[0] == "JND":
-        value = (JND_Z * function.spread, JND_Z * function.spread_low, JND_Z * function.spread_high)
+    value = [JND_Z * each for each in function[3:6]] if measure(protocol)[0] == "JND" else function[:3]
     return function._asdict() | dict(zip(("value", "low", "high"), value, strict=True))
 
 
