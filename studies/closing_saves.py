@@ -46,13 +46,13 @@ def read() -> pandas.DataFrame:
 
 
 def saved(kept: pandas.DataFrame) -> list[tuple[str, ...]]:
-    """Return what closing the loop saves by one threshold of each participant: a row for each number of trials."""
-    rng = np.random.default_rng(0)
-    drawn = rng.integers(0, PEOPLE, (DRAWN, PEOPLE))
+    """Return what closing the loop saves by participants with a threshold in both, a row for each number of trials."""
     rows = []
     for count in TRIALS:
         some = kept[(kept["day"] == 1) & (kept["trials"] == count)]
-        own = [1e3 * some[some["loop"] == loop]["threshold_n"].to_numpy() for loop in LOOPS]
+        both = some.pivot(index="participant", columns="loop", values="threshold_n").dropna()
+        drawn = np.random.default_rng(0).integers(0, len(both), (DRAWN, len(both)))
+        own = [1e3 * both[loop].to_numpy() for loop in LOOPS]
         rows.append(
             (
                 str(count),

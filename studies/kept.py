@@ -1,6 +1,6 @@
 """Small tables of results: kept as a file that names its command, and shown between marks on the pages.
 
-``python -m studies.kept`` writes the tables of *pages/*, and of two pages of *docs*, anew from what is kept.
+``python -m studies.kept`` writes the tables of *pages/*, and of three pages of *docs*, anew from what is kept.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.quantities.version import package_version
 
 HERE = Path(__file__).parent
-SHOWN_IN = [HERE.parent / "docs" / name for name in ("validation.md", "which-law.md")]
+SHOWN_IN = [HERE.parent / "docs" / name for name in ("validation.md", "which-law.md", "experiments.md")]
 """Pages of the documentation with tables of a study."""
 RESULTS, PAGES = HERE / "results", HERE / "pages"
 SHOWN = re.compile(r"<!-- results/([\w-]+)\.csv -->\n.*?<!-- end -->", re.DOTALL)

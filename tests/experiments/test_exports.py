@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sysconfig
@@ -70,6 +71,22 @@ def test_the_validator_of_bids_finds_no_error(dataset):
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | {"PATH": path})
     assert "[ERROR]" not in done.stdout + done.stderr
     assert "appears to be BIDS compatible" in done.stdout + done.stderr
+
+
+def test_every_column_with_a_unit_says_it_and_the_readme_names_files_that_are_there(session, dataset, tmp_path):
+    about = json.loads(next(dataset.rglob("*_beh.json")).read_text())
+    units = {name: each["Units"] for name, each in about.items() if isinstance(each, dict) and "Units" in each}
+    assert units["requested"] == units["delivered"] == units["force_mean_n_1"] == "N"
+    assert (units["speed_mm_s_2"], units["rt_s"], units["onset_s"]) == ("mm/s", "s", "s")
+    assert not {"trial", "result", "repeat_of", "felt_index_1"} & set(units)
+    named = [word.strip(".") for word in (dataset / "README").read_text().split() if word.startswith("*")]
+    assert len(named) == 2
+    assert all(list(dataset.rglob(name)) for name in named)
+    shutil.copytree(session, tmp_path / "P01")
+    table = tmp_path / "P01" / "trials.tsv"
+    table.write_text(re.sub(r"raw/\S+", "n/a", table.read_text()))
+    session_export.bids(tmp_path / "P01", tmp_path / "bids")
+    assert "*" not in (tmp_path / "bids" / "README").read_text()
 
 
 def test_traces_are_read_back_by_pandas_and_scipy_with_their_times(session, dataset):

@@ -1,10 +1,11 @@
 """What a simulated participant feels of a pattern, by closed form and in whole strokes."""
 
 import numpy as np
+import pandas
 import pytest
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol
+from frictionloop.experiments import Protocol, fits, read_protocol
 from frictionloop.experiments.participant import (
     Observer,
     SimulatedParticipant,
@@ -44,6 +45,21 @@ def test_a_strength_is_the_rms_of_what_goes_along():
     wave = 2.0 * np.sin(2 * np.pi * place / 4.0 + 0.7)
     assert strength_of_period(wave, place, 4.0) == pytest.approx(np.sqrt(2.0))
     assert strength_along(wave, wave) == pytest.approx(np.sqrt(2.0))
+
+
+@pytest.mark.parametrize(("task", "exponent"), [("friction", 0.5), ("pattern", 0.5), ("pattern", 0.8)])
+def test_told_magnitudes_have_the_exponent_of_the_observer(task, exponent, monkeypatch):
+    plan = read_protocol("magnitude-estimation").evolve({"attribute": task})
+    sizes, held = np.tile(np.geomspace(0.3, 10.0, 6), 10), 0
+    monkeypatch.setattr(SimulatedParticipant, "percept", lambda self, size: (size, np.hypot(0.7, 0.2 * size)))
+    for seed in range(20):
+        person = SimulatedParticipant(plan, {}, seed, Observer(exponent=exponent))
+        told = [float(person.answers(trial, 1, [size])[0]) for trial, size in enumerate(sizes)]
+        rows = {"participant": "P", "condition": "closed", "counted": 1, "requested": sizes, "result": told}
+        found = fits(plan, pandas.DataFrame(rows), ("requested",)).iloc[0]
+        held += found["low"] <= exponent <= found["high"]
+    assert held >= 16  # 0.1 % of 20 that hold in 95 %
+    assert min(told) > 1.0
 
 
 @pytest.mark.slow

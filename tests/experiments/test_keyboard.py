@@ -2,12 +2,15 @@
 
 import io
 import json
+import os
+import threading
 
 import pytest
 
 from frictionloop.experiments import Protocol, run
 from frictionloop.experiments.folder import read_trials
 from frictionloop.experiments.respondent import Aborted, Keyboard, bar
+from frictionloop.experiments.sequence import TrialOrder
 
 PLAN = Protocol(
     stimulus={"standard": 0.35},
@@ -15,6 +18,7 @@ PLAN = Protocol(
     timeline={"stroke": {"length_mm": 10.0}},
     blocks={"practice": 1, "break_every": 2},
     stop={"trials": 3},
+    validity={"least_response_s": 0.0},
 )
 
 
@@ -45,6 +49,26 @@ def test_notes_pauses_and_an_abort_are_in_the_log_and_answers_are_not_taken_for_
     assert [each["event"] for each in events] == ["note", "pause", "go on", "abort", "stopped"]
     assert (events[0]["trial"], events[0]["text"]) == (2, "the finger is wet")
     assert events[-1]["why"] == "aborted at the keyboard"
+
+
+def test_what_was_typed_before_the_question_is_no_answer_but_its_words_are_obeyed():
+    mine, theirs = os.openpty()
+    with os.fdopen(theirs) as keys, os.fdopen(mine, "w", buffering=1) as typed:
+        keyboard, notes = Keyboard(PLAN, keys, io.StringIO()), []
+        keyboard.log = lambda event, **told: notes.append(told.get("text"))
+        typed.write("1\n\n1\nnote dry\n1")  # impatient, and half a line
+        threading.Timer(0.3, typed.write, ["2\n"]).start()
+        found = keyboard.respond(TrialOrder(PLAN, "P01").next(), [])
+    assert (found.response, notes) == ("2", ["dry"])
+    assert found.rt_s > 0.2
+
+
+def test_an_answer_sooner_than_anybody_feels_does_not_count(tmp_path):
+    plan = PLAN.evolve({"validity.least_response_s": 0.1, "fit_to_finger": False})
+    keyboard = Keyboard(plan, io.StringIO("1\n"), io.StringIO())
+    row = read_trials(run(plan, tmp_path / "P01", "P01", respondent=keyboard, trials=1).folder).iloc[0]
+    assert (row["valid"], row["again"], row["response"]) == (0, 1, "1")
+    assert row["reason"].startswith("rt_s=")
 
 
 class Terminal(io.StringIO):

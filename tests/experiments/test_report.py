@@ -47,7 +47,7 @@ def test_a_report_is_one_call_and_one_page_with_its_tables(data, tmp_path):
     found = fl.experiments.report(data)
     fl.experiments.write_page(found, tmp_path / "study.html")
     assert found.about == "1 session, simulated"
-    assert found.groups["participants"].tolist() == [1, 1]
+    assert (found.groups["participants"] + found.groups["without"]).tolist() == [1, 1]
     assert found.reaches["when"].tolist() == ["before", "after"]
     page = (tmp_path / "study.html").read_text()
     for heading in ("Convergence", "All participants together", "Fingers", "What became of the trials"):

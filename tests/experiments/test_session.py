@@ -7,6 +7,7 @@ import signal
 import time
 
 import numpy as np
+import pandas
 import pytest
 
 import frictionloop as fl
@@ -103,6 +104,48 @@ def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
             before = header
     resume(path)
     assert (path / "trials.tsv").read_text() == expected
+
+
+LEFT = {
+    "as it was": lambda text: text,
+    "without its last end": lambda text: text[:-1],
+    "zeros of a lost power supply": lambda text: text + 700 * "\0",
+    "zeros after a row without its end": lambda text: text[:-1] + 9 * "\0",
+    "blank lines": lambda text: text.replace("\n", "\n\n", 3) + "\n \n",
+    "Excel's ends and mark": lambda text: "\ufeff" + text.replace("\n", "\r\n"),
+    "half a row": lambda text: text + text.splitlines()[-1][:-1],
+}
+
+
+@pytest.mark.parametrize("left", LEFT)
+def test_whole_rows_stay_whatever_power_supplies_and_other_programs_leave(whole, tmp_path, left):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    for name in (".DS_Store", "._trials.tsv", "trials (conflicted copy).tsv", "._session.json"):
+        (path / name).write_bytes(b"\0\1Mac OS X")
+    text = (path / "trials.tsv").read_text()
+    (path / "trials.tsv").write_bytes(LEFT[left](text).encode())
+    expected = read_trials(whole)
+    pandas.testing.assert_frame_equal(read_trials(tmp_path), expected)
+    with folder.opened(path) as kept:
+        kept.add(kept.rows[-1])
+        assert len(kept.rows) == len(expected) + 1
+    pandas.testing.assert_frame_equal(read_trials(path).iloc[:-1], expected)
+
+
+def test_a_line_of_the_log_that_cannot_be_read_is_passed_over_and_told(whole, tmp_path):
+    shutil.copytree(whole, tmp_path / "P01")
+    log = tmp_path / "P01" / "log.jsonl"
+    log.write_text("{torn\n[1]\n" + log.read_text() + '{"event": "note"}')
+    assert folder.logged(tmp_path / "P01") == [*folder.logged(whole), {"event": "note"}]
+    (found,) = [each for each in fl.experiments.report(tmp_path).findings if each.code == "STUDY-LOG"]
+    assert found.value == 2
+
+
+def test_a_session_left_before_its_first_trial_has_nothing_to_report(tmp_path):
+    run(PSI, tmp_path / "P01", "P01", trials=0)
+    with pytest.raises(FrictionloopError, match="P01: has no trial"):
+        fl.experiments.report(tmp_path / "P01")
 
 
 def test_two_runs_of_one_session_at_once_are_refused(whole):

@@ -22,6 +22,7 @@ PLAN = Protocol(
     blocks={"practice": 1},
     stop={"trials": 3},
     masking_db=-26.0,
+    validity={"least_response_s": 0.0},
 )
 
 
@@ -156,6 +157,29 @@ def test_an_answer_that_is_given_while_the_link_is_away_is_not_lost(page, sessio
     found = read_trials(going.path)
     assert found["response"][0] == "1"
     assert 0.0 < found["rt_uncertainty_s"][0] < 0.05
+
+
+@slow
+def test_a_key_that_is_held_since_before_the_question_is_no_answer(page, session):
+    going = session()
+    page.goto(going.addresses.participant)
+    until(lambda: page.is_visible("#go"))
+    page.click("#go")
+    until(lambda: page.evaluate("document.body.dataset.step === 'stroke'"))
+    held = ("1", "Enter")
+    for key in held:
+        page.keyboard.down(key)
+    asked(page)
+    page.focus("[data-choice='2']")
+    for key in held * 2:
+        page.keyboard.down(key)  # as a keyboard repeats it
+    time.sleep(0.3)
+    assert page.evaluate("document.body.dataset.step") == "answer"
+    for key in held:
+        page.keyboard.up(key)
+    page.keyboard.press("Enter")
+    until(lambda: len(read_trials(going.path)) == 1)
+    assert read_trials(going.path)["response"][0] == "2"
 
 
 @slow

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import joblib
 import numpy as np
+import pandas
 import pytest
 import simulated_lab
 import xarray as xr
@@ -24,6 +25,7 @@ from frictionloop.cli.studio import _given as on_page
 from frictionloop.design import limiting_parts
 from frictionloop.design.comparison import law_comparison
 from frictionloop.device.errors import FAULTS, fault_code
+from frictionloop.experiments.study import outside
 from frictionloop.findings import CATALOGUE, Result
 from frictionloop.findings.render import lines
 from frictionloop.firmware import image
@@ -339,19 +341,22 @@ def effects():
     yield R.import_effect("c.ahap", full_n=0.2)
 
 
-@raises("STUDY-REACH", "STUDY-UNFITTED", "STUDY-GIVEN-UP", "STUDY-LEVELS")
+@raises("STUDY-REACH", "STUDY-UNFITTED", "STUDY-GIVEN-UP", "STUDY-LEVELS", "STUDY-LOG", "STUDY-OUTSIDE")
 def studies():
-    yield X.check(X.read_protocol("magnitude-estimation").evolve({"method.levels": [1.3, 1.4]}))
+    yield X.check(X.read_protocol("magnitude-estimation").evolve({"method.levels": [1.1, 1.2]}))
     folder = X.run(
         X.read_protocol("jnd-friction-staircase").evolve({"stop.trials": 2}), Path("P"), "P", trials=1
     ).folder
     events = {"event": "adjusted", "what": "levels", "factor": 0.8}, {"event": "given up", "marked": 20}
     with (folder / "log.jsonl").open("a") as log:
         log.writelines(json.dumps(each | {"condition": "closed"}) + "\n" for each in events)
+        log.write("{torn\n")
     found = X.resume(folder)
     assert (found.levels_factor, found.given_up) == (0.8, {"closed": 20})
     yield found
     yield X.report(folder)
+    plan, found = X.read_protocol("jnd-friction-staircase"), {"level": ["requested"], "value": [0.5]}
+    yield list(outside(plan, pandas.DataFrame(found)))
 
 
 @raises(

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from frictionloop.experiments.methods import Handler, Told
-from frictionloop.experiments.psychometric import Shape, probability
+from frictionloop.experiments.psychometric import Shape, middle, nothing_there, probability
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import Array, numbers, whole
 from frictionloop.quantities.extra import needed
@@ -65,7 +65,9 @@ class Staircase(Handler):
         if reversals is None and trials is None:
             raise FrictionloopError("reversals, trials: one is needed")
         self.least, self.most = -math.inf if least is None else least, math.inf if most is None else most
-        self.level = min(max(float(start), self.least), self.most)
+        if not self.least <= start <= self.most:
+            raise must_be("start", start, f"{self.least:g} to {self.most:g}")
+        self.level = float(start)
         self._reversals, self._trials = reversals, trials
         self._row, self._way = 0, 0  # answers of one kind in a row, wrong ones negative; last way, 1 is up
         self.turned: list[float] = []
@@ -116,10 +118,6 @@ class Staircase(Handler):
         self.level = min(max(moved, self.least), self.most)
 
 
-COVERAGE = 0.95
-"""Of the interval whose width ends a method."""
-
-
 class Psi(Handler):
     """psi-marginal (Prins 2013): the level whose answer tells most, on average, of the parameters of interest.
 
@@ -132,7 +130,7 @@ class Psi(Handler):
     levels : sequence of float
         Levels to choose from.
     threshold, spread, lapse : sequence of float
-        Values on the grid, with a flat prior.
+        Values on the grid, with a flat prior but for ``low``.
     guess : float
         Probability of a right answer without a stimulus.
     trials : int
@@ -143,6 +141,8 @@ class Psi(Handler):
         What is of interest besides the threshold: nothing, or the spread.
     shape : str
         Psychometric function, as of `probability`.
+    low : float, optional
+        Level at which nothing is there to be told, as of `fit`.
     """
 
     def __init__(
@@ -156,6 +156,7 @@ class Psi(Handler):
         width: float | None = None,
         interest: Literal["threshold", "both"] = "threshold",
         shape: Shape = "normal",
+        low: float | None = None,
     ) -> None:
         super().__init__()
         if trials is None and width is None:
@@ -166,7 +167,8 @@ class Psi(Handler):
         self._grids = tuple(grids)
         size = tuple(each.size for each in grids)
         self._a, self._b, self._l = np.meshgrid(*grids, indexing="ij", sparse=True)
-        self.posterior: Array = np.full(size, 1.0 / np.prod(size))
+        prior = np.ones(size) if low is None else np.exp(nothing_there(low, self._a, self._b, shape)) + np.zeros(size)
+        self.posterior: Array = prior / prior.sum()
         """Probability of each (threshold, spread, lapse)."""
         self._kept = size[0] if interest == "threshold" else size[0] * size[1]
         # (of interest, levels, nuisance): a sum over the nuisance is then a product of matrices.
@@ -185,21 +187,19 @@ class Psi(Handler):
 
     @property
     def state(self) -> str:
-        """Mean and standard deviation of the threshold's posterior."""
-        mean, sd = self.estimate()
-        return f"threshold={mean:.5g} sd={sd:.3g}"
+        """Median and standard deviation of the threshold's posterior."""
+        median, sd = self.estimate()
+        return f"threshold={median:.5g} sd={sd:.3g}"
 
     def estimate(self) -> tuple[float, float]:
-        """Return mean and standard deviation of the threshold."""
+        """Return median and standard deviation of the threshold."""
         marginal, values = self.posterior.sum(axis=(1, 2)), self._grids[0]
-        mean = float(marginal @ values)
-        return mean, math.sqrt(max(float(marginal @ (values - mean) ** 2), 0.0))
+        sd = math.sqrt(max(float(marginal @ values**2 - (marginal @ values) ** 2), 0.0))
+        return middle(marginal, values)[0], sd
 
     def interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the threshold."""
-        total, values = np.cumsum(self.posterior.sum(axis=(1, 2))), self._grids[0]
-        low, high = np.interp([0.5 - 0.5 * COVERAGE, 0.5 + 0.5 * COVERAGE], total, values)
-        return float(low), float(high)
+        return middle(self.posterior.sum(axis=(1, 2)), self._grids[0])[1:]
 
     def expected_entropy(self) -> Array:
         """Return the expected entropy after the next answer, in nats, of each level."""

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,7 +15,8 @@ import pandas  # type: ignore[import-untyped]
 import xarray as xr
 
 from frictionloop.experiments.protocol import Protocol, read_protocol, to_toml
-from frictionloop.experiments.trials import COLUMNS, header, line_of, read_rows
+from frictionloop.experiments.trials import COLUMNS, line_of, read_rows, whole_lines, whole_part, whole_row
+from frictionloop.findings import Finding
 from frictionloop.loop.record import save
 from frictionloop.parameters import System, read_toml, write_toml
 from frictionloop.quantities import FrictionloopError, must_be, replacing
@@ -42,13 +43,14 @@ class Folder:
 
     def __init__(self, path: Path, protocol: Protocol, system: System, about: dict[str, Any]) -> None:
         self.path, self.protocol, self.system, self.about = path, protocol, system, about
-        self._lock = _locked(path)
+        if (lock := alone(path / LOCK)) is None:
+            raise FrictionloopError(f"{path}: another run goes on")
+        self._lock = lock
         try:
-            self.cut = _whole_lines(path / TABLE)
-            _whole_lines(path / LOG)
+            self.cut = _mended(path / TABLE, whole_row)
+            _mended(path / LOG, _is_event)
             self.rows = read_rows(path / TABLE)
-            self._table = _appending(path / TABLE)
-            self._log = _appending(path / LOG)
+            self._table, self._log = (os.open(path / name, os.O_WRONLY | os.O_APPEND) for name in (TABLE, LOG))
         except BaseException:
             os.close(self._lock)
             raise
@@ -126,7 +128,7 @@ def new(
     }
     try:
         (path / RAW).mkdir(parents=True, exist_ok=True)
-        for name, text in ((TABLE, header()), (LOG, "")):
+        for name, text in ((TABLE, "\t".join(COLUMNS) + "\n"), (LOG, "")):
             with (path / name).open("x", encoding="utf-8") as file:
                 file.write(text)
         (path / PROTOCOL).write_text(to_toml(protocol), encoding="utf-8")
@@ -167,25 +169,27 @@ def read_session(path: Path) -> tuple[Protocol, System, dict[str, Any]]:
 
 
 def logged(path: Path) -> list[dict[str, Any]]:
-    """Return the log of a session, whose last line may be half written."""
-    whole, _, _ = (path / LOG).read_text(encoding="utf-8").rpartition("\n")
-    return [json.loads(line) for line in whole.splitlines()]
+    """Return the log of a session, without lines that cannot be read; the last may be half written."""
+    return [json.loads(line) for line in whole_lines(path / LOG, _is_event) if _is_event(line)]
+
+
+def unreadable(sessions: Sequence[Path]) -> list[Finding]:
+    """Return how many lines of logs cannot be read, if any."""
+    count = sum(not _is_event(line) for each in sessions for line in whole_lines(each / LOG, _is_event))
+    return [Finding("STUDY-LOG", value=count)] if count else []
+
+
+def _is_event(line: str) -> bool:
+    try:
+        told = json.loads(line)
+    except ValueError:
+        return False
+    return isinstance(told, dict) and "event" in told
 
 
 def now() -> str:
     """Return the time for a log."""
     return time.strftime("%Y-%m-%dT%H:%M:%S%z")
-
-
-def _locked(path: Path) -> int:
-    """Return the handle that keeps others out."""
-    if (handle := alone(path / LOCK)) is None:
-        raise FrictionloopError(f"{path}: another run goes on")
-    return handle
-
-
-def _appending(path: Path) -> int:
-    return os.open(path, os.O_WRONLY | os.O_APPEND)
 
 
 def _append(handle: int, line: str, path: Path, what: str) -> None:
@@ -201,16 +205,13 @@ def _append(handle: int, line: str, path: Path, what: str) -> None:
         raise FrictionloopError(f"{path}: {what} cannot be written ({error.strerror or error})") from None
 
 
-def _whole_lines(path: Path) -> int:
-    """Cut off the part of a line that a killed run has left, and return how many bytes that were."""
-    try:
-        data = path.read_bytes()
-        rest = len(data) - (data.rfind(b"\n") + 1)
-        if rest:
-            os.truncate(path, len(data) - rest)
-    except OSError as error:
-        raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None
-    return rest
+def _mended(path: Path, is_whole: Callable[[str], bool]) -> int:
+    """Cut off the part of a line that a killed run has left, end a whole one, and return how many bytes were cut."""
+    kept, before = whole_part(path, is_whole), path.stat().st_size
+    with path.open("r+b") as file:
+        file.write(kept)
+        file.truncate()
+    return max(before - len(kept), 0)
 
 
 def _short(values: xr.DataArray) -> xr.DataArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -22,6 +22,16 @@ Levels = Annotated[tuple[Number, ...], Field(min_length=1, max_length=1000)]
 class MethodModel(Kinded):
     """How levels are chosen."""
 
+    ENDS: ClassVar[tuple[str, ...]] = ("low", "high")
+    """Fields with the least and the largest level."""
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        low, high = self.extremes()
+        if self.ENDS and not low < high:
+            raise must_be(self.ENDS[1], high, f"above {self.ENDS[0]}, {low:g}")
+        return self
+
     @property
     def scores(self) -> Literal["correct", "comparison"]:
         """What the method is told: whether the answer was right, or whether the comparison was chosen."""
@@ -29,7 +39,8 @@ class MethodModel(Kinded):
 
     def extremes(self) -> tuple[float, float]:
         """Return the least and the largest level that can be asked for."""
-        raise NotImplementedError
+        low, high = (float(getattr(self, name)) for name in self.ENDS)
+        return low, high
 
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler; ``seed`` is what it draws by."""
@@ -39,6 +50,7 @@ class MethodModel(Kinded):
 class ConstantMethod(MethodModel):
     """Constant stimuli: each level equally often."""
 
+    ENDS: ClassVar[tuple[str, ...]] = ()
     kind: Literal["constant"] = "constant"
     levels: Levels = (-0.12, -0.08, -0.04, 0.0, 0.04, 0.08, 0.12)
     """Levels; if some are below 0, what counts is whether the comparison was chosen."""
@@ -62,6 +74,7 @@ class ConstantMethod(MethodModel):
 class StaircaseMethod(MethodModel):
     """A staircase, or several that are interleaved and start at different levels."""
 
+    ENDS: ClassVar[tuple[str, ...]] = ("least", "most")
     kind: Literal["staircase"] = "staircase"
     start: Levels = (0.2,)
     """First level; with several there are as many staircases."""
@@ -81,14 +94,10 @@ class StaircaseMethod(MethodModel):
     """Largest level."""
 
     @model_validator(mode="after")
-    def _starts_inside(self) -> StaircaseMethod:
-        if not self.least < self.most or not all(self.least <= each <= self.most for each in self.start):
+    def _starts_inside(self) -> Self:
+        if not all(self.least <= each <= self.most for each in self.start):
             raise must_be("start", list(self.start), f"within {self.least:g} to {self.most:g}")
         return self
-
-    def extremes(self) -> tuple[float, float]:
-        """Return the ends of the levels."""
-        return self.least, self.most
 
     def handler(self, seed: Any, stop: Stop, guess: float) -> Handler:
         """Return the handler; a number of trials is shared out over the staircases."""
@@ -105,17 +114,7 @@ class StaircaseMethod(MethodModel):
         return Interleaved({f"{number + 1}": each for number, each in enumerate(made)}, seed)
 
 
-class _Ranged(MethodModel):
-    if TYPE_CHECKING:
-        low: float
-        high: float
-
-    def extremes(self) -> tuple[float, float]:
-        """Return the ends of the levels."""
-        return self.low, self.high
-
-
-class PsiMethod(_Ranged):
+class PsiMethod(MethodModel):
     """psi-marginal, whose grid is evenly spaced between its ends."""
 
     kind: Literal["psi"] = "psi"
@@ -147,10 +146,11 @@ class PsiMethod(_Ranged):
             stop.trials if stop.trials or stop.width else MOST_TRIALS,
             stop.width,
             self.interest,
+            low=0.0 if guess and self.low >= 0.0 else None,
         )
 
 
-class QuestMethod(_Ranged):
+class QuestMethod(MethodModel):
     """QUEST: the threshold alone, with a spread that is taken as known."""
 
     kind: Literal["quest"] = "quest"
@@ -168,7 +168,7 @@ class QuestMethod(_Ranged):
         return Quest(self.low, self.high, self.spread, guess, self.lapse, stop.trials or MOST_TRIALS)
 
 
-class AdjustmentMethod(_Ranged):
+class AdjustmentMethod(MethodModel):
     """The participant turns the level until the two feel alike."""
 
     kind: Literal["adjustment"] = "adjustment"
@@ -186,7 +186,7 @@ class AdjustmentMethod(_Ranged):
         return Adjustment(self.low, self.high, self.step, self.settings, seed=seed)
 
 
-class WalkMethod(_Ranged):
+class WalkMethod(MethodModel):
     """A level that wanders, which the participant follows on a scale."""
 
     kind: Literal["walk"] = "walk"

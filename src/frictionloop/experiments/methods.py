@@ -37,6 +37,8 @@ class Handler:
     """The level asked for now."""
     track = ""
     """Name of the track that it is of, where several are interleaved."""
+    results: tuple[int, ...] = (0, 1)
+    """What a response may be; any number where there are none."""
 
     @property
     def finished(self) -> bool:
@@ -64,20 +66,22 @@ class Handler:
         Parameters
         ----------
         result : bool or number
-            Whether the answer was right, or the number that was given.
+            Whether the answer was right, 0 or 1; of constant stimuli and a walk any number that was given.
         delivered : float, optional
             Level that was delivered; the one asked for if not given.
 
         Raises
         ------
         FrictionloopError
-            For a result or a level that is not finite, or after the last level.
+            For a result that the method does not know, a level that is not finite, or after the last level.
         """
         if self.finished:
             raise FrictionloopError("add_response: the method has finished")
         given = self.level if delivered is None else delivered
         if not (math.isfinite(result) and math.isfinite(given)):
             raise must_be("result, delivered", (result, given), "finite")
+        if self.results and result not in self.results:
+            raise must_be("result", result, ", ".join(map(str, self.results)))
         self.told.append(Told(self.level, float(given), float(result), self.track))
         self._next(self.told[-1])
 
@@ -106,6 +110,7 @@ class ConstantStimuli(Handler):
     """
 
     _skipped = 0
+    results = ()
 
     def __init__(self, levels: Sequence[float], repeats: int = 10, seed: Any = 0) -> None:
         super().__init__()
@@ -199,6 +204,7 @@ class Interleaved(Handler):
         left = [name for name, each in self.tracks.items() if not each.finished]
         if left:
             self.track = left[int(self._rng.integers(len(left)))]
+            self.results = self.tracks[self.track].results
 
 
 class Adjustment(Handler):
@@ -219,6 +225,8 @@ class Adjustment(Handler):
     seed
         Seed of the starts.
     """
+
+    results = (-1, 0, 1)
 
     def __init__(self, low: float, high: float, step: float, settings: int = 5, most: int = 30, seed: Any = 0) -> None:
         super().__init__()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,8 +78,3 @@ def recruited(protocol: Protocol, system: System, n: int, seed: int) -> tuple[Fi
             return Fingers(people[k] for k in able[:n]), able[n - 1] + 1, True
         size *= 2
     return fingers(n, seed), n, False
-
-
-def share_in_reach(protocol: Protocol, system: System, people: Sequence[Mapping[str, Any]]) -> float:
-    """Return the share of fingers that can be given all forces."""
-    return float(np.mean([in_reach(protocol, finger, system) for finger in people]))

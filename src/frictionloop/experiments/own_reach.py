@@ -89,7 +89,7 @@ def reaches(path: Path) -> pandas.DataFrame:
         participant = read_session(each)[2]["participant"]
         for told in logged(each):
             if told["event"] == EVENT and "high_n" in told:
-                rows.append({"participant": participant, "when": told["when"], **MeasuredFinger.of(told).row})
+                rows.append({"participant": participant} | told)
     return pandas.DataFrame(rows, columns=COLUMNS)
 
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.signal import sosfilt
 
-from frictionloop.experiments.protocol import Protocol, with_fields
+from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import JND_Z
 from frictionloop.experiments.trials import force_of, rate_of
 from frictionloop.loop.record import system_of
@@ -24,6 +24,7 @@ from frictionloop.parameters.motion import Strokes
 from frictionloop.perception import force_threshold_n, weighting_sos
 from frictionloop.quantities.checks import Array
 from frictionloop.rendering.effect import Effect, Track
+from frictionloop.rendering.effect_toml import changed
 
 UNCLEAR, FAINTEST = 0.5, 1e-3
 """Spread of a spacing at the threshold of its pattern, relative, and the least strength that it grows to (assumed)."""
@@ -102,15 +103,6 @@ class Observer(Block):
     """Median response time; its logarithm spreads by 0.3 (assumed)."""
 
 
-class Answer(NamedTuple):
-    """What a participant answered."""
-
-    response: str
-    """One of the task's choices, or a number."""
-    rt_s: float
-    """Time from the end of the last stroke, on the device clock."""
-
-
 class SimulatedParticipant:
     """A person of the population with an observer's decisions; all that is drawn depends on seed, trial and role alone.
 
@@ -159,14 +151,14 @@ class SimulatedParticipant:
         friction = system.friction.model_copy(update={"nominal_n": system.friction.nominal_n * self.moisture(trial)})
         return system.model_copy(update={"motion": moved, "friction": friction})
 
-    def answers(self, trial: int, comparison: int, runs: list[xr.Dataset]) -> Answer:
-        """Return the answer to what was felt in the intervals of a trial."""
+    def answers(self, trial: int, comparison: int, runs: list[xr.Dataset]) -> tuple[str, float]:
+        """Return the answer to what was felt in the intervals of a trial, and its time from the last one's end, s."""
         rng = self._rng(trial, 1)
         rt = self.observer.reaction_s * math.exp(0.3 * rng.normal())
         felt = [self.percept(run) for run in runs]
         noisy = [value + sd * rng.normal() for value, sd in felt]
         lapsed = rng.random() < self.observer.lapse
-        return Answer(self._answer(noisy, felt, comparison, lapsed, rng), rt)
+        return self._answer(noisy, felt, comparison, lapsed, rng), rt
 
     def _answer(
         self,
@@ -192,8 +184,11 @@ class SimulatedParticipant:
         if task == "adjustment":
             apart = (noisy[comparison - 1] - noisy[2 - comparison]) / sd
             return choices[2] if abs(apart) < o.same_within else choices[int(apart < 0.0)]
-        told = max(noisy[0], 1e-6) ** o.exponent * math.exp(o.magnitude_spread * rng.normal())
-        return f"{100.0 * told:.4g}"
+        # A feeling has no sign: its logarithm is normal, with the same spread over its size.
+        feeling, spread = felt[0]
+        noise = math.sqrt(math.log1p((spread / feeling) ** 2)) * (noisy[0] - feeling) / spread if feeling > 0.0 else 0.0
+        told = o.exponent * (math.log(max(feeling, FAINTEST)) + noise) + o.magnitude_spread * rng.normal()
+        return f"{100.0 * math.exp(told):.4g}"
 
     @cached_property
     def skin(self) -> Skin:
@@ -230,6 +225,6 @@ class SimulatedParticipant:
         if effect.period_mm:
             return strength_of_period(weighted, place_mm, effect.period_mm)
         level = max(protocol.method.extremes(), key=abs)
-        most = with_fields(effect, {protocol.stimulus.field: protocol.stimulus.value(level)})
+        most = changed(effect, {protocol.stimulus.field: protocol.stimulus.value(level)})
         known = weigh(asked_along(most, run), run["scored"].values, rate_of(run), self.skin)
         return strength_along(weighted, known)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas  # type: ignore[import-untyped]
 from scipy.stats import t as student
 
-from frictionloop.experiments.needed import Needed, needed, share_in_reach
+from frictionloop.experiments.needed import Needed, in_reach, needed
 from frictionloop.experiments.participant import Observer
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.sequence import TrialOrder
@@ -80,7 +80,8 @@ def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
     ------
     FrictionloopError
         For a field of the system or the effect that is not there, an effect that does not fit the plate, a stroke that
-        is longer than the plate, or a protocol without an end; naming field and trial.
+        is longer than the plate, forces that no finger can be given, or a protocol without an end; naming field and
+        trial.
     """
     base = (system or study_system()).evolve(protocol.system)
     for condition in protocol.conditions:
@@ -95,14 +96,17 @@ def check(protocol: Protocol, system: System | None = None) -> ProtocolCheck:
             except FrictionloopError as error:
                 raise FrictionloopError(f"condition {condition.name}, level {level:g}: {error}") from None
     runs = [_dry(protocol, right) for right in (True, False)]
-    share = share_in_reach(protocol, base, fingers(PEOPLE, 0))
+    wanted = needed(protocol)
+    share = float(np.mean([in_reach(protocol, finger, base) for finger in fingers(PEOPLE, 0)]))
+    if share == 0.0:
+        raise FrictionloopError(f"forces = {between(*wanted[:2], 'N')}: in reach of none of {PEOPLE} fingers")
     few = [Finding("STUDY-REACH", value=100.0 * share, unit="%")] if share < FEW else []
     return ProtocolCheck(
         name=protocol.name,
         title=protocol.title,
         trials=(runs[0][0], runs[1][0]),
         duration_s=max(each[1] for each in runs),
-        needed=needed(protocol),
+        needed=wanted,
         share_in_reach=share,
         findings=tuple(few),
     )
@@ -240,7 +244,7 @@ def power(
     Raises
     ------
     FrictionloopError
-        For an effect or a number out of range.
+        For an effect or a number out of range, or a pool of whom nothing is found.
     """
     if min(participants) < 2:
         raise must_be("participants", min(participants), "at least 2")
@@ -255,6 +259,8 @@ def power(
         pairs = differences(plans, [first_trials(table, count) for table in tables])
         for condition, change in pairs.items():
             known = change[np.isfinite(change)]
+            if not known.size:
+                raise FrictionloopError(f"power: no {measure(protocol)[0]} of {pool} participants in {condition}")
             for n in participants:
                 found = shares(known, n, studies, seed)
                 row = {"condition": condition, "trials": count, "participants": n, "power": found[0]}

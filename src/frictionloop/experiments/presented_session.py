@@ -12,7 +12,7 @@ from frictionloop.experiments.engine import BenchEngine, Engine, Stroke, simulat
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
 from frictionloop.experiments.sequence import Trial, TrialOrder
-from frictionloop.experiments.trials import columns, delivered_level, measures, scored, why_invalid
+from frictionloop.experiments.trials import MEASURED, delivered_level, measures, scored, why_invalid
 from frictionloop.parameters import System
 from frictionloop.parameters.motion import Strokes
 from frictionloop.quantities import FrictionloopError
@@ -60,6 +60,8 @@ class Session:
         right, result = math.nan, math.nan
         if not response.response or not (0.0 <= response.rt_s <= p.timeline.response_s or jumps):
             why.append("no answer in time")
+        elif response.rt_s < p.validity.least_response_s and not jumps:
+            why.append(f"rt_s={response.rt_s:.2g}")
         else:
             right, result = scored(p, trial.level, trial.comparison, response.response)
         delivered = delivered_level(p, trial.level, trial.comparison, found)
@@ -69,11 +71,7 @@ class Session:
         row = {
             "trial": trial.number,
             "participant": self.participant,
-            "block": trial.block,
             "condition": trial.condition.name,
-            "phase": trial.phase,
-            "track": trial.track,
-            "comparison": trial.comparison,
             "requested": trial.level,
             "delivered": delivered,
             "onset_s": presented[0].onset_s,
@@ -87,11 +85,11 @@ class Session:
             "reason": "; ".join(why),
             "counted": int(not why and trial.phase == "main"),
             "again": int(again),
-            "repeat_of": trial.repeat_of,
             "method_state": trial.state,
         }
+        row |= {name: getattr(trial, name) for name in ("block", "phase", "track", "comparison", "repeat_of")}
         for k, each in enumerate(found, 1):
-            row |= columns(each, k)
+            row |= {f"{name}_{k}": getattr(each, name) for name in MEASURED}
         return row
 
 

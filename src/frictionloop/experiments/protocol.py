@@ -26,9 +26,9 @@ from frictionloop.parameters.block import Block, Number, Whole
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.toml_files import read_tree
 from frictionloop.parameters.written import block_toml
-from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
+from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing, unit_of
 from frictionloop.rendering.effect import AnyEffect, Effect
-from frictionloop.rendering.effect_toml import effect_of
+from frictionloop.rendering.effect_toml import changed
 from frictionloop.rendering.library import LIBRARY
 
 Task = Literal["2ifc", "2afc", "yes_no", "same_different", "magnitude", "adjustment", "tracking"]
@@ -75,7 +75,7 @@ class Stimulus(Block):
         FrictionloopError
             For a field that the effect does not have, or a value that it does not take.
         """
-        return with_fields(self.effect, {**(changes or {}), self.field: self.value(level)})
+        return changed(self.effect, {**(changes or {}), self.field: self.value(level)})
 
 
 class Protocol(Description):
@@ -92,7 +92,7 @@ class Protocol(Description):
     attribute: Literal["friction", "pattern", "spacing"] = "friction"
     """What of the force the participant judges: its level, how strong a pattern is, or how wide."""
     level_unit: str = "N"
-    """Unit of the level, in tables and figures."""
+    """Unit of the level, in tables and figures; that of the stimulus's field if not given."""
     seed: Annotated[Whole, Field(ge=0, lt=2**63)] = 0
     """Seed of everything that is drawn."""
     stimulus: Stimulus = Stimulus(standard=0.45)
@@ -138,8 +138,12 @@ class Protocol(Description):
 
     @model_validator(mode="before")
     @classmethod
-    def _ends(cls, given: Any) -> Any:
-        """Constant stimuli and adjustment end by themselves: they have no number of trials unless it is given."""
+    def _defaults(cls, given: Any) -> Any:
+        """Give the level the unit of its field; constant stimuli and adjustment end by themselves, without trials."""
+        stimulus = given.get("stimulus") if isinstance(given, dict) else None
+        field = stimulus.get("field", "") if isinstance(stimulus, dict) else getattr(stimulus, "field", "")
+        if unit_of(field) and "level_unit" not in given:
+            given = given | {"level_unit": unit_of(field)}
         if isinstance(given, dict) and "stop" not in given:
             method = given.get("method")
             kind = method.get("kind") if isinstance(method, dict) else getattr(method, "kind", None)
@@ -148,16 +152,21 @@ class Protocol(Description):
         return given
 
     @model_validator(mode="after")
-    def _agrees(self) -> Self:
+    def _fits(self) -> Self:
         check_stop(self.stop, self.method.kind)
         check_guide(self.timeline.stroke, self.validity)
-        return self
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
+        if not self.question.strip():
+            raise must_be("question", self.question, "what is asked")
         names = [each.name for each in self.conditions]
         if not names or len(set(names)) < len(names):
             raise must_be("conditions", names, "names that differ")
+        if (unit := unit_of(self.stimulus.field)) and self.level_unit != unit:
+            raise must_be("level_unit", self.level_unit, f"{unit}, as {self.stimulus.field}")
+        least = self.stimulus.value(self.method.extremes()[0])
+        if least < 0.0 and self.attribute == "pattern":
+            raise must_be(self.stimulus.field, least, "0 or more: a pattern's strength has no sign")
+        if least <= 0.0 and self.task == "magnitude":
+            raise must_be(self.stimulus.field, least, "above 0 for task 'magnitude'")
         if self.intervals == 2 and self.stimulus.standard is None:
             raise must_be("stimulus.standard", None, "a number")
         if (self.task == "adjustment") != (self.method.kind == "adjustment"):
@@ -239,24 +248,3 @@ def new(path: str | os.PathLike[str], start: str = "jnd-friction-staircase") -> 
 
 
 _FOLDER = resources.files("frictionloop.experiments") / "protocols"
-
-
-def with_fields(effect: Effect, changes: dict[str, Any]) -> Effect:
-    """Return an effect with some fields changed, by dotted names; numbers name one of several parts."""
-    tree = effect.model_dump()
-    for name, value in changes.items():
-        node: Any = tree
-        *parents, leaf = name.split(".")
-        for part in parents:
-            node = node[int(part)] if isinstance(node, (list, tuple)) and part.isdigit() else _inside(node, part, name)
-        if not isinstance(node, dict) or leaf not in node:
-            known = ", ".join(node) if isinstance(node, dict) else "none"
-            raise FrictionloopError(f"effect.{name} is unknown; accepted: {known}")
-        node[leaf] = value
-    return effect_of(tree, "effect.")
-
-
-def _inside(node: Any, part: str, name: str) -> Any:
-    if not isinstance(node, dict) or part not in node:
-        raise FrictionloopError(f"effect.{name} is unknown; there is no {part}")
-    return node[part]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -151,7 +152,9 @@ class Keyboard(Respondent):
 
     def respond(self, trial: Trial, presented: list[Presented]) -> Response:
         """Ask until an answer is one of the choices, or a number."""
-        choices, start = self._protocol.choices, time.monotonic()
+        choices = self._protocol.choices
+        self._empty(trial)
+        start = time.monotonic()
         asked = f"[{' / '.join(choices)}]" if choices else "[a number]"
         while True:
             self._say(f"trial {trial.number}: {self._protocol.question} {asked} ")
@@ -227,9 +230,26 @@ class Keyboard(Respondent):
             raise Aborted("aborted at the keyboard")
 
     def _wait(self, why: str, trial: Trial) -> None:
+        self._empty(trial)
         self._say(f"{why}; Enter goes on ")
         while line := self._line():
             self._obey(line, trial)
+
+    def _empty(self, trial: Trial) -> None:
+        """Drop what was typed on a terminal before it was asked for, but do what the words of who watches say."""
+        if not self._keys.isatty():
+            return
+        try:
+            import termios
+        except ModuleNotFoundError:  # Windows
+            import msvcrt
+
+            while msvcrt.kbhit():  # type: ignore[attr-defined]
+                msvcrt.getwch()  # type: ignore[attr-defined]
+            return
+        while select.select([self._keys], [], [], 0.0)[0]:
+            self._obey(self._line(), trial)
+        termios.tcflush(self._keys, termios.TCIFLUSH)  # a line without its end
 
     def _line(self) -> str:
         line = self._keys.readline()

@@ -69,8 +69,11 @@ class TrialOrder:
         self.protocol, self.participant = protocol, participant
         self._person = zlib.crc32(participant.encode())
         self._order = self._ordered()
-        self._number, self._block = 1, -1
-        self._repeats, self._first = 0, 0
+        self._number, self._first = 1, 0
+        self.block = -1
+        """Conditions that are done."""
+        self.repeats = 0
+        """How often the trial that is next was repeated already."""
         self.given_up: list[str] = []
         """Names of the conditions that ended because too many trials did not count."""
         self.handler: Handler
@@ -96,23 +99,18 @@ class TrialOrder:
 
     def _begin(self) -> None:
         """Begin the next condition."""
-        self._block += 1
+        self.block += 1
         self._practised = self._marked = self._since_break = self._counted = 0
         self._started_s: float | None = None
         self._late = False
-        if self._block < len(self._order):
+        if self.block < len(self._order):
             p = self.protocol
-            self.handler = p.method.handler([p.seed, self._person, 1, self._block], p.stop, p.guess)
-
-    @property
-    def block(self) -> int:
-        """Conditions that are done."""
-        return self._block
+            self.handler = p.method.handler([p.seed, self._person, 1, self.block], p.stop, p.guess)
 
     @property
     def finished(self) -> bool:
         """Whether all conditions are done."""
-        return self._block >= len(self._order)
+        return self.block >= len(self._order)
 
     def next(self) -> Trial | None:
         """Return the trial to present, the same until its row is told; None at the end."""
@@ -128,13 +126,13 @@ class TrialOrder:
         if self._practised < p.blocks.practice:
             phase = "practice"
             level = highest if p.blocks.practice_level is None else p.blocks.practice_level
-        elif caught and not self._repeats:
+        elif caught and not self.repeats:
             phase = "catch"
             level = highest if p.blocks.catch_level is None else p.blocks.catch_level
         pause = phase != "practice" and 0 < p.blocks.break_every <= self._since_break
         return Trial(
-            self._number, self._block + 1, self.conditions[self._block], phase, level, comparison,
-            self.handler.track, self.handler.state, self._first if self._repeats else 0, seeds, pause,
+            self._number, self.block + 1, self.conditions[self.block], phase, level, comparison,
+            self.handler.track, self.handler.state, self._first if self.repeats else 0, seeds, pause,
         )  # fmt: skip
 
     def tell(self, row: Mapping[str, Any]) -> None:
@@ -153,10 +151,10 @@ class TrialOrder:
         limit = self.protocol.stop.time_s
         self._late = limit is not None and float(row["offset_s"]) - self._started_s >= limit
         if row["again"]:
-            self._first = self._first if self._repeats else number
-            self._repeats += 1
+            self._first = self._first if self.repeats else number
+            self.repeats += 1
             return
-        self._repeats = 0
+        self.repeats = 0
         if phase == "practice":
             self._practised += 1
         elif phase == "main" and row["counted"]:
@@ -167,13 +165,8 @@ class TrialOrder:
             self.handler.skip()
         if self._over():
             if self._marked >= MOST_MARKED:
-                self.given_up.append(self.conditions[self._block].name)
+                self.given_up.append(self.conditions[self.block].name)
             self._begin()
-
-    @property
-    def repeats(self) -> int:
-        """How often the trial that is next was repeated already."""
-        return self._repeats
 
     def _over(self) -> bool:
         enough = self.protocol.stop.trials is not None and self._counted >= self.protocol.stop.trials

@@ -16,10 +16,12 @@ import xarray as xr
 
 from frictionloop.experiments import folder
 from frictionloop.experiments.folder import once_each, read_trials, sessions_in
+from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.trials import COLUMNS, force_of
 from frictionloop.findings import Result
 from frictionloop.loop.record import load, system_of
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
+from frictionloop.quantities.units import known_unit
 from frictionloop.quantities.version import package_version
 
 FORCES = {
@@ -41,12 +43,12 @@ EVENTS = {
     "response_time": "from the last stroke, s",
     "value": "level asked for",
 }
+LEVELS = ("requested", "delivered", "value")
+"""Columns that have the unit of the level."""
 GZIP = {"method": "gzip", "mtime": 0}
 """Without the time of writing: the same session gives the same bytes."""
-README = """Sessions of the experiment {name}, written by frictionloop.
-
-Strokes stand one after the other in physiology and motion; times are of the device's clock.
-"""
+README = "Sessions of the experiment {name}, written by frictionloop. Times are of the device's clock.\n"
+TRACES = "Strokes stand one after the other in *_physio.tsv.gz and *_motion.tsv.\n"
 
 
 def bids(path: Path, out: Path) -> None:
@@ -71,23 +73,24 @@ def bids(path: Path, out: Path) -> None:
     made = {"Name": "frictionloop", "Version": package_version()}
     about = {"Name": protocol.title or protocol.name, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
     _json(out / "dataset_description.json", {**about, "GeneratedBy": [made]})
-    (out / "README").write_text(README.format(name=protocol.name), encoding="utf-8")
     codes = []
     for each in sessions:
         own, _, told = folder.read_session(each)
         codes.append(str(told["participant"]))
-        _session(each, out / f"sub-{codes[-1]}", f"sub-{codes[-1]}_task-{own.name.replace('-', '')}", own.question)
+        _session(each, out / f"sub-{codes[-1]}", f"sub-{codes[-1]}_task-{own.name.replace('-', '')}", own)
+    traces = TRACES if any(out.glob("*/motion")) else ""
+    (out / "README").write_text(README.format(name=protocol.name) + traces, encoding="utf-8")
     people = pandas.DataFrame({"participant_id": [f"sub-{code}" for code in codes]})
     people.to_csv(out / "participants.tsv", sep="\t", index=False)
 
 
-def _session(path: Path, into: Path, stem: str, question: str) -> None:
-    trials = read_trials(path)
+def _session(path: Path, into: Path, stem: str, protocol: Protocol) -> None:
+    trials, unit = read_trials(path), protocol.level_unit
     beh, motion = into / "beh", into / "motion"
     beh.mkdir(parents=True)
-    task = {"TaskName": stem.partition("task-")[2], "Instructions": question}
+    task = {"TaskName": stem.partition("task-")[2], "Instructions": protocol.question}
     trials.to_csv(beh / f"{stem}_beh.tsv", sep="\t", index=False, na_rep="n/a")
-    _json(beh / f"{stem}_beh.json", {**task, **_described(COLUMNS)})
+    _json(beh / f"{stem}_beh.json", {**task, **_described(COLUMNS, unit)})
     first_s = float(trials["onset_s"].iloc[0]) if len(trials) else 0.0
     events = pandas.DataFrame(
         {
@@ -99,12 +102,12 @@ def _session(path: Path, into: Path, stem: str, question: str) -> None:
         }
     )
     events.to_csv(beh / f"{stem}_events.tsv", sep="\t", index=False, na_rep="n/a")
-    _json(beh / f"{stem}_events.json", {**task, **_described(EVENTS)})
+    _json(beh / f"{stem}_events.json", {**task, **_described(EVENTS, unit)})
     if not (trials["raw"] != "").any():
         return
     rate, forces, moved = _traces(path, trials, first_s)
     told = {"SamplingFrequency": rate, "StartTime": 0.0, "Columns": list(forces)}
-    _json(beh / f"{stem}_physio.json", {**told, **_described({name: FORCES[name] for name in forces})})
+    _json(beh / f"{stem}_physio.json", {**told, **_described({name: FORCES[name] for name in forces}, unit)})
     forces.to_csv(beh / f"{stem}_physio.tsv.gz", sep="\t", index=False, header=False, na_rep="n/a", compression=GZIP)
     motion.mkdir()
     stem = f"{stem}_tracksys-plate"
@@ -147,8 +150,16 @@ def _there(run: xr.Dataset) -> xr.Dataset:
     return run.isel(time=slice(0, int(known[-1]) + 1 if known.size else 0))
 
 
-def _described(columns: Mapping[str, str]) -> dict[str, dict[str, str]]:
-    return {name: {"Description": text} for name, text in columns.items()}
+def _described(columns: Mapping[str, str], level_unit: str) -> dict[str, dict[str, str]]:
+    """Return descriptions of columns, a unit at their end by itself; a level has the protocol's."""
+    found = {}
+    for name, text in columns.items():
+        said, _, unit = text.rpartition(", ")
+        if name in LEVELS:
+            said, unit = text, level_unit
+        known = bool(said) and (name in LEVELS or known_unit(unit) is not None)
+        found[name] = {"Description": said, "Units": unit} if known else {"Description": text}
+    return found
 
 
 def _new(out: Path) -> None:

@@ -67,7 +67,7 @@ def ran(path: Path) -> Ran:
         counted=sum(row["counted"] for row in rows),
         levels_factor=factors[-1] if factors else 1.0,
         given_up=given_up,
-        findings=tuple(found),
+        findings=(*found, *folder.unreadable([path])),
     )
 
 

@@ -22,7 +22,16 @@ from frictionloop.experiments.participant import Observer, SimulatedParticipant
 from frictionloop.experiments.presented_session import Session, side_by_side
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.respondent import Simulated
-from frictionloop.experiments.study_summary import fits, funnel, groups, measure, pooled
+from frictionloop.experiments.study_summary import (
+    contrasts,
+    fits,
+    funnel,
+    groups,
+    measure,
+    named_found,
+    pooled,
+    unit_found,
+)
 from frictionloop.experiments.trials import COLUMNS
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import plain
@@ -174,7 +183,7 @@ def study_system() -> System:
     return bench().evolve(STUDY)
 
 
-TABLES = ("fits", "groups", "pooled", "funnel", "reaches")
+TABLES = ("fits", "groups", "contrasts", "pooled", "funnel", "reaches")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,6 +200,8 @@ class Study(Result):
     """As `fits`."""
     groups: pandas.DataFrame
     """As `groups`."""
+    contrasts: pandas.DataFrame
+    """As `contrasts`; no rows of one condition."""
     pooled: pandas.DataFrame
     """As `pooled`."""
     funnel: pandas.DataFrame
@@ -204,11 +215,12 @@ class Study(Result):
         return [("protocol", self.protocol.name), ("from", self.about), ("trials", counted)]
 
     def tables(self) -> dict[str, pandas.DataFrame]:
-        """Return the groups by condition and level, then what each participant gave, all of them, and each trial."""
-        heads = {"mean": measure(self.protocol)[0], "low": "95 % from", "high": "to", "participants": "people"}
+        """Return groups and contrasts by condition and level, then what each participant gave, all, and each trial."""
+        heads = {"mean": named_found(self.protocol), "low": "95 % from", "high": "to", "participants": "people"}
         columns = ["condition", "level", "participants", "mean", "low", "high"]
-        shown = self.groups[columns].rename(columns=heads).set_index("condition")
-        more = {name: getattr(self, name) for name in TABLES if name != "groups"}
+        both = pandas.concat([each for each in (self.groups, self.contrasts) if len(each)])
+        shown = both[columns].rename(columns=heads).set_index("condition")
+        more = {name: getattr(self, name) for name in TABLES if name not in ("groups", "contrasts")}
         return {"groups": shown} | {name: _indexed(each) for name, each in more.items() if len(each)}
 
     def plot(self) -> Figure:
@@ -243,11 +255,12 @@ def study_of(
         about=about,
         trials=trials,
         fits=fitted,
-        groups=groups(fitted),
+        groups=groups(fitted).assign(unit=unit_found(protocol)),
+        contrasts=contrasts(protocol, fitted),
         pooled=pooled(protocol, trials),
         funnel=funnel(trials),
         reaches=pandas.DataFrame() if of_fingers is None else of_fingers,
-        findings=(*findings, *unfitted(fitted, measure(protocol)[0])),
+        findings=(*unfitted(fitted, measure(protocol)[0]), *outside(protocol, fitted), *findings),
     )
 
 
@@ -256,6 +269,14 @@ def unfitted(fitted: pandas.DataFrame, name: str) -> Iterator[Finding]:
     over = fitted[(fitted["level"] == "requested") & (fitted["why"] != "")]
     for why, count in over["why"].value_counts(sort=False).items():
         yield Finding("STUDY-UNFITTED", value=int(count), more={"measure": name, "reason": str(why)})
+
+
+def outside(protocol: Protocol, fitted: pandas.DataFrame) -> Iterator[Finding]:
+    """Yield how many thresholds lie outside the levels that were asked for."""
+    if measure(protocol)[0] in ("JND", "threshold"):
+        value = fitted.loc[fitted["level"] == "requested", "value"].dropna()
+        if count := int((~value.between(*protocol.method.extremes())).sum()):
+            yield Finding("STUDY-OUTSIDE", value=count, more={"measure": measure(protocol)[0]})
 
 
 def simulate(
@@ -313,4 +334,6 @@ def report(path: str | os.PathLike[str]) -> Study:
             raise FrictionloopError(f"{other}: has another protocol than {found[0]}")
     sources = {str(folder.read_session(each)[2]["source"]) for each in found}
     about = f"{len(found)} session{'s' * (len(found) > 1)}, {' and '.join(sorted(sources))}"
-    return study_of(protocol, read_trials(where), about, reaches(where))
+    if (trials := read_trials(where)).empty:
+        raise FrictionloopError(f"{where}: has no trial")
+    return study_of(protocol, trials, about, reaches(where), folder.unreadable(found))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas  # type: ignore[import-untyped]
@@ -12,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from frictionloop.experiments.protocol import Protocol
 from frictionloop.experiments.psychometric import grouped, probability
-from frictionloop.experiments.study_summary import convergence, groups, measure
+from frictionloop.experiments.study_summary import convergence, counted, groups, named_found
 from frictionloop.figures.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, GREY)
@@ -58,14 +59,20 @@ def _over_levels(
     panels = figure.subplots(1, 2, sharey=True)
     for axes, over in zip(panels, ("requested", "delivered"), strict=True):
         for k, condition in enumerate(dict.fromkeys(trials["condition"])):
-            some = _counted(trials[trials["condition"] == condition])
+            some = counted(trials[trials["condition"] == condition])
             if not some.empty:
                 draw(axes, over, condition, some, COLOURS[k % 6])
         axes.set_xlabel(f"level {over}, {protocol.level_unit}")
         axes.xaxis.set_major_locator(MaxNLocator(6))
     panels[0].set_ylabel(named)
-    panels[1].legend(loc=legend)
+    _legend(panels[1], legend)
     return figure
+
+
+def _legend(axes: Axes, loc: Any, **more: Any) -> None:
+    """Draw a legend where something was drawn."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc=loc, **more)
 
 
 def share_of(protocol: Protocol) -> str:
@@ -94,8 +101,7 @@ def thresholds(protocol: Protocol, fitted: pandas.DataFrame) -> Figure:
         axes.set(xlim=(-0.5, len(names) - 0.5), title=f"over the level {over}")
         if (some["value"].dropna() >= 0).all():
             axes.set_ylim(bottom=0.0)
-    name, _ = measure(protocol)
-    panels[0].set_ylabel(name if name in ("exponent", "gain") else f"{name}, {protocol.level_unit}")
+    panels[0].set_ylabel(named_found(protocol))
     return figure
 
 
@@ -107,7 +113,7 @@ def sequences(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
     figure = new_figure(7.2, 0.5 + 1.6 * rows)
     panels = np.ravel(figure.subplots(rows, min(3, len(people)), sharex=True, sharey=True, squeeze=False))
     for axes, person in zip(panels, people, strict=False):
-        own = _counted(trials[trials["participant"] == person])
+        own = counted(trials[trials["participant"] == person])
         for k, (condition, some) in enumerate(own.groupby("condition", sort=False)):
             axes.plot(
                 np.arange(1, len(some) + 1), some["requested"], LINES[k % 4], color=COLOURS[k % 6], lw=1.0,
@@ -116,7 +122,7 @@ def sequences(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
         axes.set_title(person, fontsize=8)
     for axes in panels[len(people) :]:
         axes.set_axis_off()
-    panels[0].legend(loc="upper right", frameon=True)
+    _legend(panels[0], "upper right", frameon=True)
     figure.supxlabel("trial that counted", fontsize=8.5)
     figure.supylabel(f"level asked for, {protocol.level_unit}", fontsize=8.5)
     return figure
@@ -127,7 +133,7 @@ def converging(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
     """Draw how the value of each participant settles, and the median half-width of its interval, over trials."""
     figure = new_figure(7.2, 3.0)
     left, right = figure.subplots(1, 2)
-    for k, (condition, some) in enumerate(_counted(trials).groupby("condition", sort=False)):
+    for k, (condition, some) in enumerate(counted(trials).groupby("condition", sort=False)):
         found = [
             convergence(protocol, own["requested"], own["result"]) for _, own in some.groupby("participant", sort=False)
         ]
@@ -140,17 +146,12 @@ def converging(protocol: Protocol, trials: pandas.DataFrame) -> Figure:
         by = whole.assign(half=0.5 * (whole["high"] - whole["low"])).groupby("trial")[["value", "half"]].median()
         left.plot(by.index, by["value"], LINES[k % 4], color=COLOURS[k % 6], lw=1.8, label=condition)
         right.plot(by.index, by["half"], LINES[k % 4], color=COLOURS[k % 6], lw=1.8, label=condition)
-    name, _ = measure(protocol)
-    left.set(xlabel="trials that counted", ylabel=f"{name}, {protocol.level_unit}")
+    left.set(xlabel="trials that counted", ylabel=named_found(protocol))
     right.set(xlabel="trials that counted", ylabel=f"half of the 95 % interval, {protocol.level_unit}")
     right.set_ylim(bottom=0.0)
     if left.get_ylim()[0] > 0.0:
         left.set_ylim(bottom=0.0)
     for axes in (left, right):
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    right.legend(loc="upper right")
+    _legend(right, "upper right")
     return figure
-
-
-def _counted(trials: pandas.DataFrame) -> pandas.DataFrame:
-    return trials[(trials["counted"] == 1) & np.isfinite(trials["result"])]

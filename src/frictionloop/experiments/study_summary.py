@@ -12,7 +12,7 @@ from scipy.stats import linregress
 from scipy.stats import t as student
 
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.psychometric import JND_Z, POINTS, fit, jnd, probability
+from frictionloop.experiments.psychometric import COVERAGE, JND_Z, fit, grids_of, middle, probability
 from frictionloop.quantities import FrictionloopError, must_be
 
 LAPSE = 0.02
@@ -20,10 +20,10 @@ LAPSE = 0.02
 
 
 def convergence(protocol: Protocol, level: Any, result: Any) -> pandas.DataFrame:
-    """Return mean and 95 % interval of the threshold, or of the JND, after each trial.
+    """Return median and 95 % interval of the threshold, or of the JND, after each trial.
 
-    The posterior of threshold and spread on the grid of `fit`, both priors flat, that of the spread in its logarithm;
-    guess and lapse rate are taken as known.
+    The posterior of threshold and spread on the grid and with the priors of `fit`; guess and lapse rate are taken as
+    known.
 
     Parameters
     ----------
@@ -41,25 +41,22 @@ def convergence(protocol: Protocol, level: Any, result: Any) -> pandas.DataFrame
     columns = ["trial", "value", "low", "high"]
     if x.size == 0 or np.ptp(x) <= 0:
         return pandas.DataFrame(columns=columns)
-    comparison = protocol.method.scores == "comparison"
-    span = float(np.ptp(x))
-    least = 0.0 if not comparison and protocol.guess else float(x.min()) - 0.5 * span
-    a = np.linspace(least, float(x.max()) + 0.5 * span, POINTS[0])
-    b = np.geomspace(span / 50.0, 2.0 * span, POINTS[1])
-    guess = LAPSE if comparison or not protocol.guess else protocol.guess
+    guess, spread = protocol.guess or LAPSE, measure(protocol)[0] == "JND"
+    (a, b, _, _), prior = grids_of(protocol.method.extremes(), guess, nothing_at(protocol), lapse=np.array([LAPSE]))
     p = probability(x[:, None, None], a[None, :, None], b[None, None, :], guess, LAPSE)
-    log_l = np.cumsum(np.where(r[:, None, None] > 0, np.log(p), np.log1p(-p)), axis=0)
+    log_l = np.cumsum(np.where(r[:, None, None] > 0, np.log(p), np.log1p(-p)), axis=0) + prior[None, :, :, 0, 0]
     post = np.exp(log_l - log_l.max(axis=(1, 2), keepdims=True))
-    marginal = post.sum(axis=1 if comparison else 2)
-    marginal /= marginal.sum(axis=1, keepdims=True)
-    grid = JND_Z * b if comparison else a
-    total = np.cumsum(marginal, axis=1)
-    ends = np.array([np.interp([0.025, 0.975], row, grid) for row in total])
-    found = np.column_stack([np.arange(1, x.size + 1), marginal @ grid, ends])
-    return pandas.DataFrame(found, columns=columns)
+    marginal, grid = post.sum(axis=1 if spread else 2), JND_Z * b if spread else a
+    return pandas.DataFrame([(n, *middle(row, grid)) for n, row in enumerate(marginal, 1)], columns=columns)
 
 
-COVERAGE = 0.95
+def nothing_at(protocol: Protocol) -> float | None:
+    """Return the level at which the comparison is the standard; None of a task without right answers by chance."""
+    if not protocol.guess:
+        return None
+    return 0.0 if protocol.stimulus.adds else protocol.stimulus.standard
+
+
 LEVELS = ("requested", "delivered")
 """The two levels that everything is told over."""
 MEASURES = {
@@ -83,6 +80,21 @@ def measure(protocol: Protocol) -> tuple[str, str]:
     return "threshold", "Level half the way from guesses to lapses"
 
 
+def unit_found(protocol: Protocol) -> str:
+    """Return the unit of what is found of each participant; 1 for a pure number."""
+    return {"exponent": "1", "gain": f"1/{protocol.level_unit}"}.get(measure(protocol)[0], protocol.level_unit)
+
+
+def named_found(protocol: Protocol) -> str:
+    """Return the name of what is found with its unit, for heads of tables and axes."""
+    return ", ".join(each for each in (measure(protocol)[0], unit_found(protocol)) if each != "1")
+
+
+def counted(trials: pandas.DataFrame) -> pandas.DataFrame:
+    """Return the trials that the method was told of."""
+    return trials[(trials["counted"] == 1) & np.isfinite(trials["result"])]
+
+
 def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = LEVELS) -> pandas.DataFrame:
     """Return one row per participant, condition and kind of level; one without a value says why.
 
@@ -98,21 +110,21 @@ def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = L
     Returns
     -------
     pandas.DataFrame
-        ``value`` is what `measure` names, ``low`` and ``high`` its 95 % interval; the other columns are those of
-        `fit`, where there is a function.
+        ``value`` is what `measure` names, in ``unit``, ``low`` and ``high`` its 95 % interval; the other columns are
+        those of `fit`, where there is a function.
     """
     rows = []
     for (participant, condition), some in trials.groupby(["participant", "condition"], sort=False):
-        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
+        known = counted(some)
         for over in levels:
             row: dict[str, Any] = {"participant": participant, "condition": condition, "level": over}
-            row |= {"trials": len(counted), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
+            row |= {"trials": len(known), "value": math.nan, "low": math.nan, "high": math.nan, "why": ""}
             try:
-                row |= _found(protocol, counted[over].to_numpy(float), counted["result"].to_numpy(float))
+                row |= _found(protocol, known[over].to_numpy(float), known["result"].to_numpy(float))
             except FrictionloopError as error:
                 row["why"] = str(error)
             rows.append(row)
-    table = pandas.DataFrame(rows)
+    table = pandas.DataFrame(rows).assign(unit=unit_found(protocol))
     if measure(protocol)[0] in ("JND", "threshold"):
         table = table.reindex(columns=list(dict.fromkeys([*table.columns, "threshold", "spread", "guess", "lapse"])))
         if protocol.stimulus.standard:
@@ -122,30 +134,26 @@ def fits(protocol: Protocol, trials: pandas.DataFrame, levels: Sequence[str] = L
 
 def _found(protocol: Protocol, level: Any, result: Any) -> dict[str, Any]:
     if protocol.task == "magnitude":
-        return _slope(np.log(np.maximum(level, 1e-6)), np.log(np.maximum(result, 1e-6)))
+        known = (level > 0) & (result > 0)  # others have no logarithm
+        return _slope(np.log(level[known]), np.log(result[known]))
     if protocol.task == "tracking":
         return _tracked(level, 0.01 * result)
     if protocol.task == "adjustment":
         left = level[result == 0]
         if left.size < 2:
             raise FrictionloopError(f"{left.size} settings; 2 are needed")
-        half = _half(left.std(ddof=1), left.size)
-        mean = float(left.mean())
-        return {"value": mean, "low": mean - half, "high": mean + half, "spread": float(left.std(ddof=1))}
-    scores = protocol.method.scores
-    guess = 0.5 if protocol.task in ("2ifc", "2afc") and scores == "correct" else None
-    found = fit(level, result, guess, low=0.0 if guess else None)
-    scale = jnd(found, scores) / (found.threshold if scores == "correct" else found.spread)
-    ends = (found.threshold_low, found.threshold_high) if scores == "correct" else (found.spread_low, found.spread_high)
-    value = {"value": jnd(found, scores), "low": scale * ends[0], "high": scale * ends[1]}
-    if protocol.task not in ("2ifc", "2afc"):
-        value = {"value": found.threshold, "low": found.threshold_low, "high": found.threshold_high}
-    return found._asdict() | value
+        found = _mean(left, left.size)
+        return {"value": found["mean"], "low": found["low"], "high": found["high"], "spread": found["sd"]}
+    function = fit(level, result, protocol.guess or None, low=nothing_at(protocol), ends=protocol.method.extremes())
+    value = [JND_Z * each for each in function[3:6]] if measure(protocol)[0] == "JND" else function[:3]
+    return function._asdict() | dict(zip(("value", "low", "high"), value, strict=True))
 
 
 def _slope(x: Any, y: Any) -> dict[str, Any]:
     if x.size < 3 or np.ptp(x) <= 0:
         raise must_be("slope", x.size, "at least 3, at two levels", "trials")
+    if np.ptp(y) <= 0:
+        raise FrictionloopError(f"slope: {x.size} answers, all alike")
     line = linregress(x, y)
     half = float(student.ppf(0.5 + 0.5 * COVERAGE, x.size - 2)) * float(line.stderr)
     slope = float(line.slope)
@@ -164,10 +172,6 @@ def _tracked(level: Any, answer: Any) -> dict[str, Any]:
     return best
 
 
-def _half(sd: float, n: int) -> float:
-    return float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * float(sd) / math.sqrt(n)
-
-
 CELLS = 80
 """Levels that delivered ones are rounded to where trials of all participants are fitted together (assumed)."""
 
@@ -183,21 +187,15 @@ def pooled(protocol: Protocol, trials: pandas.DataFrame) -> pandas.DataFrame:
     protocol, trials
         As of `fits`.
     """
-    rows: list[dict[str, Any]] = []
     if measure(protocol)[0] not in ("JND", "threshold"):
-        return pandas.DataFrame(rows)
-    for condition, some in trials.groupby("condition", sort=False):
-        counted = some[(some["counted"] == 1) & np.isfinite(some["result"])]
-        for over in LEVELS:
-            row: dict[str, Any] = {"condition": condition, "level": over, "participants": some["participant"].nunique()}
-            level = counted[over].to_numpy(float)
-            step = np.ptp(level) / CELLS if level.size else 0.0
-            try:
-                row |= _found(protocol, np.round(level / step) * step if step > 0 else level, counted["result"])
-            except FrictionloopError as error:
-                row["why"] = str(error)
-            rows.append(row)
-    return pandas.DataFrame(rows)
+        return pandas.DataFrame()
+    together, by = trials.assign(participant="all"), trials.groupby("condition")
+    for over in LEVELS:
+        step = (by[over].transform("max") - by[over].transform("min")) / CELLS
+        together[over] = np.round(trials[over] / step.where(step > 0.0, 1.0)) * step.where(step > 0.0, 1.0)
+    people = trials.groupby("condition", sort=False)["participant"].nunique()
+    found = fits(protocol, together).drop(columns="participant")
+    return found.assign(participants=found["condition"].map(people))
 
 
 def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
@@ -205,14 +203,31 @@ def groups(fitted: pandas.DataFrame) -> pandas.DataFrame:
     rows = []
     for (condition, over), some in fitted.groupby(["condition", "level"], sort=False):
         known = some.dropna(subset=["value"])
-        values, n = known["value"].to_numpy(), len(known)
-        mean = float(values.mean()) if n else math.nan
-        sd = float(values.std(ddof=1)) if n > 1 else math.nan
-        half = _half(sd, n) if n > 1 else math.nan
-        low, high = (mean - half, mean + half) if n != 1 else tuple(known[["low", "high"]].iloc[0])
-        row = {"condition": condition, "level": over, "participants": n, "without": len(some) - n}
-        rows.append(row | {"mean": mean, "sd": sd, "low": low, "high": high})
+        row = {"condition": condition, "level": over, **_mean(known["value"].to_numpy(), len(some))}
+        if len(known) == 1:
+            row |= known[["low", "high"]].iloc[0].to_dict()
+        rows.append(row)
     return pandas.DataFrame(rows)
+
+
+def contrasts(protocol: Protocol, fitted: pandas.DataFrame) -> pandas.DataFrame:
+    """Return how much each condition differs from the protocol's first in the same participants, as of `groups`."""
+    first, *others = (each.name for each in protocol.conditions)
+    rows, unit = [], unit_found(protocol)
+    for over, some in fitted.groupby("level", sort=False):
+        values = some.pivot(index="participant", columns="condition", values="value").reindex(columns=[first, *others])
+        for other in others:
+            both = (values[other] - values[first]).dropna().to_numpy()
+            rows.append({"condition": f"{other} - {first}", "level": over, **_mean(both, len(values)), "unit": unit})
+    return pandas.DataFrame(rows)
+
+
+def _mean(values: Any, people: int) -> dict[str, Any]:
+    """Return the mean of participants' values with its 95 % interval by the t-distribution, and how many have none."""
+    n = len(values)
+    mean, sd = float(values.mean()) if n else math.nan, float(values.std(ddof=1)) if n > 1 else math.nan
+    half = float(student.ppf(0.5 + 0.5 * COVERAGE, n - 1)) * sd / math.sqrt(n) if n > 1 else math.nan
+    return {"participants": n, "without": people - n, "mean": mean, "sd": sd, "low": mean - half, "high": mean + half}
 
 
 def funnel(trials: pandas.DataFrame) -> pandas.DataFrame:

@@ -105,6 +105,8 @@ class Validity(Block):
     """Largest rms error of the force; left out it is any."""
     lost_samples: Count = 0
     """Most samples that may be lost."""
+    least_response_s: NotNegative = 0.1
+    """Least response time: no answer to a stroke that is felt comes sooner (Luce 1986: 0.1 s)."""
     then: Literal["repeat", "mark"] = "repeat"
     """Repeat the trial, or keep it with a mark and go on."""
     repeats: Count = 3

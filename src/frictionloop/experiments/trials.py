@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -85,6 +84,8 @@ def _level(stimulus: Stimulus, asked: float, force: Array, intended: Array) -> f
     rule = stimulus.delivered
     if rule == "declared":
         rule = DECLARED.get((stimulus.effect.kind, stimulus.field), "asked")  # type: ignore[assignment]
+    if rule == "mean" and stimulus.effect.kind == "constant":
+        return float(force.mean())  # the set-point of a run is drawn into what the finger can be given
     if rule == "mean":
         return asked + float(force.mean() - intended.mean())
     if rule == "contrast" and np.std(intended) > 1e-6:
@@ -113,11 +114,6 @@ def rate_of(run: xr.Dataset) -> float:
     return float(system_of(run).controller.rate_hz)
 
 
-def columns(found: Measures, interval: int) -> dict[str, Any]:
-    """Return the measures of an interval, counted from 1, as columns of a row."""
-    return {f"{name}_{interval}": value for name, value in found._asdict().items() if name != "level"}
-
-
 MEASURED = {
     "force_mean_n": "mean delivered force, N",
     "force_sd_n": "standard deviation of it, N",
@@ -139,10 +135,10 @@ COLUMNS = {
     "track": "name of the interleaved track",
     "comparison": "interval with the comparison",
     "requested": "level asked for",
-    "delivered": "level delivered, same unit",
+    "delivered": "level delivered",
     "onset_s": "first stroke begins, s",
     "offset_s": "last stroke ends, s",
-    **{f"{name}_{k}": f"{text}, interval {k}" for k in (1, 2) for name, text in MEASURED.items()},
+    **{f"{name}_{k}": f"interval {k}: {text}" for k in (1, 2) for name, text in MEASURED.items()},
     "response": "answer",
     "correct": "1, 0 or none",
     "result": "result for the method",
@@ -208,18 +204,34 @@ def line_of(row: Mapping[str, Any]) -> str:
     return "\t".join(_text(row.get(name)) for name in COLUMNS) + "\n"
 
 
-def header() -> str:
-    """Return the first line of the table."""
-    return "\t".join(COLUMNS) + "\n"
+def whole_row(line: str) -> bool:
+    """Return whether a line of the table is all there, though nothing ends it: its last cell is a file or nothing."""
+    cells = line.split("\t")
+    return len(cells) == len(COLUMNS) and (cells[-1].endswith(".h5") or cells == list(COLUMNS) or cells[-1] == "n/a")
+
+
+def whole_part(path: Path, is_whole: Callable[[str], bool]) -> bytes:
+    """Return a file of lines up to the last whole one, its end with it: without what a killed run left of another.
+
+    Zeros at the end are what a lost power supply leaves.
+    """
+    try:
+        data = path.read_bytes().rstrip(b"\0")
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None
+    ended, last = data[: data.rfind(b"\n") + 1], data[data.rfind(b"\n") + 1 :]
+    return data + b"\n" if is_whole(last.decode("utf-8", "replace")) else ended
+
+
+def whole_lines(path: Path, is_whole: Callable[[str], bool]) -> list[str]:
+    """Return the whole lines of a file, without blank ones."""
+    text = whole_part(path, is_whole).decode("utf-8-sig", "replace").replace("\0", "")
+    return [line for line in text.splitlines() if line.strip()]
 
 
 def read_rows(path: Path) -> list[dict[str, Any]]:
     """Return the rows of a table, numbers as numbers and NaN where nothing stands."""
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
-    except OSError as error:
-        raise FrictionloopError(f"{path}: cannot be read ({error.strerror or error})") from None
+    rows = [line.split("\t") for line in whole_lines(path, whole_row)]
     if not rows or rows[0] != list(COLUMNS):
         raise FrictionloopError(f"{path}: is no table of trials")
     found = []

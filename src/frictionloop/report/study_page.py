@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader
 
 from frictionloop.experiments.study import TABLES, Study
 from frictionloop.experiments.study_figures import answers, converging, functions, sequences, thresholds
-from frictionloop.experiments.study_summary import funnel, measure
+from frictionloop.experiments.study_summary import funnel, measure, named_found
 from frictionloop.figures.style import inline, svg
 from frictionloop.quantities import replacing
 
@@ -37,7 +37,8 @@ def page(found: Study) -> str:
         about=found.about,
         people=trials["participant"].nunique(),
         figures=drawn,
-        groups=found.groups.to_dict("records"),
+        groups=[*found.groups.to_dict("records"), *found.contrasts.to_dict("records")],
+        named=named_found(protocol),
         fits=fitted.to_dict("records"),
         pooled=found.pooled.to_dict("records"),
         overdispersed=_overdispersed(fitted),

@@ -77,6 +77,8 @@ $("number").onsubmit = (event) => {
   if (value && Number.isFinite(Number(value))) answer(value, event.timeStamp);
 };
 addEventListener("keydown", (event) => {
+  // A key that is held is one answer at most; on a button or in the form its repetitions would press again.
+  if (event.repeat && (event.target !== $("value") || event.key === "Enter")) event.preventDefault();
   if (event.repeat || event.target === $("value")) return;
   if (event.key === " " && !$("go").hidden) { event.preventDefault(); $("go").click(); return; }
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
