@@ -108,7 +108,8 @@ class Expressions(ast.NodeVisitor):
         """``a if test else b``, or the one that a known test leaves."""
         test = self.number(node.test).code
         if test in KNOWN_TESTS:
-            return self.visit(node.body if KNOWN_TESTS[test] else node.orelse)  # type: ignore[no-any-return]
+            chosen: Value = self.visit(node.body if KNOWN_TESTS[test] else node.orelse)
+            return chosen
         left, right = self.visit(node.body), self.visit(node.orelse)
         kind = self.common(left.kind, right.kind, node)
         return Value(f"({test} ? {left.code} : {right.code})", kind)
