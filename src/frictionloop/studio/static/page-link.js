@@ -1,0 +1,148 @@
+// The link of a page without a server: the loops run here, and tell the page what a server would.
+import { mapOf } from "./maps.js";
+import { Session } from "./page-finger.js";
+import { Loops, unpacked } from "./page-loops.js";
+import { numbersOf } from "./page-numbers.js";
+
+const data = JSON.parse(document.getElementById("bench").textContent), names = Object.keys(data.hello.channels);
+const TOLD_MS = 200, WINDOW_S = 2, EVERY = 5, UNDONE = 100;
+const copied = (at) => ({ ...at, stops: { ...at.stops } });
+
+export class Link extends EventTarget {
+  constructor() {
+    super();
+    Object.assign(this, { up: false, listens: false, kept: [], before: [], why: "" });
+    Loops.open(data).then((loops) => this.begin(loops), (error) => this.tell("refused", { why: `${error.message}: ${data.more}` }));
+  }
+  tell(name, detail) {
+    this.dispatchEvent(Object.assign(new Event(name), { detail }));
+  }
+  begin(loops) {
+    this.loops = loops;
+    this.up = true;
+    this.session = new Session((path) => loops.advance(path), data.rate);
+    this.tell("link", { up: true });
+    this.tell("hello", data.hello);
+    this.show();
+    document.body.dataset.build = loops.build;
+    const go = () => { requestAnimationFrame(go); this.step(); };
+    go();
+    setInterval(() => {
+      this.status();
+      this.tell("numbers", this.numbers());
+    }, TOLD_MS);
+  }
+  show() {
+    const { at } = this.loops, law = data.laws[at.law], values = this.values();
+    const field = (told) => (told.path === "controller.kind" ? { ...told, value: at.law } : { ...told, value: values[told.path] ?? told.value });
+    const panels = Object.fromEntries(Object.entries({ ...data.panels, controller: law.panel }).map(([box, fields]) => [box, fields.map(field)]));
+    const set = Object.entries(values).map(([path, value]) => [path, JSON.stringify(value)]);
+    const effect = at.effect === "grating" ? "" : ` --effect ${at.effect}`;
+    const differs = { ...law.differs, ...values };
+    this.tell("system", {
+      type: "system", effect: at.effect, panels, differs,
+      python: `import frictionloop as fl\n\nsystem = fl.bench().evolve({\n    "controller.kind": "${at.law}",\n${set.map(([path, value]) => `    "${path}": ${value},\n`).join("")}    "setpoint.kind": "effect",\n    "setpoint.effect": fl.rendering.find("${at.effect}"),\n})\nrun = fl.simulate(system, duration_s=5.0)`,
+      command: `frictionloop studio${effect} --controller.kind ${at.law}${set.map(([path, value]) => ` --${path} ${value}`).join("")}`,
+    });
+    unpacked(data.maps[at.effect]).then((map) => this.tell("map", mapOf(map)));
+    this.status();
+  }
+  // What lies over the law and the effect: the finger's numbers, then the stops of sliders.
+  values() {
+    const { at } = this.loops;
+    return { ...data.laws[at.law].values, ...data.fingers[at.finger], ...at.stops };
+  }
+  status() {
+    const { stopped, ghostOn, ghost, load, line, dropped } = this.session;
+    const state = this.why ? "dead" : stopped ? "stopped" : "running";
+    this.tell("status", {
+      state, why: this.why, source: "simulated", pages: 1, driven: true, drives: true, may_drive: true, dropped_s: dropped,
+      ghost: ghostOn, ghost_mm_s: ghost.speed, load_n: load, line_mm: line, device: null,
+    });
+  }
+  step() {
+    if (this.why) return;
+    try {
+      for (const block of this.session.step(performance.now() / 1e3)) this.frame(block);
+    } catch (error) {
+      this.why = error.message;
+      this.status();
+    }
+  }
+  frame({ first, rows, reached }) {
+    const every = this.listens ? 1 : EVERY, count = rows[0].length / every;
+    this.kept.push(rows);
+    for (let ticks = this.kept.reduce((sum, each) => sum + each[0].length, 0); ticks - this.kept[0][0].length >= WINDOW_S * data.rate;) ticks -= this.kept.shift()[0].length;
+    const channels = rows.map((row) => Float32Array.from({ length: count }, (_, i) => row[every * i + every - 1]));
+    this.tell("frame", { time: (first + every) / data.rate, reached, spacing: every / data.rate, rows: count, channels });
+  }
+  numbers() {
+    const whole = names.map((_, channel) => {
+      const row = new Float32Array(this.kept.reduce((sum, each) => sum + each[channel].length, 0));
+      this.kept.reduce((at, each) => { row.set(each[channel], at); return at + each[channel].length; }, 0);
+      return row;
+    });
+    return numbersOf(whole, names, data.rate, data.limits);
+  }
+  ask(what, more = {}) {
+    if (!this.up) return;
+    const { session, loops } = this, obey = {
+      stop: () => { Object.assign(session, { stopped: true, down: false }); },
+      go: () => { session.stopped = false; },
+      lift: () => { session.down = false; },
+      ghost: () => { session.ghostOn = more.on; },
+      ghost_speed: () => { session.ghost.speed = more.mm_s; },
+      load: () => { session.load = more.load_n; },
+      sound: () => { this.listens = more.on; },
+      effect: () => this.choose((at) => { at.effect = more.name; }),
+      finger: () => this.choose((at) => {
+        at.finger = data.axes.fingers.choices[more.number % data.axes.fingers.choices.length];
+        for (const path of Object.keys(data.fingers[at.finger])) delete at.stops[path];
+      }),
+      preset: () => this.set(data.presets[more.name]),
+      set: () => this.set(more.values),
+      undo: () => { if (this.before.length) this.put(this.before.pop()); },
+      tour: () => { if (more.on) this.start = copied(loops.at); else if (this.start) this.put(this.start); },
+    };
+    obey[what]?.();
+    this.status();
+  }
+  // A value that is no stop of its slider moves to the next one; what the page has no choice of is named.
+  set(values) {
+    this.choose((at) => {
+      for (const [path, value] of Object.entries(values)) {
+        if (path === "controller.kind" && value in data.laws) {
+          for (const own of Object.keys(data.axes.gains[at.law] ?? {})) if (own !== "controller.delay_s") delete at.stops[own];
+          at.law = value;
+        }
+      }
+      const axes = { ...data.axes.stops, ...data.axes.gains[at.law] }, lacking = [];
+      for (const [path, value] of Object.entries(values)) {
+        if (path in axes) at.stops[path] = axes[path].choices.reduce((best, each) => (Math.abs(each - value) < Math.abs(best - value) ? each : best));
+        else if (!(path === "controller.kind" && value in data.laws) && data.laws[at.law].values[path] !== value) lacking.push(path);
+      }
+      if (lacking.length) this.tell("refused", { why: `${lacking.join(", ")}: ${data.more}` });
+    });
+  }
+  choose(change) {
+    this.before = [...this.before.slice(1 - UNDONE), copied(this.loops.at)];
+    change(this.loops.at);
+    this.put(this.loops.at);
+  }
+  put(at) {
+    this.loops.at = at;
+    this.loops.change();
+    this.show();
+  }
+  async bring() {
+    throw new Error(data.more);
+  }
+  touch(events) {
+    if (!this.up || !events.length) return;
+    const rows = [];
+    for (let i = 0; i < events.length; i += 4) rows.push(events.slice(i, i + 4));
+    this.session.touch(performance.now() / 1e3, rows);
+    this.tell("slid", { events: events.length });
+    this.step();
+  }
+}
