@@ -23,6 +23,7 @@ EXAMPLES = (
     "my-bench.toml --effect bump",
     "my-bench.toml --device serial:///dev/ttyACM0",
     "--replay run.h5",
+    "--export play.html",
     "--export page.html run.h5 other.h5",
 )
 PORT = 8026
@@ -60,12 +61,12 @@ def command(
     replay
         Play a recorded run (.h5) beside the live page.
     export
-        Write a page (.html) that plays the RUNs without a server, or ten seconds of the ghost finger without one.
+        Write this page, or one that plays the RUNs, as a file (.html) that needs no server.
     """
     if export is not None:
         file_arguments.check_output("export", export, (".html",))
         runs = tuple(each for each in (file, *runs) if each is not None)
-        with fl.progress.waiting("" if runs else "stroking"):
+        with fl.progress.waiting("" if runs else "translating the loop"):
             given = None if runs else _given(None, preset, overrides, effect)
             found = fl.studio.export(export, runs, given and given.system, seed)
         shown.show(found.with_findings(given.findings if given else ()))

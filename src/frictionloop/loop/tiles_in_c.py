@@ -16,8 +16,9 @@ from frictionloop.firmware.translation import Translation
 from frictionloop.loop.kernel import access
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.shared import _PROGRAMS, _SCRATCH, SHARED
+from frictionloop.loop.kernel.shared import PROGRAMS, SCRATCH, SHARED
 from frictionloop.loop.kernel.signals import STREAMS, build_draws
+from frictionloop.loop.kernel.structure import kernel_of
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.parameters import System
 from frictionloop.physics.plate import pulse_step
@@ -28,8 +29,8 @@ from frictionloop.quantities.version import package_version
 TEMPLATE = Path(__file__).with_name("loop.c.txt")
 _KINDS: dict[str, Kind] = {
     "dt": REAL,
-    **dict.fromkeys(_SCRATCH, Pointer(REAL)),
-    **dict.fromkeys(_PROGRAMS, Pointer(INT)),
+    **dict.fromkeys(SCRATCH, Pointer(REAL)),
+    **dict.fromkeys(PROGRAMS, Pointer(INT)),
 }
 RECORD = Struct("Shared", tuple((name, _KINDS.get(name, INT)) for name in SHARED.names or ()))
 """The record of a loop; seeds are drawn with, not computed with."""
@@ -56,10 +57,9 @@ class LoopInC:
             raise no_c(f"{system.controller.kind}: plain Python")
         if system.plate.pulse_ticks:
             raise no_c("plate.pulse_ticks: math.asin")
-        tile = lower([system], [seed], compiled=self._tile, **more)
-        if tile.kernel != "substeps":
-            raise no_c(f"{tile.kernel}")
-        return tile
+        if (kernel := kernel_of(system)) != "substeps":
+            raise no_c(f"{kernel}: the paper's rig")
+        return lower([system], [seed], compiled=self._tile, **more)
 
     def _tile(self, width: int, build: Callable[..., Any], *of: Any) -> int:
         key = build, of

@@ -188,17 +188,18 @@ def desk(
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedPage(Result):
-    """A page that plays runs without a server."""
+    """A page that needs no server."""
 
     SCHEMA: ClassVar[str] = "studio.export/1"
     path: Path
     runs: tuple[str, ...]
-    """Names on the page."""
+    """Those that it plays; none of the live page."""
     size_mb: float
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return the page and its size."""
-        return [("page", f"{self.path}, {self.size_mb:.1f} MB"), ("plays", ", ".join(self.runs))]
+        """Return the page, its size, and what it does."""
+        does = ("plays", ", ".join(self.runs)) if self.runs else ("runs", "both loops, live, in a browser")
+        return [("page", f"{self.path}, {self.size_mb:.1f} MB"), does]
 
 
 def export(
@@ -207,30 +208,36 @@ def export(
     system: System | None = None,
     seed: int = 0,
 ) -> ExportedPage:
-    """Write a page (.html) that plays recorded runs without a server.
+    """Write a page (.html) that needs no server: the live page, or one that plays recorded runs.
+
+    Both loops of the live page are WebAssembly, bit for bit those of ``fl.simulate``.
 
     Parameters
     ----------
     path
         The page.
     runs
-        Recorded runs (.h5). None: ten seconds of the ghost finger on a system.
+        Recorded runs (.h5). None: the live page.
     system
-        The bench of the ghost finger; `bench` with a grating if not given.
+        The bench of the live page; `bench` with a grating if not given.
     seed
         Seed of its noise.
 
     Raises
     ------
     FrictionloopError
-        For a file that is no run, or a page that cannot be written.
+        For a file that is no run, a page that cannot be written, or a System that has no C (NO-C).
     """
-    from frictionloop.studio.replay import page_of, played, stroked
+    if runs:
+        from frictionloop.studio.replay import page_of
 
-    found = [_read(Path(run)) for run in runs]
-    if not found:
-        found = [played(stroked(system or on_plate(bench(), "grating"), seed), "ghost finger")]
-    text = page_of(found)
+        found = [_read(Path(run)) for run in runs]
+        text = page_of(found)
+    else:
+        needed("starlette", "starlette", "studio")
+        from frictionloop.studio.static_page import play_page
+
+        found, text = [], play_page(system or on_plate(bench(), "grating"), seed)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return ExportedPage(path=Path(path), runs=tuple(each["name"] for each in found), size_mb=len(text) / 1e6)

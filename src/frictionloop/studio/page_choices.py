@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.loop.kernel.shared import _PROGRAMS, _SCRATCH
+from frictionloop.loop.kernel.shared import PROGRAMS, SCRATCH
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.tiles_in_c import LoopInC
 from frictionloop.parameters import System
@@ -55,7 +55,7 @@ class PageBench:
         if tile.setpoint(0, 1).size or tile.disturbance(0, 1).size:
             raise FrictionloopError("setpoint, disturbance: must need no samples", "NO-C")
         record = tile.shared.record.copy()
-        for name in (*_SCRATCH, *_PROGRAMS):
+        for name in (*SCRATCH, *PROGRAMS):
             record[name] = 0
         found = {"slab": tile.slab.data, "record": record, **tile.shared.kept}
         scale = np.array([system.friction.roughness_rms / self.shape_rms])

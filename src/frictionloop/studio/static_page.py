@@ -74,8 +74,9 @@ def play_page(system: System, seed: int = 0) -> str:
     needed("ziglang", "ziglang", "image")
     text = one_page("index.html", "frictionloop studio", "bench", page_data(system, seed), {"link.js": "page-link.js"})
     hidden = f"<style>{_HIDDEN}{{display:none}}</style></head>"
-    more = f'<footer><p class="hint">Fingers side by side, painting, files, devices, all parameters: <code>{MORE}</code></p>'
-    return text.replace("</head>", hidden, 1).replace("<footer>", more.replace("&&", "&amp;&amp;"), 1)
+    told = "Fingers side by side, painting, files, devices, all parameters"
+    more = f'<footer><p class="hint">{told}: <code>{MORE.replace("&&", "&amp;&amp;")}</code></p>'
+    return text.replace("</head>", hidden, 1).replace("<footer>", more, 1)
 
 
 def page_data(system: System, seed: int) -> dict[str, Any]:
@@ -98,7 +99,7 @@ def page_data(system: System, seed: int) -> dict[str, Any]:
         "axes": _axes_told(axes, blob),
         "laws": {law: _law_told(system.evolve(values), choices, law) for law, values in choices.laws.items()},
         "panels": _panels(system, choices.stops),
-        "effects": {name: differences(system.evolve(v)).get("setpoint.effect") for name, v in choices.effects.items()},
+        "effects": {name: each["setpoint.effect"].model_dump(mode="json") for name, each in choices.effects.items()},
         "fingers": {"": {}, **choices.fingers},
         "presets": {each.name: each.values for each in PRESETS},
         "maps": {name: packed(map_of(system.evolve(values))) for name, values in choices.effects.items()},
@@ -118,11 +119,16 @@ def choices_of(system: System) -> Choices:
     gains = {law: _taken(system.evolve(values)) for law, values in laws.items()}
     return Choices(
         laws,
-        {name: {"setpoint.effect": effect} for name, effect in effects().items()},
+        {name: {"setpoint.effect": effect} for name, effect in _effects(system).items()},
         {f"finger {number + 1}": person for number, person in enumerate(people)},
         STOPS,
         gains,
     )
+
+
+def _effects(system: System) -> dict[str, Any]:
+    own = {} if effect_name(system) else {"": getattr(system.setpoint, "effect", None)}
+    return own | effects()
 
 
 def _taken(system: System) -> dict[str, list[float]]:

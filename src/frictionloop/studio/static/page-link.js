@@ -36,13 +36,14 @@ export class Link extends EventTarget {
     const { at } = this.loops, law = data.laws[at.law], values = this.values();
     const field = (told) => (told.path === "controller.kind" ? { ...told, value: at.law } : { ...told, value: values[told.path] ?? told.value });
     const panels = Object.fromEntries(Object.entries({ ...data.panels, controller: law.panel }).map(([box, fields]) => [box, fields.map(field)]));
-    const set = Object.entries(values).map(([path, value]) => [path, JSON.stringify(value)]);
-    const effect = at.effect === "grating" ? "" : ` --effect ${at.effect}`;
-    const differs = { ...law.differs, ...values };
+    const differs = { ...law.differs, ...data.fingers[at.finger], ...at.stops }, find = at.effect && `fl.rendering.find("${at.effect}")`;
+    const python = (value) => JSON.stringify(value).replace(/\btrue\b/g, "True").replace(/\bfalse\b/g, "False").replace(/\bnull\b/g, "None");
+    const lines = Object.entries(differs).map(([path, value]) => `    "${path}": ${python(value)},`);
+    const flags = Object.entries({ "controller.kind": at.law, ...differs }).filter(([path]) => path !== "setpoint.kind").map(([path, value]) => `--${path} ${value}`);
     this.tell("system", {
-      type: "system", effect: at.effect, panels, differs,
-      python: `import frictionloop as fl\n\nsystem = fl.bench().evolve({\n    "controller.kind": "${at.law}",\n${set.map(([path, value]) => `    "${path}": ${value},\n`).join("")}    "setpoint.kind": "effect",\n    "setpoint.effect": fl.rendering.find("${at.effect}"),\n})\nrun = fl.simulate(system, duration_s=5.0)`,
-      command: `frictionloop studio${effect} --controller.kind ${at.law}${set.map(([path, value]) => ` --${path} ${value}`).join("")}`,
+      type: "system", effect: at.effect, panels, differs: { ...differs, "setpoint.effect": data.effects[at.effect] },
+      python: ["import frictionloop as fl", "", "system = fl.bench().evolve({", ...lines, `    "setpoint.effect": ${find || python(data.effects[""])},`, "})", "run = fl.simulate(system, duration_s=5.0)"].join("\n"),
+      command: ["frictionloop studio", ...(at.effect ? [`--effect ${at.effect}`] : []), ...flags].join(" "),
     });
     unpacked(data.maps[at.effect]).then((map) => this.tell("map", mapOf(map)));
     this.status();
@@ -110,16 +111,17 @@ export class Link extends EventTarget {
   // A value that is no stop of its slider moves to the next one; what the page has no choice of is named.
   set(values) {
     this.choose((at) => {
-      for (const [path, value] of Object.entries(values)) {
-        if (path === "controller.kind" && value in data.laws) {
-          for (const own of Object.keys(data.axes.gains[at.law] ?? {})) if (own !== "controller.delay_s") delete at.stops[own];
-          at.law = value;
-        }
+      const { "controller.kind": law, "setpoint.kind": _, "setpoint.effect": effect, ...rest } = values, lacking = [];
+      const name = Object.keys(data.effects).find((each) => JSON.stringify(data.effects[each]) === JSON.stringify(effect));
+      if (name !== undefined) at.effect = name;
+      if (law in data.laws && law !== at.law) {
+        at.law = law;
+        at.stops = Object.fromEntries(Object.entries(at.stops).filter(([path]) => !["controller.kp", "controller.ki"].includes(path)));
       }
-      const axes = { ...data.axes.stops, ...data.axes.gains[at.law] }, lacking = [];
-      for (const [path, value] of Object.entries(values)) {
-        if (path in axes) at.stops[path] = axes[path].choices.reduce((best, each) => (Math.abs(each - value) < Math.abs(best - value) ? each : best));
-        else if (!(path === "controller.kind" && value in data.laws) && data.laws[at.law].values[path] !== value) lacking.push(path);
+      const axes = { ...data.axes.stops, ...data.axes.gains[at.law] }, near = (path, value) => axes[path].choices.reduce((best, each) => (Math.abs(each - value) < Math.abs(best - value) ? each : best));
+      for (const [path, value] of Object.entries({ ...at.stops, ...rest })) {
+        if (path in axes) at.stops[path] = near(path, value);
+        else if (data.laws[at.law].values[path] !== value) lacking.push(path);
       }
       if (lacking.length) this.tell("refused", { why: `${lacking.join(", ")}: ${data.more}` });
     });
