@@ -58,7 +58,7 @@ class PageBench:
         for name in (*SCRATCH, *PROGRAMS):
             record[name] = 0
         found = {"slab": tile.slab.data, "record": record, **tile.shared.kept}
-        scale = np.array([system.friction.roughness_rms / self.shape_rms])
+        scale = np.array([getattr(system.friction, "roughness_rms", 0.0) / self.shape_rms])
         if not np.array_equal(scale * self.shape, found.pop("roughness")):
             raise FrictionloopError("motion.person: must be 0", "STUDIO-NO-SUM")
         found["scale"] = scale
@@ -73,16 +73,17 @@ class PageBench:
                 places[name] = None
             elif (differs := np.any([each[name] != words for each in made], axis=0)).any():
                 places[name] = np.flatnonzero(differs)
-        words = [{name: each[name] if at is None else each[name][at] for name, at in places.items()} for each in made]
-        return Axis(tuple(choices), places, tuple(words))
+        taken = [{name: each[name] if at is None else each[name][at] for name, at in places.items()} for each in made]
+        return Axis(tuple(choices), places, tuple(taken))
 
     def put(self, chosen: Sequence[tuple[Axis, int]]) -> Words:
         """Return the base with choices over it, one after the other, as the page does."""
         found = {name: words.copy() for name, words in self.base.items()}
         for axis, index in chosen:
             for name, at in axis.places.items():
-                found[name] = axis.words[index][name] if at is None else found[name]
-                if at is not None:
+                if at is None:
+                    found[name] = axis.words[index][name]
+                else:
                     found[name][at] = axis.words[index][name]
         return found
 
@@ -123,7 +124,9 @@ def axes_of(bench: PageBench, choices: Choices) -> Axes:
 
     base = bench.system
     found = Axes(
-        *(bench.axis(base, each) for each in choices[:3]),
+        bench.axis(base, choices.laws),
+        bench.axis(base, choices.effects),
+        bench.axis(base, choices.fingers),
         sliders(base, choices.stops),
         {law: sliders(base.evolve(choices.laws[law]), stops) for law, stops in choices.gains.items()},
     )
