@@ -65,9 +65,11 @@ def command(
     """
     if export is not None:
         file_arguments.check_output("export", export, (".html",))
-        runs = tuple(each for each in (file, *runs) if each is not None)
+        if file is not None and file.suffix == ".h5":
+            file, runs = None, (file, *runs)
         with fl.progress.waiting("" if runs else "translating the loop"):
-            given = None if runs else _given(None, preset, overrides, effect)
+            named = not runs and (file or preset or overrides or effect)
+            given = _given(file, preset, overrides, effect) if named else None
             found = fl.studio.export(export, runs, given and given.system, seed)
         shown.show(found.with_findings(given.findings if given else ()))
         return
@@ -75,6 +77,7 @@ def command(
         raise fl.FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export; --replay RUN plays one")
     file_arguments.check_count("seed", seed, 0)
     file_arguments.check_count("port", port, 0, 65535)
+    named = file or preset or overrides or effect or device
     given = _given(file, preset, overrides, effect)
     with ExitStack() as opening:
         opening.enter_context(fl.progress.waiting(f"looking for {device}" if device else "compiling the loop"))
@@ -83,7 +86,8 @@ def command(
             opening.close()
             shown.show(found.with_findings(given.findings))
 
-        fl.studio.serve(given.system, device=device, seed=seed, host=host, port=port, replay=replay, opened=opened)
+        system = given.system if named else None
+        fl.studio.serve(system, device=device, seed=seed, host=host, port=port, replay=replay, opened=opened)
 
 
 def _given(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> flags.Given:

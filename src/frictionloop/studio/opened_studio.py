@@ -59,7 +59,7 @@ def serve(
     Parameters
     ----------
     system
-        The bench; `bench` if not given.
+        The bench; `bench` if not given, and `scene` if no effect and no device are given either.
     effect
         What lies on the plate: a name of the library, or a TOML file; the set-point of the system if not given.
     device
@@ -83,7 +83,8 @@ def serve(
     from frictionloop.studio.background import starting
 
     with starting():
-        _serve(on_plate(system or bench(), effect), device, seed, host, port, replay, opened)
+        plain = not (system or effect or device)
+        _serve(scene() if plain else on_plate(system or bench(), effect), device, seed, host, port, replay, opened)
 
 
 def on_plate(system: System, effect: str | None) -> System:
@@ -93,6 +94,12 @@ def on_plate(system: System, effect: str | None) -> System:
     from frictionloop.rendering.effect_toml import find
 
     return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
+
+
+def scene() -> System:
+    """Return what the page begins with: wide detents under a finger whose friction the open loop does not know."""
+    sticky = {"controller.kind": "notch_pi", "controller.feedforward": True, "friction.nominal_n": 1.3}
+    return on_plate(bench().evolve(sticky), "detents")
 
 
 def _serve(
@@ -219,7 +226,7 @@ def export(
     runs
         Recorded runs (.h5). None: the live page.
     system
-        The bench of the live page; `bench` with a grating if not given.
+        The bench of the live page; the `scene` if not given.
     seed
         Seed of its noise.
 
@@ -237,7 +244,7 @@ def export(
         needed("starlette", "starlette", "studio")
         from frictionloop.studio.static_page import play_page
 
-        found, text = [], play_page(system or on_plate(bench(), "grating"), seed)
+        found, text = [], play_page(system or scene(), seed)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return ExportedPage(path=Path(path), runs=tuple(each["name"] for each in found), size_mb=len(text) / 1e6)

@@ -59,7 +59,10 @@ ZIG = (
 )
 BUILDS = {"fused": ("-DFUSED", "-mcpu=generic+simd128+relaxed_simd"), "exact": ("-DEXACT",)}
 """WebAssembly has no fma: a build with instructions that may fuse, and one that works each out."""
-_HIDDEN = "#save-csv,#save-h5,#save-toml,#crowd-card,#tools,#open-effect,#open-file,#ahead-told,label:has(#ahead)"
+_HIDDEN = (
+    "#save-csv,#save-h5,#save-toml,#crowd-card,#tools,#open-effect,#open-file,#ahead-told,label:has(#ahead),"
+    "[data-box=motion],[data-box=board],tr:has([data-number=open_felt])"
+)
 
 
 def play_page(system: System, seed: int = 0) -> str:

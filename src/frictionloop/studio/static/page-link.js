@@ -25,6 +25,7 @@ export class Link extends EventTarget {
     this.tell("hello", data.hello);
     this.show();
     document.body.dataset.build = loops.build;
+    document.getElementById("rates").title = `Computed on this page, to the bits of fl.simulate (${loops.build} fma).`;
     const go = () => { requestAnimationFrame(go); this.step(); };
     go();
     setInterval(() => {
