@@ -1,5 +1,5 @@
 // The live finger of live/finger.py and live/session.py, from the same events to the same bits (tests/studio/test_static_page.py).
-const LATE_S = 1 / 60, KEPT = 256, OFFSETS = 128, FASTEST_MM_S = 400, LANDING_N_S = 25, TURN_S = 0.1;
+const LATE_S = 1 / 60, KEPT = 256, OFFSETS = 128, FASTEST_MM_S = 400, LANDING_N_S = 25, TURN_S = 0.1, STROKE_MM = 80;
 const BLOCKS_HZ = 200, SPARSE = 5, CATCH_UP_S = 0.5, GONE_S = 0.25;
 const between = (value, low, high) => Math.min(Math.max(value, low), high);
 
@@ -43,23 +43,10 @@ export class PointerPath {
   }
 }
 
-class Ghost {
-  constructor() {
-    Object.assign(this, { speed: 40, stroke: 80, x: 0, v: 0, way: 1 });
-  }
-  move(dt) {
-    if (this.way * this.x >= this.stroke / 2 - Math.abs(this.v) * TURN_S / 2) this.way = -this.way;
-    const step = 2 * this.speed * dt / TURN_S;
-    this.v += between(this.way * this.speed - this.v, -step, step);
-    this.x += this.v * dt;
-    return this.x;
-  }
-}
-
 export class Session {
   // `advance` takes the path of a block and returns its channels.
   constructor(advance, rate) {
-    Object.assign(this, { advance, rate, ghost: new Ghost(), pointer: new PointerPath(), ghostOn: true, stopped: false });
+    Object.assign(this, { advance, rate, ghost: { speed: 40, x: 0, v: 0, way: 1 }, pointer: new PointerPath(), ghostOn: true, stopped: false });
     Object.assign(this, { ticks: 0, dropped: 0, load: 0.5, line: 0, down: false, heardAt: -Infinity, begun: NaN });
     Object.assign(this, { x: 0, pressed: 0, blockTicks: Math.max(Math.round(rate / BLOCKS_HZ), 1) });
   }
@@ -103,7 +90,13 @@ export class Session {
   wanted(at, span) {
     if (this.stopped) return null;
     if (this.down) return this.pointer.at(at);
-    return this.ghostOn ? { x: this.ghost.move(span), load: this.load } : null;
+    return this.ghostOn ? { x: this.stroke(span), load: this.load } : null;
+  }
+  stroke(span) {
+    const { ghost } = this, step = 2 * ghost.speed * span / TURN_S;
+    if (ghost.way * ghost.x >= STROKE_MM / 2 - Math.abs(ghost.v) * TURN_S / 2) ghost.way = -ghost.way;
+    ghost.v += between(ghost.way * ghost.speed - ghost.v, -step, step);
+    return ghost.x += ghost.v * span;
   }
   path(wanted, ticks) {
     const span = ticks / this.rate, path = new Float64Array(3 * ticks);

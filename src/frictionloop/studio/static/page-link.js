@@ -6,7 +6,6 @@ import { numbersOf } from "./page-numbers.js";
 
 const data = JSON.parse(document.getElementById("bench").textContent), names = Object.keys(data.hello.channels);
 const TOLD_MS = 200, WINDOW_S = 2, EVERY = 5, UNDONE = 100;
-const copied = (at) => ({ ...at, stops: { ...at.stops } });
 
 export class Link extends EventTarget {
   constructor() {
@@ -28,14 +27,14 @@ export class Link extends EventTarget {
     document.getElementById("rates").title = `Computed on this page, to the bits of fl.simulate (${loops.build} fma).`;
     const go = () => { requestAnimationFrame(go); this.step(); };
     go();
-    setInterval(() => {
-      this.status();
-      this.tell("numbers", this.numbers());
-    }, TOLD_MS);
+    setInterval(() => this.tell("numbers", this.numbers()), TOLD_MS);
+    setInterval(() => this.status(), TOLD_MS);
+    // A page that nobody sees rests, and has nothing to make good.
+    document.addEventListener("visibilitychange", () => { this.session.begun = NaN; });
   }
   show() {
-    const { at } = this.loops, law = data.laws[at.law], values = this.values();
-    const field = (told) => (told.path === "controller.kind" ? { ...told, value: at.law } : { ...told, value: values[told.path] ?? told.value });
+    const { at } = this.loops, law = data.laws[at.law], values = { ...law.values, "controller.kind": at.law, ...data.fingers[at.finger], ...at.stops };
+    const field = (told) => ({ ...told, value: values[told.path] ?? told.value });
     const panels = Object.fromEntries(Object.entries({ ...data.panels, controller: law.panel }).map(([box, fields]) => [box, fields.map(field)]));
     const differs = { ...law.differs, ...data.fingers[at.finger], ...at.stops }, find = at.effect && `fl.rendering.find("${at.effect}")`;
     const python = (value) => JSON.stringify(value).replace(/\btrue\b/g, "True").replace(/\bfalse\b/g, "False").replace(/\bnull\b/g, "None");
@@ -46,20 +45,16 @@ export class Link extends EventTarget {
       python: ["import frictionloop as fl", "", "system = fl.bench().evolve({", ...lines, `    "setpoint.effect": ${find || python(data.effects[""])},`, "})", "run = fl.simulate(system, duration_s=5.0)"].join("\n"),
       command: ["frictionloop studio", ...(at.effect ? [`--effect ${at.effect}`] : []), ...flags].join(" "),
     });
-    unpacked(data.maps[at.effect]).then((map) => this.tell("map", mapOf(map)));
+    if (this.shown !== at.effect) unpacked(data.maps[at.effect]).then((map) => this.tell("map", this.map = mapOf(map)));
+    this.shown = at.effect;
     this.status();
-  }
-  // What lies over the law and the effect: the finger's numbers, then the stops of sliders.
-  values() {
-    const { at } = this.loops;
-    return { ...data.laws[at.law].values, ...data.fingers[at.finger], ...at.stops };
   }
   status() {
     const { stopped, ghostOn, ghost, load, line, dropped } = this.session;
     const state = this.why ? "dead" : stopped ? "stopped" : "running";
     this.tell("status", {
       state, why: this.why, source: "simulated", pages: 1, driven: true, drives: true, may_drive: true, dropped_s: dropped,
-      ghost: ghostOn, ghost_mm_s: ghost.speed, load_n: load, line_mm: line, device: null,
+      ghost: ghostOn, ghost_mm_s: ghost.speed, load_n: load, line_mm: this.map?.rows > 1 ? 0 : line, device: null,
     });
   }
   step() {
@@ -86,9 +81,12 @@ export class Link extends EventTarget {
     });
     return numbersOf(whole, names, data.rate, data.limits);
   }
+  // Answers come later, as from a server: who asks may be in the midst of an answer.
   ask(what, more = {}) {
-    if (!this.up) return;
-    const { session, loops } = this, obey = {
+    if (this.up) queueMicrotask(() => this.obey(what, more));
+  }
+  obey(what, more) {
+    const { session, loops } = this, todo = {
       stop: () => { Object.assign(session, { stopped: true, down: false }); },
       go: () => { session.stopped = false; },
       lift: () => { session.down = false; },
@@ -104,9 +102,9 @@ export class Link extends EventTarget {
       preset: () => this.set(data.presets[more.name]),
       set: () => this.set(more.values),
       undo: () => { if (this.before.length) this.put(this.before.pop()); },
-      tour: () => { if (more.on) this.start = copied(loops.at); else if (this.start) this.put(this.start); },
+      tour: () => { if (more.on) this.start = structuredClone(loops.at); else if (this.start) this.put(this.start); },
     };
-    obey[what]?.();
+    todo[what]?.();
     this.status();
   }
   // A value that is no stop of its slider moves to the next one; what the page has no choice of is named.
@@ -128,7 +126,7 @@ export class Link extends EventTarget {
     });
   }
   choose(change) {
-    this.before = [...this.before.slice(1 - UNDONE), copied(this.loops.at)];
+    this.before = [...this.before.slice(1 - UNDONE), structuredClone(this.loops.at)];
     change(this.loops.at);
     this.put(this.loops.at);
   }

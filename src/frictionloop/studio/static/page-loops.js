@@ -19,8 +19,8 @@ export class Loops {
   constructor(data, blob, wasm, build) {
     Object.assign(this, { data, blob, wasm, build, top: wasm.__heap_base.value, at: { ...data.start } });
     this.shape = new Float64Array(this.words(data.shape).buffer);
-    this.loops = ["closed", "open"].map((which) => ({ which, period: 0, places: {}, rooms: {} }));
-    for (const loop of this.loops) this.begin(loop, this.image(loop));
+    this.loops = ["closed", "open"].map((which) => ({ which, rooms: {} }));
+    for (const loop of this.loops) this.lay(loop, this.image(loop), true);
   }
   // Words of 64 bits, packed as differences, all first bytes first.
   words([offset, count]) {
@@ -28,9 +28,6 @@ export class Loops {
     for (let i = 0; i < 8 * count; i++) bytes[8 * (i % count) + Math.floor(i / count)] = this.blob[8 * offset + i];
     for (let i = 1; i < count; i++) words[i] += words[i - 1];
     return words;
-  }
-  get law() {
-    return this.at.law;
   }
   // The choices of a loop, in the order in which they lie over one another.
   chosen(law) {
@@ -44,7 +41,7 @@ export class Loops {
     return found;
   }
   image({ which }) {
-    const law = which === "open" ? "lookup" : this.law;
+    const law = which === "open" ? "lookup" : this.at.law;
     const image = Object.fromEntries(Object.entries(this.data.base).map(([name, at]) => [name, this.words(at)]));
     for (const [axis, index] of this.chosen(law)) {
       for (const [name, places] of Object.entries(axis.places)) {
@@ -78,25 +75,22 @@ export class Loops {
     const factor = new Float64Array(scale.buffer)[0];
     view("roughness", new BigUint64Array(this.shape.map((n) => factor * n).buffer));
     for (const [name, words] of Object.entries(arrays)) if (!["record", "slab"].includes(name)) view(name, words);
-    if (fresh) view("history", new BigUint64Array(64));
+    if (fresh) {
+      loop.period = 0;
+      view("history", new BigUint64Array(64));
+    }
     const none = this.room(loop, "none", 64);
     for (const [name, doubles] of [["trace", names.length * most], ["path", 3 * most]]) this.room(loop, name, 8 * doubles);
     for (const name of Object.keys(this.data.fields)) if (name in loop.rooms) this.point(loop, name, loop.rooms[name].at);
     for (const name of ["setpoint_samples", "disturbance_samples"]) this.point(loop, name, none);
     loop.fresh = image;
   }
-  begin(loop, image) {
-    loop.period = 0;
-    this.lay(loop, image, true);
-  }
   // As `Guided.change`: numbers change and the state stays, but what makes another loop begins anew at rest.
   change() {
-    let wentOn = true;
     for (const loop of this.loops) {
       const image = this.image(loop), before = loop.fresh, same = (name) => image[name].every((word, i) => word === before[name][i]);
       if (image.law !== before.law || !["record", "blocks", "ticks"].every(same)) {
-        this.begin(loop, image);
-        wentOn = false;
+        this.lay(loop, image, true);
         continue;
       }
       const running = new BigUint64Array(this.wasm.memory.buffer, loop.rooms.slab.at, image.slab.length).slice();
@@ -105,7 +99,6 @@ export class Loops {
       this.lay(loop, { ...image, slab }, false);
       loop.fresh = image;
     }
-    return wentOn;
   }
   // Place (m), speed (m/s) and load (N) of each period in; the traces of a loop out. Rows count from its beginning.
   run(loop, path) {
@@ -132,7 +125,7 @@ export class Loops {
     for (const channel of this.advance(path)) {
       for (const word of new BigUint64Array(channel.buffer)) digest = BigInt.asUintN(64, (digest ^ word) * 0x100000001b3n);
     }
-    for (const loop of this.loops) this.begin(loop, loop.fresh);
+    for (const loop of this.loops) this.lay(loop, loop.fresh, true);
     return digest.toString(16).padStart(16, "0");
   }
 }
