@@ -201,6 +201,11 @@ def test_the_page_runs_from_a_file_and_has_its_choices(page, play):
     page.locator("#fields select").first.select_option("limit_observer")
     seen(page, "document.getElementById('as-command').textContent.includes('--controller.kind limit_observer')")
     assert "--effect braille" in command(page)
+    found: dict[str, object] = {}
+    exec(page.locator("#as-python").text_content().rpartition("\n")[0], found)
+    chosen = static_page.choices_of(BASE)
+    whole = BASE.evolve(chosen.effects["braille"]).evolve(chosen.fingers["finger 1"])
+    assert found["system"] == whole.evolve({"controller.kind": "limit_observer"})
     page.locator("[data-box=plate]").click()
     page.get_by_role("slider", name="plate.max_amplitude_um").fill("1.22")
     seen(page, "document.getElementById('as-command').textContent.includes('--plate.max_amplitude_um 1.2')")
@@ -240,6 +245,13 @@ def test_a_strict_host_and_a_processor_that_does_not_fuse_will_do(page, play, bu
     assert running(page, "http://play.test/play.html") == ["http://play.test/play.html"]
     assert page.evaluate("document.body.dataset.build") == build
     assert page.locator("#verdict").text_content().startswith("The closed loop leaves")
+
+
+def test_a_browser_without_the_simulators_bits_says_so(page, play):
+    page.add_init_script("WebAssembly.validate = () => false")
+    page.goto(play.as_uri())
+    seen(page, "document.getElementById('trouble').textContent.includes(\"does not compute the simulator's numbers\")")
+    assert static_page.MORE in page.locator("#trouble").text_content()
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])

@@ -65,8 +65,8 @@ def command(
     """
     if export is not None:
         file_arguments.check_output("export", export, (".html",))
-        if file is not None and file.suffix == ".h5":
-            file, runs = None, (file, *runs)
+        if file is not None and (runs or file.suffix == ".h5"):
+            runs, file = (file, *runs), None
         with fl.progress.waiting("" if runs else "translating the loop"):
             named = not runs and (file or preset or overrides or effect)
             given = _given(file, preset, overrides, effect) if named else None

@@ -141,6 +141,8 @@ def _check_sum(bench: PageBench, choices: Choices, axes: Axes, rng: np.random.Ge
     chosen: list[tuple[Axis, int]] = []
     system, law = bench.system, ""
     for axis, values in ((axes.effects, choices.effects), (axes.fingers, choices.fingers), (axes.laws, choices.laws)):
+        if not values:
+            continue
         index = int(rng.integers(len(axis.choices)))
         chosen.append((axis, index))
         law = axis.choices[index]

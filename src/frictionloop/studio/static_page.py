@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -47,16 +48,9 @@ GAINS: dict[str, list[float]] = {
     "controller.ki": [0.0, 2.0, 20.0, 50.0, 80.0, RETUNED["controller.ki"], 150.0, 200.0, 400.0, 800.0],
 }
 ZIG = (
-    *("-target", "wasm32-freestanding", "-O3", "-ffreestanding", "-nostdlib", "-ffp-contract=off", "-fno-math-errno"),
-    *(
-        "-fno-sanitize=all",
-        "-w",
-        "-Wl,--no-entry",
-        "-Wl,--export=advance",
-        "-Wl,--export=__heap_base",
-        "-Wl,--strip-all",
-    ),
-)
+    "-target", "wasm32-freestanding", "-O3", "-ffreestanding", "-nostdlib", "-ffp-contract=off", "-fno-math-errno",
+    "-fno-sanitize=all", "-w", "-Wl,--no-entry", "-Wl,--export=advance", "-Wl,--export=__heap_base", "-Wl,--strip-all",
+)  # fmt: skip
 BUILDS = {"fused": ("-DFUSED", "-mcpu=generic+simd128+relaxed_simd"), "exact": ("-DEXACT",)}
 """WebAssembly has no fma: a build with instructions that may fuse, and one that works each out."""
 _HIDDEN = (
@@ -113,35 +107,40 @@ def page_data(system: System, seed: int) -> dict[str, Any]:
 
 def choices_of(system: System) -> Choices:
     """Return what can be chosen on the page of a System."""
-    people = (
-        {path: value for path, value in person.items() if not path.startswith("motion.")}
-        for person in fingers(PEOPLE, POPULATION_SEED)
-    )
-    laws = {law: {"controller.kind": law} for law in dict.fromkeys((system.controller.kind, *LAWS))}
-    gains = {law: _taken(system.evolve(values)) for law, values in laws.items()}
+    people = {
+        f"finger {number + 1}": {path: value for path, value in person.items() if not path.startswith("motion.")}
+        for number, person in enumerate(fingers(PEOPLE, POPULATION_SEED))
+    }
+    kinds = {law: {"controller.kind": law} for law in dict.fromkeys((system.controller.kind, *LAWS))}
+    laws = {law: values for law, values in kinds.items() if _accepts(system, values)}
+    own = {} if effect_name(system) else {"": getattr(system.setpoint, "effect", None)}
     return Choices(
         laws,
-        {name: {"setpoint.effect": effect} for name, effect in _effects(system).items()},
-        {f"finger {number + 1}": person for number, person in enumerate(people)},
-        STOPS,
-        gains,
+        {name: {"setpoint.effect": effect} for name, effect in (own | effects()).items()},
+        {name: person for name, person in people.items() if _accepts(system, person)},
+        _accepted(system, STOPS),
+        {law: _accepted(system.evolve(values), GAINS) for law, values in laws.items()},
     )
 
 
-def _effects(system: System) -> dict[str, Any]:
-    own = {} if effect_name(system) else {"": getattr(system.setpoint, "effect", None)}
-    return own | effects()
-
-
-def _taken(system: System) -> dict[str, list[float]]:
-    """Return the sliders of a law that it has, with the stops that it accepts."""
+def _accepted(system: System, stops: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
+    """Return the sliders that a System has, each with the stops that it accepts and its own value."""
     found: dict[str, list[float]] = {}
-    for path, stops in GAINS.items():
-        for value in stops if hasattr(system.controller, path.partition(".")[2]) else ():
-            with suppress(FrictionloopError):  # as a delay that feed-forward does not follow
-                system.evolve({path: value})
+    for path, values in stops.items():
+        block, name = path.split(".")
+        own = getattr(getattr(system, block), name, None)
+        for value in sorted({*values, own}) if isinstance(own, float) else ():
+            if _accepts(system, {path: value}):
                 found.setdefault(path, []).append(value)
     return found
+
+
+def _accepts(system: System, values: Mapping[str, Any]) -> bool:
+    """Tell whether a System can have these values: not a delay, say, that its feed-forward does not follow."""
+    with suppress(FrictionloopError):
+        system.evolve(values)
+        return True
+    return False
 
 
 class Blob:

@@ -4,9 +4,9 @@ const BLOCKS_HZ = 200, SPARSE = 5, CATCH_UP_S = 0.5, GONE_S = 0.25;
 const between = (value, low, high) => Math.min(Math.max(value, low), high);
 
 export class PointerPath {
-  constructor() {
-    Object.assign(this, { samples: [], offsets: [], reached: NaN });
-  }
+  samples = [];
+  offsets = [];
+  reached = NaN;
   heard(arrived, pageMs) {
     this.offsets.push(arrived - 1e-3 * pageMs);
     if (this.offsets.length > OFFSETS) this.offsets.shift();

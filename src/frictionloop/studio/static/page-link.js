@@ -10,8 +10,9 @@ const TOLD_MS = 200, WINDOW_S = 2, EVERY = 5, UNDONE = 100;
 export class Link extends EventTarget {
   constructor() {
     super();
-    Object.assign(this, { up: false, listens: false, kept: [], before: [], why: "" });
-    Loops.open(data).then((loops) => this.begin(loops), (error) => this.tell("refused", { why: `${error.message}: ${data.more}` }));
+    Object.assign(this, { up: false, listens: false, before: [], why: "", past: names.map(() => new Float32Array(WINDOW_S * data.rate)) });
+    const dead = (why) => this.tell("status", { state: "dead", why, source: "simulated", drives: false, may_drive: false });
+    Loops.open(data).then((loops) => this.begin(loops), (error) => dead(`${error.message}: ${data.more}`));
   }
   tell(name, detail) {
     this.dispatchEvent(Object.assign(new Event(name), { detail }));
@@ -27,8 +28,7 @@ export class Link extends EventTarget {
     document.getElementById("rates").title = `Computed on this page, to the bits of fl.simulate (${loops.build} fma).`;
     const go = () => { requestAnimationFrame(go); this.step(); };
     go();
-    setInterval(() => this.tell("numbers", this.numbers()), TOLD_MS);
-    setInterval(() => this.status(), TOLD_MS);
+    setInterval(() => { this.tell("numbers", this.numbers()); this.status(); }, TOLD_MS);
     // A page that nobody sees rests, and has nothing to make good.
     document.addEventListener("visibilitychange", () => { this.session.begun = NaN; });
   }
@@ -68,18 +68,15 @@ export class Link extends EventTarget {
   }
   frame({ first, rows, reached }) {
     const every = this.listens ? 1 : EVERY, count = rows[0].length / every;
-    this.kept.push(rows);
-    for (let ticks = this.kept.reduce((sum, each) => sum + each[0].length, 0); ticks - this.kept[0][0].length >= WINDOW_S * data.rate;) ticks -= this.kept.shift()[0].length;
+    this.past.forEach((past, channel) => {
+      past.copyWithin(0, rows[channel].length);
+      past.set(rows[channel], past.length - rows[channel].length);
+    });
     const channels = rows.map((row) => Float32Array.from({ length: count }, (_, i) => row[every * i + every - 1]));
     this.tell("frame", { time: (first + every) / data.rate, reached, spacing: every / data.rate, rows: count, channels });
   }
   numbers() {
-    const whole = names.map((_, channel) => {
-      const row = new Float32Array(this.kept.reduce((sum, each) => sum + each[channel].length, 0));
-      this.kept.reduce((at, each) => { row.set(each[channel], at); return at + each[channel].length; }, 0);
-      return row;
-    });
-    return numbersOf(whole, names, data.rate, data.limits);
+    return numbersOf(this.past.map((past) => past.slice(-this.session.ticks || past.length)), names, data.rate, data.limits);
   }
   // Answers come later, as from a server: who asks may be in the midst of an answer.
   ask(what, more = {}) {
@@ -96,13 +93,13 @@ export class Link extends EventTarget {
       sound: () => { this.listens = more.on; },
       effect: () => this.choose((at) => { at.effect = more.name; }),
       finger: () => this.choose((at) => {
-        at.finger = data.axes.fingers.choices[more.number % data.axes.fingers.choices.length];
+        at.finger = data.axes.fingers.choices[more.number % data.axes.fingers.choices.length] ?? "";
         for (const path of Object.keys(data.fingers[at.finger])) delete at.stops[path];
       }),
       preset: () => this.set(data.presets[more.name]),
       set: () => this.set(more.values),
       undo: () => { if (this.before.length) this.put(this.before.pop()); },
-      tour: () => { if (more.on) this.start = structuredClone(loops.at); else if (this.start) this.put(this.start); },
+      tour: () => { if (more.on) this.start = loops.at; else if (this.start) this.put(this.start); },
     };
     todo[what]?.();
     this.status();
@@ -126,9 +123,10 @@ export class Link extends EventTarget {
     });
   }
   choose(change) {
-    this.before = [...this.before.slice(1 - UNDONE), structuredClone(this.loops.at)];
-    change(this.loops.at);
-    this.put(this.loops.at);
+    const at = structuredClone(this.loops.at);
+    this.before = [...this.before.slice(1 - UNDONE), this.loops.at];
+    change(at);
+    this.put(at);
   }
   put(at) {
     this.loops.at = at;
