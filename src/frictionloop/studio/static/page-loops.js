@@ -17,17 +17,20 @@ export class Loops {
     throw new Error("this browser does not compute the simulator's numbers");
   }
   constructor(data, blob, wasm, build) {
-    Object.assign(this, { data, blob, wasm, build, top: wasm.__heap_base.value, at: { ...data.start } });
+    Object.assign(this, { data, blob, wasm, build, top: wasm.__heap_base.value, at: { ...data.start }, known: new Map() });
     this.shape = new Float64Array(this.words(data.shape).buffer);
     this.loops = ["closed", "open"].map((which) => ({ which, rooms: {} }));
     for (const loop of this.loops) this.lay(loop, this.image(loop), true);
   }
   // Words of 64 bits, packed as differences, all first bytes first.
   words([offset, count]) {
+    const key = `${offset} ${count}`;
+    if (this.known.has(key)) return this.known.get(key).slice();
     const bytes = new Uint8Array(8 * count), words = new BigUint64Array(bytes.buffer);
     for (let i = 0; i < 8 * count; i++) bytes[8 * (i % count) + Math.floor(i / count)] = this.blob[8 * offset + i];
     for (let i = 1; i < count; i++) words[i] += words[i - 1];
-    return words;
+    this.known.set(key, words);
+    return words.slice();
   }
   // The choices of a loop, in the order in which they lie over one another.
   chosen(law) {
