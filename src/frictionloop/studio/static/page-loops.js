@@ -12,7 +12,7 @@ export class Loops {
       const code = await unpacked(data.wasm[build]);
       if (!WebAssembly.validate(code)) continue;
       const loops = new Loops(data, blob, (await WebAssembly.instantiate(code)).instance.exports, build);
-      if (loops.digest() === data.digest) return loops;
+      if (loops.proven()) return loops;
     }
     throw new Error("this browser does not compute the simulator's numbers");
   }
@@ -121,14 +121,11 @@ export class Loops {
       closed.limit, closed.floor, closed.saturated,
     ];
   }
-  // FNV-1a over the words of all channels of 64 periods; both loops then begin anew.
-  digest() {
+  // Whether 64 periods have the simulator's bits; both loops then begin anew.
+  proven() {
     const path = Float64Array.from({ length: 192 }, (_, i) => [1e-5 * Math.floor(i / 3), 0.05, 0.5][i % 3]);
-    let digest = 0xcbf29ce484222325n;
-    for (const channel of this.advance(path)) {
-      for (const word of new BigUint64Array(channel.buffer)) digest = BigInt.asUintN(64, (digest ^ word) * 0x100000001b3n);
-    }
+    const told = new BigUint64Array(Float64Array.from(this.advance(path).flatMap((row) => [...row])).buffer);
     for (const loop of this.loops) this.lay(loop, loop.fresh, true);
-    return digest.toString(16).padStart(16, "0");
+    return this.words(this.data.proof).every((word, i) => word === told[i]);
   }
 }
