@@ -3,19 +3,17 @@ const [modules, given] = Deno.args, { data, build, steps, session, numbers } = J
 const out = (values) => Deno.stdout.writeSync(new Uint8Array(Float64Array.from(values).buffer));
 const load = (name) => import(`file://${modules}/${name}`);
 
-if (steps) {
+if (data) {
   const { Loops } = await load("page-loops.js");
-  const loops = await Loops.open({ ...data, wasm: { fused: data.wasm[build], exact: data.wasm[build] } });
-  for (const { at, path } of steps) {
+  const loops = await Loops.open(build ? { ...data, wasm: { fused: data.wasm[build], exact: data.wasm[build] } } : data);
+  if (!build) console.log(loops.build);
+  for (const { at, path } of steps ?? []) {
     if (at) {
       loops.at = at;
       loops.change();
     }
     for (const row of loops.advance(Float64Array.from(path))) out(row);
   }
-  const path = Float64Array.from({ length: 75 }, (_, i) => [1e-5 * Math.floor(i / 3), 0.05, 0.5][i % 3]), since = performance.now();
-  for (let block = 0; block < 400; block++) loops.advance(path);
-  console.error((1e3 * (performance.now() - since)) / 400 / 25);
 }
 if (session) {
   const { Session } = await load("page-finger.js");

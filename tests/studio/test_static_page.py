@@ -23,6 +23,7 @@ from frictionloop.studio.live_numbers import numbers_of
 from frictionloop.studio.one_page import STATIC
 from frictionloop.studio.opened_studio import scene
 from frictionloop.studio.page_choices import Choices, PageBench, axes_of
+from frictionloop.studio.replay import packed
 
 BASE = scene()
 DRIVER = Path(__file__).with_name("page_driver.mjs")
@@ -85,6 +86,14 @@ def test_both_loops_have_the_bits_of_the_live_engine_while_choices_change(data, 
             expected.append(twin.advance(path).ravel())
     found = np.frombuffer(deno(tmp_path, data=data, build=build, steps=steps))
     assert np.array_equal(found.view(np.uint64), np.concatenate(expected).view(np.uint64))
+
+
+def test_a_build_that_rounds_twice_is_found_out(data, tmp_path):
+    bench = PageBench(BASE, 0)
+    axes_of(bench, static_page.choices_of(BASE))
+    twice = bench.loop.text().replace("return __builtin_fma(a, b, c);", "return a * b + c;")
+    builds = {"fused": packed(static_page.wasm(twice, ())), "exact": data["wasm"]["exact"]}
+    assert deno(tmp_path, data=data | {"wasm": builds}) == b"exact\n"
 
 
 class Told:

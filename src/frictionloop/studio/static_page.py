@@ -214,7 +214,7 @@ def wasm(text: str, flags: tuple[str, ...]) -> bytes:
 
 
 def proof(system: System, seed: int) -> np.ndarray:
-    """Return the words of all channels of 64 periods of the simulator's two loops, under the path that the page runs."""
+    """Return the words of all channels of 64 periods of the simulator's loops, under the path that the page runs."""
     k = np.arange(64.0)
     path = np.stack([1e-5 * k, np.full(64, 0.05), np.full(64, 0.5)], axis=1)
     return np.ascontiguousarray(TwinEngine(system, seed).advance(path)).view(np.uint64).ravel()
