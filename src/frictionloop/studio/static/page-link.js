@@ -107,9 +107,10 @@ export class Link extends EventTarget {
   // A value that is no stop of its slider moves to the next one; what the page has no choice of is named.
   set(values) {
     this.choose((at) => {
-      const { "controller.kind": law, "setpoint.kind": _, "setpoint.effect": effect, ...rest } = values, lacking = [];
+      const { "controller.kind": law, "setpoint.kind": _, "setpoint.effect": effect, ...rest } = values, lacking = law && !(law in data.laws) ? ["controller.kind"] : [];
       const name = Object.keys(data.effects).find((each) => JSON.stringify(data.effects[each]) === JSON.stringify(effect));
       if (name !== undefined) at.effect = name;
+      else if (effect) lacking.push("setpoint.effect");
       if (law in data.laws && law !== at.law) {
         at.law = law;
         at.stops = Object.fromEntries(Object.entries(at.stops).filter(([path]) => !["controller.kp", "controller.ki"].includes(path)));
