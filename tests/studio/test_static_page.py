@@ -88,6 +88,16 @@ def test_both_loops_have_the_bits_of_the_live_engine_while_choices_change(data, 
     assert np.array_equal(found.view(np.uint64), np.concatenate(expected).view(np.uint64))
 
 
+def test_a_bench_of_another_rate_and_a_long_delay_runs_too(tmp_path):
+    system = BASE.evolve({"controller.kind": "pi", "controller.rate_hz": 10_000.0, "controller.delay_s": 0.009})
+    own, twin = static_page.page_data(system, 7), TwinEngine(system, 7)
+    steps = [stroke(25 * block, 25) for block in range(20)]
+    expected = np.concatenate([twin.advance(path).ravel() for path in steps])
+    given = [{"path": path.ravel().tolist()} for path in steps]
+    found = np.frombuffer(deno(tmp_path, data=own, build="exact", steps=given))
+    assert np.array_equal(found.view(np.uint64), expected.view(np.uint64))
+
+
 def test_a_build_that_rounds_twice_is_found_out(data, tmp_path):
     bench = PageBench(BASE, 0)
     axes_of(bench, static_page.choices_of(BASE))

@@ -1,6 +1,6 @@
 """Scalar steps as C99: straight-line functions of numbers and named tuples, each specialised on its arguments' types.
 
-What Numba compiles for the simulator is translated here for boards and pages, line by line and with the same names: both
+What Numba compiles for the simulator is translated here for boards and pages, line by line, with the same names. Both
 give the same bits in double (tests/firmware/test_translation). What has no C is refused by function, line and text.
 
 =====================  ================================================================

@@ -23,7 +23,7 @@ MOST = 128
 """Periods of one call at most."""
 TRIED = 40
 """Combinations of choices that are lowered whole, and compared."""
-_FILLED = ("trace", "path", "history", "setpoint_samples", "disturbance_samples")
+_FILLED = ("trace", "path", "setpoint_samples", "disturbance_samples")
 """What the page has a room of its own for."""
 Words = dict[str, np.ndarray]
 """All numbers of a loop by the array that they are in, as words of 64 bits."""

@@ -74,18 +74,12 @@ export class Loops {
       const at = this.room(loop, name, 8 * words.length);
       new BigUint64Array(this.wasm.memory.buffer, at, words.length).set(words);
     };
-    for (const name of ["record", "slab"]) view(name, arrays[name]);
-    const factor = new Float64Array(scale.buffer)[0];
-    view("roughness", new BigUint64Array(this.shape.map((n) => factor * n).buffer));
-    for (const [name, words] of Object.entries(arrays)) if (!["record", "slab"].includes(name)) view(name, words);
-    if (fresh) {
-      loop.period = 0;
-      view("history", new BigUint64Array(64));
-    }
-    const none = this.room(loop, "none", 64);
+    view("record", arrays.record); // which points to all others
+    view("roughness", new BigUint64Array(this.shape.map((n) => new Float64Array(scale.buffer)[0] * n).buffer));
+    for (const [name, words] of Object.entries(arrays)) if (name !== "record" && (fresh || name !== "history")) view(name, words);
+    if (fresh) loop.period = 0;
     for (const [name, doubles] of [["trace", names.length * most], ["path", 3 * most]]) this.room(loop, name, 8 * doubles);
     for (const name of Object.keys(this.data.fields)) if (name in loop.rooms) this.point(loop, name, loop.rooms[name].at);
-    for (const name of ["setpoint_samples", "disturbance_samples"]) this.point(loop, name, none);
     loop.fresh = image;
   }
   // As `Guided.change`: numbers change and the state stays, but what makes another loop begins anew at rest.
