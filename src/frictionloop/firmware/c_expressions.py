@@ -128,8 +128,9 @@ class Expressions(ast.NodeVisitor):
 
     def visit_Compare(self, node: ast.Compare) -> Value:
         """A comparison, or a chain of them."""
-        values = [self.number(part).code for part in (node.left, *node.comparators)]
-        if any(type(op) not in COMPARED for op in node.ops):
+        found = [self.number(part) for part in (node.left, *node.comparators)]
+        values, kinds = [each.code for each in found], {each.kind for each in found}
+        if any(type(op) not in COMPARED for op in node.ops) or (WORD in kinds and len(kinds) > 1):
             self.refuse(node, "no C")
         pairs = [f"({a} {COMPARED[type(op)]} {b})" for a, op, b in zip(values, node.ops, values[1:], strict=False)]
         return Value(pairs[0] if len(pairs) == 1 else f"({' && '.join(pairs)})", BOOL)
@@ -139,7 +140,7 @@ class Expressions(ast.NodeVisitor):
         value = self.number(node.operand)
         if isinstance(node.op, ast.Not):
             return Value(f"(!{value.code})", BOOL)
-        if not isinstance(node.op, ast.USub):
+        if not isinstance(node.op, ast.USub) or value.kind == WORD:
             self.refuse(node, "no C")
         return Value(f"(-{value.code})", REAL) if value.kind == REAL else self.whole(f"0u - (uint64_t){value.code}")
 
@@ -233,6 +234,8 @@ class Expressions(ast.NodeVisitor):
     def known(self, called: Any, values: Sequence[Value], node: ast.Call) -> Value:
         """A function that C has too."""
         if node.keywords or not values or any(not isinstance(each.kind, str) for each in values):
+            self.refuse(node, "calls what has no C")
+        if called in (min, max, abs) and any(each.kind == WORD for each in values):
             self.refuse(node, "calls what has no C")
         if called in (min, max) and len(values) > 1:
             return self.extreme(called, values, node)

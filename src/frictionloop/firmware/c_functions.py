@@ -25,8 +25,9 @@ class FunctionInC(Expressions):
         if not isinstance(tree, ast.FunctionDef) or tree.args.kwarg:
             raise no_c(f"{function.__name__}: no plain function")
         arguments = [each.arg for each in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
-        self.rest, more = tree.args.vararg.arg if tree.args.vararg else "", len(kinds) - len(arguments)
-        arguments += [f"{self.rest}{i}" for i in range(more)] if self.rest else []
+        self.rest = tree.args.vararg.arg if tree.args.vararg else ""
+        self.beyond = [f"{self.rest}{i}" for i in range(len(kinds) - len(arguments))] if self.rest else []
+        arguments += self.beyond
         self.arguments = dict(zip(arguments, kinds, strict=True))
         super().__init__(within, function, dict(self.arguments))
         self.read = {name for name, _ in _names(tree, ast.Load)}
@@ -79,7 +80,7 @@ class FunctionInC(Expressions):
         """Return an argument, the parts of one that is unpacked, or all that the function has beyond its names."""
         match node:
             case ast.Starred(ast.Name(name)) if self.rest and name == self.rest:
-                return [Value(each, kind) for each, kind in self.arguments.items() if each.startswith(name)]
+                return [Value(each, self.arguments[each]) for each in self.beyond]
         return super().unpacked(node)
 
     def visit_Pass(self, _node: ast.Pass) -> bool:
