@@ -238,6 +238,10 @@ def refuses_itself(x: float) -> float:
     return refuses_itself(x)
 
 
+def refuses_words(x: float) -> float:
+    return 1.0 if np.uint64(x) < 1 else 0.0
+
+
 def refuses_shift(x: float) -> float:
     return float(int(x) << -1)
 
@@ -251,6 +255,7 @@ REFUSED = {
     refuses_kinds: "int64_t before and double here: y",
     refuses_while: "no C: while x > 1.0:",
     refuses_itself: "calls itself",
+    refuses_words: "no C: np.uint64(x) < 1",
     refuses_shift: "no shift but of an int by 0 to 63: int(x) << -1",
 }
 

@@ -32,6 +32,7 @@ from frictionloop.firmware import image
 from frictionloop.identification import rigs
 from frictionloop.loop.blocks import forget
 from frictionloop.loop.growing_file import Column, Spool
+from frictionloop.studio.page_choices import Choices, PageBench, axes_of
 
 D, R, X, I = fl.design, fl.rendering, fl.experiments, fl.identify
 BENCH, PEOPLE = fl.bench(), fl.fingers(6, 0)
@@ -183,6 +184,14 @@ def designs_for_people(monkeypatch):
         limits = D.limits(fl.feasible(), "pi")
     assert [each.name for each in limits.limiting] == ["rate of 10 kHz"]
     yield limits
+
+
+@raises("STUDIO-NO-SUM")
+def choices_that_depend_on_one_another():
+    soft = {"soft": {"finger.damping_n_s_m": 3.0}}
+    with pytest.raises(fl.FrictionloopError) as refused:
+        axes_of(PageBench(BENCH, 0), Choices({"own": {}}, {"own": {}}, soft, {"finger.stiffness_n_m": [500.0]}, {}))
+    yield refused.value
 
 
 @raises("SPEC-CHANGED", "BELIEF-DIFFERS", "KIND-DEFAULTS", "UNIT-DOUBT", "STUDIO-EFFECT")

@@ -23,6 +23,7 @@ EXAMPLES = (
     "my-bench.toml --effect bump",
     "my-bench.toml --device serial:///dev/ttyACM0",
     "--replay run.h5",
+    "--export play.html",
     "--export page.html run.h5 other.h5",
 )
 PORT = 8026
@@ -60,13 +61,15 @@ def command(
     replay
         Play a recorded run (.h5) beside the live page.
     export
-        Write a page (.html) that plays the RUNs without a server, or ten seconds of the ghost finger without one.
+        Write this page, or one that plays the RUNs, as a file (.html) that needs no server.
     """
     if export is not None:
         file_arguments.check_output("export", export, (".html",))
-        runs = tuple(each for each in (file, *runs) if each is not None)
-        with fl.progress.waiting("" if runs else "stroking"):
-            given = None if runs else _given(None, preset, overrides, effect)
+        if file is not None and (runs or file.suffix == ".h5"):
+            runs, file = (file, *runs), None
+        with fl.progress.waiting("" if runs else "translating the loop"):
+            named = not runs and (file or preset or overrides or effect)
+            given = _given(file, preset, overrides, effect) if named else None
             found = fl.studio.export(export, runs, given and given.system, seed)
         shown.show(found.with_findings(given.findings if given else ()))
         return
@@ -74,6 +77,7 @@ def command(
         raise fl.FrictionloopError(f"RUN = {str(runs[0])!r}: goes with --export; --replay RUN plays one")
     file_arguments.check_count("seed", seed, 0)
     file_arguments.check_count("port", port, 0, 65535)
+    named = file or preset or overrides or effect or device
     given = _given(file, preset, overrides, effect)
     with ExitStack() as opening:
         opening.enter_context(fl.progress.waiting(f"looking for {device}" if device else "compiling the loop"))
@@ -82,7 +86,8 @@ def command(
             opening.close()
             shown.show(found.with_findings(given.findings))
 
-        fl.studio.serve(given.system, device=device, seed=seed, host=host, port=port, replay=replay, opened=opened)
+        system = given.system if named else None
+        fl.studio.serve(system, device=device, seed=seed, host=host, port=port, replay=replay, opened=opened)
 
 
 def _given(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> flags.Given:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import ast
 import builtins
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, NoReturn, Protocol
+
+import numpy as np
 
 from frictionloop.firmware.c_source import (
     BOOL,
@@ -15,7 +17,9 @@ from frictionloop.firmware.c_source import (
     KNOWN,
     NUMBERS,
     REAL,
+    WORD,
     Kind,
+    Pointer,
     Struct,
     Value,
     bare,
@@ -24,6 +28,7 @@ from frictionloop.firmware.c_source import (
     no_c,
 )
 
+KNOWN_TESTS = {"true": True, "false": False}
 COMPARED: dict[type, str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -35,6 +40,7 @@ class Within(Protocol):
     """What a function needs of the translation that it is part of."""
 
     helpers: set[str]
+    own: Mapping[Any, Callable[[Any, ast.Call], Value]]
 
     def struct(self, shape: type) -> Struct:
         """Return the struct of a named tuple class."""
@@ -66,9 +72,23 @@ class Expressions(ast.NodeVisitor):
     def number(self, node: ast.expr) -> Value:
         """Return an expression that is a number."""
         value: Value = self.visit(node)
-        if isinstance(value.kind, Struct):
+        if not isinstance(value.kind, str):
             self.refuse(node, "a tuple where a number belongs")
         return value
+
+    def evaluated(self, value: Value) -> Value:
+        """Return a value that is evaluated before the statement, once."""
+        raise NotImplementedError
+
+    def unpacked(self, node: ast.expr) -> list[Value]:
+        """Return an argument, or the parts of one that is unpacked."""
+        if not isinstance(node, ast.Starred):
+            return [self.visit(node)]
+        value: Value = self.visit(node.value)
+        if not isinstance(value.kind, Struct):
+            self.refuse(node, "unpacks no tuple")
+        whole = value if value.code.isidentifier() else self.evaluated(value)
+        return [Value(f"{whole.code}.{identifier(name)}", kind) for name, kind in value.kind.parts]
 
     def visit_Constant(self, node: ast.Constant) -> Value:
         """A number."""
@@ -85,23 +105,32 @@ class Expressions(ast.NodeVisitor):
         return filled(self.within.plain([each.kind for each in values]), [each.code for each in values])
 
     def visit_IfExp(self, node: ast.IfExp) -> Value:
-        """``a if test else b``."""
+        """``a if test else b``, or the one that a known test leaves."""
+        test = self.number(node.test).code
+        if test in KNOWN_TESTS:
+            chosen: Value = self.visit(node.body if KNOWN_TESTS[test] else node.orelse)
+            return chosen
         left, right = self.visit(node.body), self.visit(node.orelse)
         kind = self.common(left.kind, right.kind, node)
-        return Value(f"({self.number(node.test).code} ? {left.code} : {right.code})", kind)
+        return Value(f"({test} ? {left.code} : {right.code})", kind)
 
     def visit_BoolOp(self, node: ast.BoolOp) -> Value:
         """``and``, ``or`` of comparisons: in Python those of numbers are one of the numbers."""
-        values = [self.number(part) for part in node.values]
-        if any(each.kind != BOOL for each in values):
-            self.refuse(node, "and, or of numbers")
+        values, decides = [], "false" if isinstance(node.op, ast.And) else "true"
+        for part in node.values:
+            values.append(self.number(part))
+            if values[-1].kind != BOOL:
+                self.refuse(node, "and, or of numbers")
+            if values[-1].code == decides:
+                return values[-1]
         sign = " && " if isinstance(node.op, ast.And) else " || "
         return Value(f"({sign.join(each.code for each in values)})", BOOL)
 
     def visit_Compare(self, node: ast.Compare) -> Value:
         """A comparison, or a chain of them."""
-        values = [self.number(part).code for part in (node.left, *node.comparators)]
-        if any(type(op) not in COMPARED for op in node.ops):
+        found = [self.number(part) for part in (node.left, *node.comparators)]
+        values, kinds = [each.code for each in found], {each.kind for each in found}
+        if any(type(op) not in COMPARED for op in node.ops) or (WORD in kinds and len(kinds) > 1):
             self.refuse(node, "no C")
         pairs = [f"({a} {COMPARED[type(op)]} {b})" for a, op, b in zip(values, node.ops, values[1:], strict=False)]
         return Value(pairs[0] if len(pairs) == 1 else f"({' && '.join(pairs)})", BOOL)
@@ -111,7 +140,7 @@ class Expressions(ast.NodeVisitor):
         value = self.number(node.operand)
         if isinstance(node.op, ast.Not):
             return Value(f"(!{value.code})", BOOL)
-        if not isinstance(node.op, ast.USub):
+        if not isinstance(node.op, ast.USub) or value.kind == WORD:
             self.refuse(node, "no C")
         return Value(f"(-{value.code})", REAL) if value.kind == REAL else self.whole(f"0u - (uint64_t){value.code}")
 
@@ -126,12 +155,20 @@ class Expressions(ast.NodeVisitor):
             return Value(f"({over} / {under})", REAL)
         if type(node.op) in BITWISE and kind != REAL and a.kind == b.kind:
             return Value(f"({a.code} {BITWISE[type(node.op)]} {b.code})", kind)
+        if isinstance(node.op, ast.Mod) and (a.kind, b.kind) == (INT, INT) and self.is_whole(node.right):
+            self.within.helpers.add("modulo")
+            return Value(f"modulo({bare(a.code)}, {bare(b.code)})", INT)
         if type(node.op) not in ARITHMETIC:
             self.refuse(node, "no C")
         sign = ARITHMETIC[type(node.op)]
-        if kind == REAL:
-            return Value(f"({a.code} {sign} {b.code})", REAL)
+        if kind in (REAL, WORD):
+            return Value(f"({a.code} {sign} {b.code})", kind)
         return self.whole(f"(uint64_t){a.code} {sign} (uint64_t){b.code}")
+
+    def is_whole(self, node: ast.expr) -> bool:
+        """Tell whether something is a whole number above 0 from outside of the function."""
+        found = self.resolved(node) if isinstance(node, ast.Name) and node.id not in self.kinds else None
+        return type(found) is int and found > 0
 
     def by_constant(self, node: ast.BinOp) -> Value:
         """Squares of variables, and shifts of whole numbers."""
@@ -140,6 +177,8 @@ class Expressions(ast.NodeVisitor):
             if by != 2 or value.kind != REAL or not isinstance(node.left, ast.Name):
                 self.refuse(node, "no power but the square of a variable")
             return Value(f"({value.code} * {value.code})", REAL)
+        if value.kind == WORD and isinstance(node.op, ast.RShift):
+            return Value(f"({value.code} >> {self.number(node.right).code})", WORD)
         if value.kind != INT or not isinstance(by, int) or not 0 <= by < 64:
             self.refuse(node, "no shift but of an int by 0 to 63")
         if isinstance(node.op, ast.LShift):
@@ -153,41 +192,50 @@ class Expressions(ast.NodeVisitor):
             root = root.value
         if isinstance(root, ast.Name) and root.id not in self.kinds:
             return self.constant(self.resolved(node), node)
-        return self.part(node, node.value, node.attr)
+        return self.part(node, self.visit(node.value), node.attr)
 
     def visit_Subscript(self, node: ast.Subscript) -> Value:
-        """A part of a tuple by its number."""
-        return self.part(node, node.value, getattr(node.slice, "value", None))
+        """A part of a tuple by its number, or of what lies at an address."""
+        value: Value = self.visit(node.value)
+        if isinstance(value.kind, Pointer):
+            return Value(f"{value.code}[{bare(self.number(node.slice).code)}]", value.kind.to)
+        return self.part(node, value, getattr(node.slice, "value", None))
 
-    def part(self, node: ast.expr, whole: ast.expr, which: Any) -> Value:
+    def part(self, node: ast.expr, value: Value, which: Any) -> Value:
         """Return a part of a tuple by name or number."""
-        value: Value = self.visit(whole)
-        parts = value.kind.parts if isinstance(value.kind, Struct) else ()
+        shape, sign = (value.kind.to, "->") if isinstance(value.kind, Pointer) else (value.kind, ".")
+        parts = shape.parts if isinstance(shape, Struct) else ()
         for k, (name, kind) in enumerate(parts):
             if which == name or (which == k and type(which) is int):
-                return Value(f"{value.code}.{identifier(name)}", kind)
+                return Value(f"{value.code}{sign}{identifier(name)}", kind)
         self.refuse(node, "no such part")
 
     def visit_Call(self, node: ast.Call) -> Value:
         """A call."""
-        if any(isinstance(each, ast.Starred) for each in node.args) or any(each.arg is None for each in node.keywords):
+        if any(each.arg is None for each in node.keywords):
             self.refuse(node, "no C for arguments that are unpacked")
         called = self.resolved(node.func)
-        values = [self.visit(each) for each in node.args]
+        if isinstance(called, Hashable) and called in self.within.own:
+            return self.within.own[called](self, node)
+        values = [value for each in node.args for value in self.unpacked(each)]
         named = {str(each.arg): self.visit(each.value) for each in node.keywords}
         if isinstance(called, type) and hasattr(called, "_fields"):
             return self.tuple_of(called, values, named, node)
         python = getattr(called, "py_func", called)
         if inspect.isfunction(python):
-            defaults = {k: p.default for k, p in inspect.signature(python).parameters.items()}
-            given = self.bound(defaults, values, named, node)
+            taken = inspect.signature(python).parameters
+            defaults = {k: p.default for k, p in taken.items()}
+            several = any(each.kind is inspect.Parameter.VAR_POSITIONAL for each in taken.values())
+            given = values if several else self.bound(defaults, values, named, node)
             name, kind = self.within.function(called, [each.kind for each in given])
             return Value(f"{name}({', '.join(bare(each.code) for each in given)})", kind)
         return self.known(called, values, node)
 
     def known(self, called: Any, values: Sequence[Value], node: ast.Call) -> Value:
         """A function that C has too."""
-        if node.keywords or not values or any(isinstance(each.kind, Struct) for each in values):
+        if node.keywords or not values or any(not isinstance(each.kind, str) for each in values):
+            self.refuse(node, "calls what has no C")
+        if called in (min, max, abs) and any(each.kind == WORD for each in values):
             self.refuse(node, "calls what has no C")
         if called in (min, max) and len(values) > 1:
             return self.extreme(called, values, node)
@@ -262,15 +310,17 @@ class Expressions(ast.NodeVisitor):
             return Value(f"INT64_C({value})" if value >= 0 else f"(-INT64_C({-value}))", INT)
         if isinstance(value, float):
             return Value(literal(value), REAL)
+        if isinstance(value, np.uint64):
+            return Value(f"UINT64_C({value})", WORD)
         self.refuse(node, "neither a number nor a variable")
 
     def common(self, a: Kind, b: Kind, node: Any) -> Kind:
         """Return the kind that holds both."""
         if a == b:
             return a
-        if isinstance(a, Struct) or isinstance(b, Struct):
+        if a not in NUMBERS or b not in NUMBERS:
             self.refuse(node, f"{a} or {b}")
-        return NUMBERS[max(NUMBERS.index(a), NUMBERS.index(b))]
+        return max(a, b, key=NUMBERS.index)
 
     def resolved(self, node: ast.expr) -> Any:
         """Return what a name outside of the function stands for."""

@@ -8,8 +8,8 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from frictionloop.firmware.c_expressions import Expressions, Within
-from frictionloop.firmware.c_source import INT, REAL, Kind, Struct, Value, bare, identifier, no_c
+from frictionloop.firmware.c_expressions import KNOWN_TESTS, Expressions, Within
+from frictionloop.firmware.c_source import INT, REAL, VOID, Kind, Pointer, Struct, Value, bare, identifier, no_c
 
 
 class FunctionInC(Expressions):
@@ -22,9 +22,12 @@ class FunctionInC(Expressions):
             tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
         except (OSError, TypeError, SyntaxError):
             raise no_c(f"{function!r}: no source") from None
-        if not isinstance(tree, ast.FunctionDef) or tree.args.vararg or tree.args.kwarg:
+        if not isinstance(tree, ast.FunctionDef) or tree.args.kwarg:
             raise no_c(f"{function.__name__}: no plain function")
         arguments = [each.arg for each in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
+        self.rest = tree.args.vararg.arg if tree.args.vararg else ""
+        self.beyond = [f"{self.rest}{i}" for i in range(len(kinds) - len(arguments))] if self.rest else []
+        arguments += self.beyond
         self.arguments = dict(zip(arguments, kinds, strict=True))
         super().__init__(within, function, dict(self.arguments))
         self.read = {name for name, _ in _names(tree, ast.Load)}
@@ -33,9 +36,9 @@ class FunctionInC(Expressions):
             for each in ast.walk(tree)
             if isinstance(each, ast.AugAssign) and isinstance(each.target, ast.Name)
         }
-        self.above = [f"(void){identifier(each)};" for each in arguments if each not in self.read]
+        self.above = [f"(void){identifier(each)};" for each in arguments if each not in self.read and not self.rest]
         self.declared, self.lines, self.depth = set(arguments), list[str](), 0
-        if not self.block(tree.body):
+        if not self.block(tree.body) and (self.result or not any(isinstance(kind, Pointer) for kind in kinds)):
             self.refuse(tree.body[-1], "may end without a value")
 
     def text(self, name: str) -> str:
@@ -44,7 +47,7 @@ class FunctionInC(Expressions):
         head = ", ".join(f"{kind} {identifier(each)}" for each, kind in self.arguments.items())
         body = [f"    {line}" for line in [*self.above, *self.lines]]
         return "\n".join(
-            [f"/* {said} */"] * bool(said) + [f"static inline {self.result} {name}({head}) {{", *body, "}\n"]
+            [f"/* {said} */"] * bool(said) + [f"static inline {self.result or VOID} {name}({head}) {{", *body, "}\n"]
         )
 
     def say(self, line: str) -> None:
@@ -63,10 +66,22 @@ class FunctionInC(Expressions):
         return returns
 
     def visit_Expr(self, node: ast.Expr) -> bool:
-        """A docstring."""
-        if not isinstance(node.value, ast.Constant):
+        """A docstring, or a call that returns nothing."""
+        if isinstance(node.value, ast.Call):
+            value: Value = self.visit(node.value)
+            if value.kind != VOID:
+                self.refuse(node, "leaves out what is returned")
+            self.say(f"{value.code};")
+        elif not isinstance(node.value, ast.Constant):
             self.refuse(node, "no C")
         return False
+
+    def unpacked(self, node: ast.expr) -> list[Value]:
+        """Return an argument, the parts of one that is unpacked, or all that the function has beyond its names."""
+        match node:
+            case ast.Starred(ast.Name(name)) if self.rest and name == self.rest:
+                return [Value(each, self.arguments[each]) for each in self.beyond]
+        return super().unpacked(node)
 
     def visit_Pass(self, _node: ast.Pass) -> bool:
         """Nothing."""
@@ -75,15 +90,21 @@ class FunctionInC(Expressions):
     def visit_Return(self, node: ast.Return) -> bool:
         """A result; all of a function's are numbers, or one kind of tuple."""
         if node.value is None:
-            self.refuse(node, "returns nothing")
+            if not any(isinstance(kind, Pointer) for kind in self.arguments.values()):
+                self.refuse(node, "returns nothing")
+            self.say("return;")
+            return True
         value: Value = self.visit(node.value)
         self.result = value.kind if self.result is None else self.common(self.result, value.kind, node)
         self.say(f"return {bare(value.code)};")
         return True
 
     def visit_If(self, node: ast.If) -> bool:
-        """If and else."""
-        self.say(f"if ({bare(self.number(node.test).code)}) {{")
+        """If and else, or what a known test leaves of them."""
+        test = bare(self.number(node.test).code)
+        if test in KNOWN_TESTS:
+            return self.block(node.body if KNOWN_TESTS[test] else node.orelse)
+        self.say(f"if ({test}) {{")
         returns = self.inner(node.body)
         if node.orelse:
             self.say("} else {")
@@ -123,9 +144,14 @@ class FunctionInC(Expressions):
 
     def visit_AugAssign(self, node: ast.AugAssign) -> bool:
         """``x += 1``."""
-        if not isinstance(node.target, ast.Name):
-            self.refuse(node, "no C")
-        before = ast.copy_location(ast.Name(node.target.id, ast.Load()), node)
+        before: ast.expr
+        match node.target:
+            case ast.Name(name):
+                before = ast.copy_location(ast.Name(name, ast.Load()), node)
+            case ast.Subscript(whole, place):
+                before = ast.copy_location(ast.Subscript(whole, place, ast.Load()), node)
+            case _:
+                self.refuse(node, "no C")
         self.assign(node.target, ast.copy_location(ast.BinOp(before, node.op, node.value), node))
         return False
 
@@ -152,6 +178,8 @@ class FunctionInC(Expressions):
             whole = value if value.code.isidentifier() else self.evaluated(value)
             for each, (name, kind) in zip(target.elts, parts, strict=True):
                 self.store(each, Value(f"{whole.code}.{identifier(name)}", kind))
+        elif isinstance(target, ast.Subscript) and isinstance(self.visit(target.value).kind, Pointer):
+            self.say(f"{self.visit(target).code} = {bare(value.code)};")
         elif not isinstance(target, ast.Name):
             self.refuse(target, "assigns to")
         elif target.id in self.read:

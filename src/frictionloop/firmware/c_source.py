@@ -12,7 +12,7 @@ import numpy as np
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.arithmetic import bits, double, fma
 
-BOOL, INT, REAL = "bool", "int64_t", "double"
+BOOL, INT, REAL, WORD, VOID = "bool", "int64_t", "double", "uint64_t", "void"
 NUMBERS = (BOOL, INT, REAL)
 """Kinds of numbers, each wider than the one before."""
 RESERVED = frozenset(dir(math)) | {
@@ -31,6 +31,7 @@ HELPERS = {
     "most_int": "static inline int64_t most_int(int64_t a, int64_t b) { return b > a ? b : a; }",
     "bits_of": "static inline int64_t bits_of(double x) { union { double d; int64_t i; } u = {x}; return u.i; }",
     "double_of": "static inline double double_of(int64_t i) { union { int64_t i; double d; } x = {i}; return x.d; }",
+    "modulo": "static inline int64_t modulo(int64_t a, int64_t b) { return a % b + (a % b < 0 ? b : 0); }",
     "wrapped": "static inline int64_t wrapped(uint64_t u) { union { uint64_t u; int64_t i; } x = {u}; return x.i; }",
 }
 """Functions that C lacks."""
@@ -40,6 +41,7 @@ KNOWN: dict[Any, tuple[str, str, int]] = {
     math.floor: ("(int64_t)floor", INT, 1), math.ceil: ("(int64_t)ceil", INT, 1),
     np.floor: ("floor", REAL, 1), np.ceil: ("ceil", REAL, 1), np.sqrt: ("sqrt", REAL, 1), np.abs: ("fabs", REAL, 1),
     math.isnan: ("isnan", BOOL, 1), math.isinf: ("isinf", BOOL, 1), math.isfinite: ("isfinite", BOOL, 1),
+    np.int64: ("(int64_t)", INT, 1), np.uint64: ("(uint64_t)", WORD, 1),
     float: ("(double)", REAL, 1), int: ("(int64_t)", INT, 1), bool: ("(bool)", BOOL, 1),
 }  # fmt: skip
 """Functions of Python that C has, what each returns, and of how many."""
@@ -56,7 +58,17 @@ class Struct:
         return self.name
 
 
-Kind = str | Struct
+@dataclass(frozen=True)
+class Pointer:
+    """Where numbers lie, or a struct."""
+
+    to: Kind
+
+    def __str__(self) -> str:
+        return f"{self.to} *"
+
+
+Kind = str | Struct | Pointer
 
 
 @dataclass(frozen=True)
@@ -78,7 +90,7 @@ def literal(value: float) -> str:
 
 def identifier(name: str) -> str:
     """Return a name of Python as C may have it."""
-    return f"{name}_" if name in RESERVED else name
+    return f"{name}_" if name in RESERVED or name in HELPERS else name
 
 
 def numbered(name: str) -> Iterator[str]:

@@ -1,7 +1,7 @@
 """Scalar steps as C99: straight-line functions of numbers and named tuples, each specialised on its arguments' types.
 
-What Numba compiles for the simulator is translated here for the board, line by line and with the same names: both give
-the same bits in double (tests/firmware/test_translation). What has no C is refused by function, line and text.
+What Numba compiles for the simulator is translated here for boards and pages, line by line, with the same names. Both
+give the same bits in double (tests/firmware/test_translation). What has no C is refused by function, line and text.
 
 =====================  ================================================================
 Python                 C
@@ -9,6 +9,8 @@ Python                 C
 bool, int, float       ``bool``, ``int64_t`` (wraps), ``double``
 named tuple, tuple     ``struct``, passed by value; a call that returns one is evaluated once
 ``min``, ``max``       the later one only if it is less, or greater: as Numba with NaN
+``*given``             its parts; an address of numbers is indexed, one of a struct has fields
+``if`` of a constant   the part that it leaves
 ``math.floor``         ``int64_t``, as Numba's; ``np.floor`` a double
 ``x ** 2``             ``x * x``; no other power
 ``fma``                ``fma``, rounded once; nothing else is contracted
@@ -17,12 +19,13 @@ named tuple, tuple     ``struct``, passed by value; a call that returns one is e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import ast
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from frictionloop.firmware.c_functions import FunctionInC
-from frictionloop.firmware.c_source import HELPERS, INT, REAL, Kind, Struct, identifier, no_c, numbered
+from frictionloop.firmware.c_source import HELPERS, INT, REAL, VOID, Kind, Struct, Value, identifier, no_c, numbered
 from frictionloop.quantities import trees
 
 INCLUDES = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
@@ -36,7 +39,10 @@ class Translation:
     structs: dict[Any, Struct] = field(default_factory=dict)
     functions: list[str] = field(default_factory=list)
     helpers: set[str] = field(default_factory=set)
+    own: Mapping[Any, Callable[[Any, ast.Call], Value]] = field(default_factory=dict)
+    """Calls that have a C of their own."""
     _named: dict[Any, tuple[str, Kind] | None] = field(default_factory=dict)
+    _taken: set[str] = field(default_factory=set)
 
     def struct(self, shape: type) -> Struct:
         """Return the struct of a named tuple class, its numbers all doubles."""
@@ -51,7 +57,9 @@ class Translation:
         """Return the struct of a tuple without names."""
         key = tuple(kinds)
         if key not in self.structs:
-            name = "tuple_" + "_".join("int" if kind == INT else str(kind) for kind in kinds)
+            whole = "tuple_" + "_".join("int" if kind == INT else str(kind) for kind in kinds)
+            names = {each.name for each in self.structs.values()}
+            name = next(filter(lambda each: each not in names, numbered(whole)))
             self.structs[key] = Struct(name, tuple((f"of{i}", kind) for i, kind in enumerate(kinds)))
         return self.structs[key]
 
@@ -66,12 +74,12 @@ class Translation:
         python = getattr(function, "py_func", function)
         key = python, tuple(kinds)
         if key not in self._named:
-            names = {each[0] for each in self._named.values() if each}
-            name = next(filter(lambda each: each not in names, numbered(identifier(python.__name__))))
+            name = next(filter(lambda each: each not in self._taken, numbered(identifier(python.__name__))))
             self._named[key] = None
+            self._taken.add(name)
             body = FunctionInC(self, python, kinds)
             self.functions.append(body.text(name))
-            self._named[key] = name, body.result or "void"
+            self._named[key] = name, body.result or VOID
         found = self._named[key]
         if found is None:
             raise no_c(f"{python.__name__}: calls itself")

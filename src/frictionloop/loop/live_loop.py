@@ -125,7 +125,7 @@ class Guided:
             return False
         fresh = tile.slab.data.copy()
         kept = (fresh == self._fresh).reshape(-1, tile.slab.width)
-        kept[_state_rows(systems[0])] = True
+        kept[state_rows(systems[0])] = True
         tile.slab.data[kept.ravel()] = running.slab.data[kept.ravel()]
         tile.shared.kept["history"][:] = running.shared.kept["history"]
         if len(systems) == 1:
@@ -157,6 +157,7 @@ def _alike(a: Tile, b: Tile) -> bool:
     return all(programs) and all(getattr(a.shared, name) == getattr(b.shared, name) for name in counts)
 
 
-def _state_rows(system: System) -> list[int]:
+def state_rows(system: System) -> list[int]:
+    """Return the rows of a slab that a loop keeps when its numbers change."""
     rows = [row for name in _STATE for row in flat((ROW[name],))]
     return [*rows, *flat((law_rows(law_of(system.controller))[0],))]

@@ -25,13 +25,19 @@ def roughness_table(rms: float, seed: int) -> np.ndarray:
     It depends on nothing but the seed: 1/f background of a finger on a flat surface, Wiertlewski, Hudin, Hayward
     (springer 978-1-4471-4841-8_7); that it is fixed in space is assumed.
     """
+    table, own_rms = roughness_shape(seed)
+    return np.asarray(rms / own_rms * table)
+
+
+def roughness_shape(seed: int) -> tuple[np.ndarray, float]:
+    """Return n(x) before it is scaled, and its standard deviation, joined by straight lines."""
     drawn = normals(seed, ROUGHNESS_STREAM, 0, 2 * WAVES).reshape(WAVES, 2)
     spectrum = np.zeros(CELLS // 2 + 1, dtype=complex)
     spectrum[1 : WAVES + 1] = (drawn[:, 0] + 1j * drawn[:, 1]) / np.sqrt(np.arange(1.0, WAVES + 1.0))
     table = np.fft.irfft(spectrum, CELLS)
     # Mean square of a line from a to b: (a^2 + a b + b^2) / 3.
     mean_square = np.mean(2.0 * table * table + table * np.roll(table, -1)) / 3.0
-    return np.asarray(rms / math.sqrt(mean_square) * table)
+    return table, math.sqrt(mean_square)
 
 
 def cells_per_m(longest_mm: float) -> float:

@@ -59,7 +59,7 @@ def serve(
     Parameters
     ----------
     system
-        The bench; `bench` if not given.
+        The bench; `bench` if not given, and `scene` if no effect and no device are given either.
     effect
         What lies on the plate: a name of the library, or a TOML file; the set-point of the system if not given.
     device
@@ -83,7 +83,8 @@ def serve(
     from frictionloop.studio.background import starting
 
     with starting():
-        _serve(on_plate(system or bench(), effect), device, seed, host, port, replay, opened)
+        plain = not (system or effect or device)
+        _serve(scene() if plain else on_plate(system or bench(), effect), device, seed, host, port, replay, opened)
 
 
 def on_plate(system: System, effect: str | None) -> System:
@@ -93,6 +94,12 @@ def on_plate(system: System, effect: str | None) -> System:
     from frictionloop.rendering.effect_toml import find
 
     return system.evolve(setpoint={"kind": "effect", "effect": find(effect)})
+
+
+def scene() -> System:
+    """Return what the page begins with: wide detents under a finger whose friction the open loop does not know."""
+    sticky = {"controller.kind": "notch_pi", "controller.feedforward": True, "friction.nominal_n": 1.3}
+    return on_plate(bench().evolve(sticky), "detents")
 
 
 def _serve(
@@ -188,17 +195,18 @@ def desk(
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedPage(Result):
-    """A page that plays runs without a server."""
+    """A page that needs no server."""
 
     SCHEMA: ClassVar[str] = "studio.export/1"
     path: Path
     runs: tuple[str, ...]
-    """Names on the page."""
+    """Those that it plays; none of the live page."""
     size_mb: float
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return the page and its size."""
-        return [("page", f"{self.path}, {self.size_mb:.1f} MB"), ("plays", ", ".join(self.runs))]
+        """Return the page, its size, and what it does."""
+        does = ("plays", ", ".join(self.runs)) if self.runs else ("runs", "both loops, live, in a browser")
+        return [("page", f"{self.path}, {self.size_mb:.1f} MB"), does]
 
 
 def export(
@@ -207,30 +215,36 @@ def export(
     system: System | None = None,
     seed: int = 0,
 ) -> ExportedPage:
-    """Write a page (.html) that plays recorded runs without a server.
+    """Write a page (.html) that needs no server: the live page, or one that plays recorded runs.
+
+    Both loops of the live page are WebAssembly, bit for bit those of ``fl.simulate``.
 
     Parameters
     ----------
     path
         The page.
     runs
-        Recorded runs (.h5). None: ten seconds of the ghost finger on a system.
+        Recorded runs (.h5). None: the live page.
     system
-        The bench of the ghost finger; `bench` with a grating if not given.
+        The bench of the live page; the `scene` if not given.
     seed
         Seed of its noise.
 
     Raises
     ------
     FrictionloopError
-        For a file that is no run, or a page that cannot be written.
+        For a file that is no run, a page that cannot be written, or a System that has no C (NO-C).
     """
-    from frictionloop.studio.replay import page_of, played, stroked
+    if runs:
+        from frictionloop.studio.replay import page_of
 
-    found = [_read(Path(run)) for run in runs]
-    if not found:
-        found = [played(stroked(system or on_plate(bench(), "grating"), seed), "ghost finger")]
-    text = page_of(found)
+        found = [_read(Path(run)) for run in runs]
+        text = page_of(found)
+    else:
+        needed("starlette", "starlette", "studio")
+        from frictionloop.studio.static_page import play_page
+
+        found, text = [], play_page(system or scene(), seed)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
     return ExportedPage(path=Path(path), runs=tuple(each["name"] for each in found), size_mb=len(text) / 1e6)

@@ -18,6 +18,7 @@ from starlette.websockets import WebSocket
 from frictionloop.live.engines import CHANNELS
 from frictionloop.live.session import recorded
 from frictionloop.loop.record import save
+from frictionloop.parameters import System
 from frictionloop.parameters.written import to_toml
 from frictionloop.studio import background
 from frictionloop.studio.commands import PRESETS, obey
@@ -124,20 +125,23 @@ def save_answer(room: Room, name: str) -> Response:
     return Response(content, media_type=SAVED[name], headers=HEADERS)
 
 
+def hello_message(system: System, page: str) -> dict[str, Any]:
+    """Return what a page is told first: what there is to be seen and chosen."""
+    return {
+        "type": "hello",
+        "channels": {name: list(told) for name, told in CHANNELS.items()},
+        "effects": gallery(),
+        "plate_mm": [system.touch.load.length_mm, HEIGHT_MM],
+        "presets": [{"name": each.name, "told": each.told} for each in PRESETS],
+        "page": page,
+        "paint": {"mm": PAINT_MM, "most_n": PAINT_MOST_N},
+    }
+
+
 async def _serve(room: Room, guest: Guest, socket: WebSocket) -> None:
     drawn = await room.drawing.drawn()
     system = room.session.engine.system
-    guest.put(
-        {
-            "type": "hello",
-            "channels": {name: list(told) for name, told in CHANNELS.items()},
-            "effects": gallery(),
-            "plate_mm": [system.touch.load.length_mm, HEIGHT_MM],
-            "presets": [{"name": each.name, "told": each.told} for each in PRESETS],
-            "page": guest.key,
-            "paint": {"mm": PAINT_MM, "most_n": PAINT_MOST_N},
-        }
-    )
+    guest.put(hello_message(system, guest.key))
     guest.put(system_message(system))
     guest.put(drawn)
     room.join(guest)

@@ -143,7 +143,7 @@ def build_move(lifting: Lifting, contact: str, vibration: Vibration, moving: boo
 
     @compiled
     def move(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        if moving and o.given:
+        if moving and o.given > 0:
             accept(s, n, doubles(o.roughness))
         apply_late(s, n, k, o)
         if o.pulsed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from frictionloop.loop.kernel.structure import (
     segments_of,
     substeps_of,
 )
+from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.traces import places_of, traces_of
 from frictionloop.loop.metric import Tally
 from frictionloop.parameters import Model, System
@@ -45,10 +46,12 @@ def lower(
     tallies: Sequence[Tally] = (),
     external: bool = False,
     guided: bool = False,
+    compiled: Callable[..., int] = compiled_tile,
 ) -> Tile:
     """Return the tile that runs these systems (one, or up to ``LANES`` of equal structure) with these seeds.
 
     ``traces`` is what a run records, ``[trace][period][lane]``; ``guided`` fingers go where the record's ``path`` says.
+    ``compiled`` gives the number by which the loop calls a tile: its address.
     """
     width = 1 if len(systems) == 1 else LANES
     # A tile is always full: lanes beyond the last system repeat it and are not read.
@@ -100,7 +103,7 @@ def lower(
     if traces is not None:
         shared.point(trace=traces)
         shared.set(trace_size=traces.size // len(traces_of(first)))
-    set_programs(shared, slab, first, name, setpoint, disturbance, places)
+    set_programs(shared, slab, first, name, setpoint, disturbance, places, compiled)
     return Tile(name, slab, shared, setpoint.take, disturbance.take, places)
 
 

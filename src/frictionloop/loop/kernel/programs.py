@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,6 @@ from frictionloop.loop.kernel.paper_tile import build_paper
 from frictionloop.loop.kernel.shared import Shared
 from frictionloop.loop.kernel.signals import build_draws, build_driven, build_signal
 from frictionloop.loop.kernel.structure import contact_of, effect_of, is_irregular, moves
-from frictionloop.loop.kernel.tiles import compiled_tile
 from frictionloop.loop.kernel.traces import build_record, build_tally
 from frictionloop.loop.metric import Tally
 from frictionloop.parameters import System
@@ -33,9 +32,10 @@ def set_programs(
     setpoint: Signal,
     disturbance: Signal,
     places: Mapping[Tally, int],
+    compiled: Callable[..., int],
 ) -> None:
     """Let a record run the tiles of a system's loop, compiled or from the disk."""
-    of, quadrature = partial(compiled_tile, slab.width), kernel == "quadrature"
+    of, quadrature = partial(compiled, slab.width), kernel == "quadrature"
     sine = quadrature and disturbance.how == "sine"
     kinds = disturbance.how, disturbance.shared
     effect = effect_of(system)

@@ -31,7 +31,7 @@ _WHOLE = (
     # the tile that runs whole blocks, 0 where a program of ticks does
     "whole",
 )
-_SCRATCH = (
+SCRATCH = (
     *("setpoint", "disturbance", "driven", "normals", "history", "table", "seeds"),
     "draws",  # unit normals of tremor, position and load, one block after the other
     "roughness",  # table of n(x), ``[cell][lane]``
@@ -40,11 +40,11 @@ _SCRATCH = (
     *("setpoint_samples", "disturbance_samples", "trace"),
     "path",  # of a finger that somebody moves: place, speed and load at the end of each period, [period][3]
 )
-_PROGRAMS = ("blocks", "ticks", "obeys", "extras")
+PROGRAMS = ("blocks", "ticks", "obeys", "extras")
 """Tiles in the order in which they run: before each block of periods, in each period, when a command comes from
 outside, and where a period is scored."""
-_COUNTS = tuple(f"{name}_count" for name in _PROGRAMS)
-SHARED = np.dtype([("dt", float), *((name, np.int64) for name in (*_WHOLE, *_SCRATCH, *_PROGRAMS, *_COUNTS))])
+_COUNTS = tuple(f"{name}_count" for name in PROGRAMS)
+SHARED = np.dtype([("dt", float), *((name, np.int64) for name in (*_WHOLE, *SCRATCH, *PROGRAMS, *_COUNTS))])
 """Addresses are whole numbers: a record then is plain data for compiled code of any origin."""
 RECORD = from_dtype(SHARED)
 POINTER = types.CPointer(RECORD)

@@ -2,6 +2,7 @@
 import { colour } from "./signals.js";
 
 export const CSS_MM = 96 / 25.4;
+const WIDE_MM = 255; // the bench's plate
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
@@ -21,7 +22,7 @@ export function grey(columns, rows, shares, least, most) {
 export class Plate {
   constructor(canvas) {
     this.canvas = canvas;
-    this.scale = Number(localStorage.getItem("px-per-mm")) || CSS_MM;
+    this.scale = Number(localStorage.getItem("px-per-mm")) || Math.max(CSS_MM, canvas.clientWidth / WIDE_MM); // it fills a large screen
     this.centre = 0;
     this.finger = { x: 0, y: 0, load: 0, force: 0, um: 0 };
     this.layers = []; // drawn in every frame

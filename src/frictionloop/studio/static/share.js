@@ -5,7 +5,7 @@ export function sharing(link) {
   const words = {};
   link.addEventListener("system", ({ detail }) => {
     const packed = detail.differs && btoa(unescape(encodeURIComponent(JSON.stringify(detail.differs))));
-    words.address = packed ? `${location.origin}/#${packed}` : "";
+    words.address = packed ? `${location.href.split(/[?#]/)[0]}#${packed}` : "";
     document.querySelector("[data-copy=address]").disabled = !packed;
     $("copied").textContent = packed ? "Copy what restores this loop:" : "This effect is too large for an address: save the TOML file.";
     words.python = detail.python;

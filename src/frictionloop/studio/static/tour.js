@@ -1,5 +1,7 @@
 // The tour: each step sets the page up, asks for one thing to try, and says when it has been done.
-import { STEPS } from "./tour-steps.js";
+import { STEPS as ALL } from "./tour-steps.js";
+
+const STEPS = ALL.filter(({ served }) => !served || !document.getElementById("bench"));
 
 export function touring(link, open, card, show) {
   let at = -1, values = {};
