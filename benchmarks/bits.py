@@ -38,7 +38,6 @@ PAPER = {
 BENCH = {
     "jitter and lost ticks": {"controller.jitter_s": 20e-6, "controller.lost_ticks": 0.05},
     "opened": NOTCH | {"controller.open_until_s": 0.2},
-    "firmware": NOTCH | {"controller.form": "firmware"},
     "delay": {"controller.delay_s": 350e-6},
     "pulses": {"plate.pulse_ticks": 4000},
     "steps": STEPS | NOTCH,

@@ -6,18 +6,8 @@ import math
 from collections.abc import Iterator
 from itertools import groupby
 
-from frictionloop.quantities.schema import (
-    BITS,
-    WORDS,
-    Word,
-    firmware_folder,
-    parameter_words,
-    schema,
-    table_hash,
-    word_count,
-)
+from frictionloop.quantities.schema import Word, firmware_folder, parameter_words, schema, table_hash, word_count
 
-TYPES = {"gain": "fl_gain"}
 NUMBERED = ("boards", "sources", "states", "faults", "resets", "refusals", "steps", "conditions")
 
 
@@ -40,9 +30,10 @@ def _top() -> Iterator[str]:
     protocol = schema()["protocol"]
     yield "/* Made by protocol/generate.py from protocol/frictionloop.toml: change that file. */"
     yield "#ifndef FL_PROTOCOL_H\n#define FL_PROTOCOL_H\n"
-    yield '#include "fl_fixed.h"\n'
+    yield "#include <stdint.h>\n"
     for name, value in protocol.items():
-        yield f"#define FL_{name.upper()} {value}"
+        line = f"#define FL_{name.upper()} {value}"
+        yield f"#ifndef FL_TICK_HZ /* as the image is built */\n{line}\n#endif" if name == "tick_hz" else line
     yield f"#define FL_TABLE_HASH 0x{table_hash():08x}u"
     yield f"#define FL_WORDS {word_count()}"
 
@@ -65,13 +56,13 @@ def _channels() -> Iterator[str]:
 
 
 def _parameters() -> Iterator[str]:
-    yield "\n/* The parameter table: FL_WORDS words in this order. */"
+    yield "\n/* The parameter table: FL_WORDS words in this order, all doubles. */"
     yield "typedef struct {"
     for word in parameter_words().values():
-        yield f"    {TYPES.get(word.format, 'int32_t')} {_identifier(word)}{_array(word)};  /* {_meaning(word)} */"
+        yield f"    double {_identifier(word)}{_array(word)};  /* {_meaning(word)} */"
     yield "} fl_parameters;"
-    yield "\n/* Least and largest value of the words of parameters, one after the other; of a gain, of its shift. */"
-    yield "typedef struct { uint16_t first, count, stride; int32_t low, high; } fl_range;"
+    yield "\n/* Least and largest value of parameters, one after the other, and whether they are whole numbers. */"
+    yield "typedef struct { uint16_t first, whole; double low, high; } fl_range;"
     ranges = list(_ranges())
     yield f"#define FL_RANGES {len(ranges)}"
     yield "#define FL_RANGE_TABLE { \\"
@@ -93,17 +84,12 @@ def _meaning(word: Word) -> str:
 
 def _ranges() -> Iterator[str]:
     """Yield the ranges; parameters that follow one another with the same ends share one."""
-    for (stride, low, high), words in groupby(parameter_words().values(), _ends):
-        alike = list(words)
-        yield f"{{{alike[0].first}, {sum(word.count for word in alike)}, {stride}, {low}, {high}}}"
+    for (whole, low, high), words in groupby(parameter_words().values(), _ends):
+        yield f"{{{next(iter(words)).first}, {int(whole)}, {float(low)!r}, {float(high)!r}}}"
 
 
-def _ends(word: Word) -> tuple[int, str, int]:
-    scale = 2 ** BITS.get(word.format, 0)
-    low = -(2**31) if word.low is None else min(max(round(word.low * scale), -(2**31)), 2**31 - 1)
-    high = 2**31 - 1 if word.high is None else min(max(round(word.high * scale), -(2**31)), 2**31 - 1)
-    lowest = "INT32_MIN" if low == -(2**31) else str(low)
-    return WORDS.get(word.format, 1), lowest, high
+def _ends(word: Word) -> tuple[bool, float, float]:
+    return word.format == "count", word.low, word.high
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ def race(duration_s: float = trial_protocol.DURATION_S) -> tuple[dict[str, Any],
     for law in whole.laws:
         worst = worst_tick(whole.system.evolve(whole.laws[law]).controller.kind)
         knows = law == beyond.ORACLE  # which is no loop, and has no image
-        own: dict[str, Any] = {"tick_cycles_m4": None if knows or worst is None else worst.cycles}
+        own: dict[str, Any] = {"tick_instructions": None if knows else worst}
         for z in LENGTHS_UM:
             residual = scored["residual_rms_n"].sel(law=law, slip_length_um=z).values
             peaks = (math.nan, math.nan) if knows else _peaks(whole, law, z)

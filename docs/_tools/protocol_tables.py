@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 from tables import UNITS, table
 
+from frictionloop.control.laws import BUILT_IN
 from frictionloop.device.codec import encode, uncoded
+from frictionloop.quantities import trees
 from frictionloop.quantities.schema import parameter_words, schema, schema_path, table_hash
 
 GROUPS = "boards", "sources", "states", "faults", "resets", "refusals", "steps", "conditions"
 FIELDS = "Field", "Format", "Meaning"
-RAW = {"q28": "2⁻²⁸", "q25": "2⁻²⁵", "count": "whole number", "gain": "mantissa · 2^−shift"}
+FORMATS = {"f64": "number", "count": "whole number"}
 
 
 def texts() -> dict[str, str]:
@@ -26,7 +28,8 @@ def texts() -> dict[str, str]:
 
 def numbers() -> dict[str, str]:
     """Return the constants of the protocol as text."""
-    return {name: str(value) for name, value in schema()["protocol"].items()}
+    rates = ", ".join(map(str, schema()["rates"]["hz"]))
+    return {name: str(value) for name, value in schema()["protocol"].items()} | {"rates": rates}
 
 
 def header() -> str:
@@ -79,11 +82,11 @@ def words() -> str:
     """Return the parameter table."""
     rows = (
         (
-            word.first if word.words == 1 else f"{word.first}–{word.first + word.words - 1}",
+            _indices(word.first, word.count),
             f"`{word.name}`" + (f" × {word.count}" if word.count > 1 else ""),
-            RAW[word.format],
+            FORMATS[word.format],
             _unit(word.unit),
-            _accepted(word.low, word.high, "shift " if word.format == "gain" else ""),
+            f"{word.low:.10g} to {word.high:.10g}",
             word.text,
         )
         for word in parameter_words().values()
@@ -107,45 +110,24 @@ def hashed() -> str:
 
 
 def values() -> str:
-    """Return what the value of a fault counts."""
-    rows = (
-        (f"`{name}`", f"{told['step']:g} {_unit(told['unit'])}" if told["step"] != 1 else told["unit"])
-        for name, told in schema()["fault_values"].items()
-    )
-    return table(("Fault", "One step of `value`"), rows)
+    """Return the unit of the value of a fault."""
+    rows = ((f"`{name}`", _unit(unit)) for name, unit in schema()["fault_values"].items())
+    return table(("Fault", "Unit of `value`"), rows)
 
 
 def gains() -> str:
-    """Return what each gain of each law is."""
-    rows = (
-        (f"{law['number']} {law['name']}", _indices(first, entry["count"]), entry["reads"], entry["text"])
-        for law in schema()["law"]
-        for first, entry in _numbered(law["gains"])
-    )
-    return table(("Law", "Gain", "Read as", "Meaning"), rows)
+    """Return the gains of each built-in law in their order, without the clamp."""
+    rows = ((law.kind, _listed(trees.names(law.gains)[:-2])) for law in BUILT_IN)
+    return table(("Law", "`law.gains`"), rows)
 
 
 def start() -> str:
-    """Return what each start word of each law is."""
-    rows = (
-        (
-            f"{law['number']} {law['name']}",
-            _indices(first, entry["count"]),
-            entry["places"] if entry["places"] >= 0 else "of the gains",
-            entry["text"],
-        )
-        for law in schema()["law"]
-        for first, entry in _numbered(law["start"])
-    )
-    return table(("Law", "Word", "Binary places", "Meaning"), rows)
+    """Return the states of each built-in law in their order."""
+    return table(("Law", "`law.start`"), ((law.kind, _listed(trees.names(law.state))) for law in BUILT_IN))
 
 
-def _numbered(entries: list[dict[str, Any]]) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield the index of the first number of each entry, and the entry."""
-    first = 0
-    for entry in entries:
-        yield first, entry
-        first += entry["count"]
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names) or "none"
 
 
 def _indices(first: int, count: int) -> str:
@@ -172,7 +154,3 @@ def _scale(entry: dict[str, Any]) -> str:
 
 def _range(entry: dict[str, Any]) -> str:
     return f"±{32767 * entry['scale']:.3g} {_unit(entry['unit'])}" if entry["unit"] else "bits"
-
-
-def _accepted(low: float | None, high: float | None, what: str) -> str:
-    return "any" if low is None or high is None else f"{what}{low:g} to {high:g}"

@@ -6,10 +6,10 @@
 #include "fl_protocol.h"
 
 typedef union {
-    int32_t words[FL_WORDS];
+    double words[FL_WORDS];
     fl_parameters table;
 } fl_built;
-_Static_assert(sizeof(fl_built) == 4 * FL_WORDS, "the table is its words, without gaps");
+_Static_assert(sizeof(fl_built) == 8 * FL_WORDS, "the table is its words, without gaps");
 
 extern const fl_built fl_built_parameters;
 extern const char fl_built_revision[];

@@ -12,11 +12,8 @@ void fl_scenario_start(
 void fl_scenario_tick(fl_scenario *scenario, fl_app *app, uint32_t tick) {
     fl_sample sample = fl_stimulus(tick);
     fl_drive drive = fl_app_tick(app, &sample, tick * TICK_US, 0);
-    const uint32_t out[2] = {(uint32_t)drive.duty, (uint32_t)drive.amplitude};
-    for (uint32_t k = 0; k < 8; k++) {
-        uint8_t byte = (uint8_t)(out[k / 4] >> 8 * (k % 4));
-        scenario->drives = fl_digest(scenario->drives, &byte, 1);
-    }
+    scenario->drives = fl_digest(scenario->drives, &drive.duty, sizeof drive.duty);
+    scenario->drives = fl_digest(scenario->drives, &drive.amplitude, sizeof drive.amplitude);
 }
 
 void fl_scenario_background(fl_scenario *scenario, fl_app *app, uint32_t tick) {

@@ -1,13 +1,10 @@
 /* The effect in the loop: where the finger is for it, what the host triggers, and how one follows another. */
 #include "fl_app_parts.h"
 
-enum { FINE_TO_PLACE = 44 - 32, MEASURED_TO_PLACE = 32 - 28, LEAD_TO_PLACE = 28 + 28 - 32 };
-
 /* Measured, or where the finger will be at its speed when the command is in force. */
-static int32_t place(const fl_app *app, const fl_measurement *m, int predicted) {
-    if (!predicted) return fl_saturate((int64_t)m->position * (1 << MEASURED_TO_PLACE));
-    int64_t ahead = fl_scale((int64_t)fl_in_force(app)->touch_lead_s * m->speed, LEAD_TO_PLACE);
-    return fl_saturate(fl_scale(app->touch.position, FINE_TO_PLACE) + ahead);
+static double place(const fl_app *app, const fl_measurement *m, int predicted) {
+    const double *tracked = app->touch; /* position and speed first */
+    return predicted ? tracked[0] + fl_in_force(app)->touch_lead_s * tracked[1] : m->position;
 }
 
 static void obey(fl_app *app) {
@@ -23,11 +20,11 @@ static void obey(fl_app *app) {
     }
 }
 
-int32_t fl_effect_setpoint(fl_app *app, const fl_measurement *m) {
+double fl_effect_setpoint(fl_app *app, const fl_measurement *m) {
     const fl_parameters *p = fl_in_force(app);
     const fl_store *store = &app->stores[app->table.in_force];
     if (app->effect.runs) obey(app);
-    int32_t along = place(app, m, store->program.predicted);
+    double along = 1e3 * place(app, m, store->program.predicted);
     return fl_effect_force(
         &app->effect, store, along, m, p->touch_touch_n, (fl_clamp){p->law_low_n, p->law_high_n});
 }
@@ -41,19 +38,10 @@ fl_answer fl_trigger(fl_app *app, uint8_t number) {
     return (fl_answer){0, FL_NO_INDEX};
 }
 
-/* The band of the law in the time of the longest ramp of the drive: what the set-point may move in a tick while one
- * effect gives way to another. */
-int32_t fl_derive_easing(const fl_parameters *p) {
-    if (p->law_high_n <= p->law_low_n || p->drive_largest_um <= 0) return 1;
-    uint32_t band = (uint32_t)p->law_high_n - (uint32_t)p->law_low_n;
-    uint64_t step = fl_divide((uint64_t)band * (uint32_t)p->drive_ramp_um, (uint32_t)p->drive_largest_um);
-    return step < 1 ? 1 : step > INT32_MAX ? INT32_MAX : (int32_t)step;
-}
-
-int32_t fl_eased(fl_app *app, int32_t wanted) {
+double fl_eased(fl_app *app, double wanted) {
     if (app->eases) {
-        int32_t step = app->derived[app->parameters.in_force].easing;
-        int32_t before = app->setpoint, next = fl_clip(wanted, fl_subtract(before, step), fl_add(before, step));
+        double step = app->derived[app->parameters.in_force].easing, before = app->setpoint;
+        double next = fl_clip(wanted, before - step, before + step);
         app->eases = next != wanted;
         wanted = next;
     }

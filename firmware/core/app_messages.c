@@ -10,7 +10,7 @@ static const fl_length lengths[] = {
     {FL_MESSAGE_IDENTIFY, 0, 0, 0},
     {FL_MESSAGE_HELLO, 5, 0, 0},
     {FL_MESSAGE_GET, 4, 0, 0},
-    {FL_MESSAGE_SET, 2, 4, FL_WORDS_A_FRAME},
+    {FL_MESSAGE_SET, 2, 8, FL_WORDS_A_FRAME},
     {FL_MESSAGE_COMMIT, 4, 0, 0},
     {FL_MESSAGE_WAVEFORM, 2, 2, FL_POINTS_A_FRAME},
     {FL_MESSAGE_PLAY, 16, 0, 0},

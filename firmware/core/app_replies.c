@@ -2,7 +2,6 @@
 #include <string.h>
 
 #include "fl_app_parts.h"
-#include "laws.h"
 
 /* With no room for the answer there is none, and the host asks again. */
 void fl_push_reply(fl_app *app, fl_reply reply) {
@@ -11,17 +10,20 @@ void fl_push_reply(fl_app *app, fl_reply reply) {
     app->reply_count++;
 }
 
+/* Text in so many bytes, padded with zeros. */
+static uint8_t *text(uint8_t *at, const char *said, size_t bytes) {
+    memset(at, 0, bytes);
+    for (size_t k = 0; k < bytes && said && said[k]; k++) at[k] = (uint8_t)said[k];
+    return at + bytes;
+}
+
 static uint8_t *identity(const fl_app *app, uint8_t *at) {
     *at++ = FL_MAJOR;
     *at++ = FL_MINOR;
     *at++ = app->identity.board;
-    *at++ = (uint8_t)fl_in_force(app)->law_number;
     at = fl_put32(fl_put32(at, FL_TICK_HZ), FL_TABLE_HASH);
     at = fl_put32(fl_put16(fl_put16(at, FL_WORDS), FL_POINTS), app->identity.serial);
-    memset(at, 0, 16);
-    for (int k = 0; k < 16 && app->identity.revision && app->identity.revision[k]; k++)
-        at[k] = (uint8_t)app->identity.revision[k];
-    at = fl_put16(at + 16, fl_laws_built_in());
+    at = fl_put32(text(text(at, app->identity.revision, 16), fl_own.kind, 32), fl_own.hash);
     *at++ = app->identity.reset;
     return at;
 }
@@ -29,7 +31,7 @@ static uint8_t *identity(const fl_app *app, uint8_t *at) {
 static uint8_t *words(const fl_app *app, const fl_reply *reply, uint8_t *at) {
     const fl_table *table = &app->tables[app->parameters.in_force];
     at = fl_put16(at, reply->first);
-    for (uint16_t k = 0; k < reply->count; k++) at = fl_put32(at, (uint32_t)table->words[reply->first + k]);
+    for (uint16_t k = 0; k < reply->count; k++) at = fl_put64(at, table->words[reply->first + k]);
     return at;
 }
 
@@ -70,7 +72,7 @@ static uint8_t *fault(fl_app *app, uint8_t *at) {
     app->tell_fault = 0;
     fl_fence();
     *at++ = app->raised.fault;
-    return fl_put32(fl_put32(at, app->raised.tick), (uint32_t)app->raised.value);
+    return fl_put64(fl_put32(at, app->raised.tick), app->raised.value);
 }
 
 /* Body of the next frame and its type; 0 where there is none. */

@@ -24,11 +24,10 @@ enum { FORCE_END = (1 << 15) - (1 << (16 - FORCE_BITS)) };
 static uint32_t magnitude(int32_t counts) { return (uint32_t)(counts < 0 ? ~counts : counts); }
 
 void fl_derive_ends(uint32_t ends[4], const fl_parameters *p) {
-    const fl_gain *force = p->force_n_per_count;
-    int32_t across = p->force_axes == 2 ? force[1].mantissa : 0;
-    int32_t scales[CHANNELS] = {
-        force[0].mantissa, across, p->touch_m_per_count.mantissa, p->touch_n_per_count.mantissa};
-    for (int k = 0; k < CHANNELS; k++) ends[k] = !scales[k] ? NOT_THERE : k < 2 ? FORCE_END : INT16_MAX;
+    const double *force = p->force_n_per_count;
+    double across = p->force_axes == 2 ? force[1] : 0;
+    double scales[CHANNELS] = {force[0], across, p->touch_m_per_count, p->touch_n_per_count};
+    for (int k = 0; k < CHANNELS; k++) ends[k] = scales[k] == 0 ? NOT_THERE : k < 2 ? FORCE_END : INT16_MAX;
 }
 
 static const uint32_t *ends_in_force(const fl_app *app) { return app->derived[app->parameters.in_force].ends; }
@@ -52,7 +51,7 @@ void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
         int32_t now = sample->force[k];
         if (now < watch->low[k]) watch->low[k] = now;
         if (now > watch->high[k]) watch->high[k] = now;
-        int stays = ends[k] != NOT_THERE && m->valid && (uint32_t)watch->high[k] - (uint32_t)watch->low[k] <= 1;
+        int stays = ends[k] != NOT_THERE && m->valid > 0.5 && (uint32_t)watch->high[k] - (uint32_t)watch->low[k] <= 1;
         count(&watch->stuck[k], stays);
         if (!stays) watch->low[k] = watch->high[k] = now;
     }
@@ -91,13 +90,13 @@ static fl_raised cause(const fl_app *app, const fl_sample *sample, const fl_meas
     /* What is too large stays at an end in a sensor that works: while either count runs, it is what will be told. */
     for (int k = 0; k < 2 && !watch->saturated && !watch->out_of_range; k++)
         if (is_stuck(watch, k, p)) return (fl_raised){FL_FAULT_SENSOR_STUCK, tick, sample->force[k]};
-    if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, silent_us};
+    if (silent_us > FL_SILENCE_MS * 1000) return (fl_raised){FL_FAULT_HOST_SILENT, tick, 1e-3 * silent_us};
     if (watch->late >= (uint32_t)p->safety_overrun_ticks)
-        return (fl_raised){FL_FAULT_TICK_OVERRUN, tick, (int32_t)watch->late};
+        return (fl_raised){FL_FAULT_TICK_OVERRUN, tick, watch->late};
     return fl_sensors_fault(app, m->force);
 }
 
-static void raise(fl_app *app, fl_raised raised) {
+void fl_raise(fl_app *app, fl_raised raised) {
     app->raised = raised;
     app->fault = raised.fault;
     app->state = FL_STATE_FAULT;
@@ -130,10 +129,10 @@ void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *m
         return;
     }
     fl_raised found = cause(app, sample, m, now_us);
-    if (found.fault != FL_FAULT_NONE) raise(app, found);
-    else if (m->valid) *alone = 0;
+    if (found.fault != FL_FAULT_NONE) fl_raise(app, found);
+    else if (m->valid > 0.5) *alone = 0;
     else if (++*alone >= ALONE_TICKS)
-        raise(app, (fl_raised){FL_FAULT_NO_FINGER, app->tick, (int32_t)*alone});
+        fl_raise(app, (fl_raised){FL_FAULT_NO_FINGER, app->tick, (double)*alone / FL_TICK_HZ});
 }
 
 int fl_cause_lasts(const fl_app *app) {

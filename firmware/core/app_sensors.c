@@ -14,26 +14,23 @@ enum {
     SHORTEST = FL_TICK_HZ * 11 / (12 * 60),
     LONGEST = FL_TICK_HZ * 13 / (12 * 50),
     HALF = FL_TICK_HZ * 6 / 1000,          /* the shorter half of one that a drift bends (assumed) */
-    BEATS = 2,                             /* such periods, each half a period after the one before */
-    MEMORY = 7,                            /* force and set-point are forgotten in 2^7 ticks */
-    COARSER = 15                           /* q28 to 13 binary places, +-4 N in 16 bits */
+    BEATS = 2                              /* such periods, each half a period after the one before */
 };
-
-static int32_t size(int32_t x) { return x < 0 ? fl_subtract(0, x) : x; }
+static const double FORGOTTEN = 1 / (0.0256 * FL_TICK_HZ); /* of force and set-point in a tick */
 
 /* Whether a reading has moved by more than `most` since the tick before. */
-static int jumps(int32_t *last, int32_t now, int32_t most) {
-    int32_t moved = size(fl_subtract(now, *last));
+static int jumps(double *last, double now, double most) {
+    double moved = fl_size(now - *last);
     *last = now;
     return moved > most;
 }
 
 static void watch_jumps(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m) {
     int slid = sensors->valid;
-    sensors->valid = (uint8_t)m->valid;
+    sensors->valid = m->valid > 0.5;
     if (sensors->jumped > 0) sensors->jumped--;
     /* The sign of the force turns with the motion. */
-    if (jumps(&sensors->force, size(m->force), p->safety_force_jump_n))
+    if (jumps(&sensors->force, fl_size(m->force), p->safety_force_jump_n))
         sensors->jumped += JUMPS_TICKS, sensors->channel = 1;
     if (jumps(&sensors->load, m->load, p->safety_load_jump_n))
         sensors->jumped += JUMPS_TICKS, sensors->channel = 3;
@@ -47,12 +44,12 @@ static int slides(fl_sensors *sensors, const fl_parameters *p, const fl_measurem
     uint8_t heading = m->speed < 0 ? 2 : 1; /* 0 before the first reading */
     if (m->load < p->touch_touch_n || heading != sensors->heading) sensors->turned = m->position;
     sensors->heading = heading;
-    return m->valid && size(fl_subtract(m->position, sensors->turned)) > p->safety_turn_m;
+    return m->valid > 0.5 && fl_size(m->position - sensors->turned) > p->safety_turn_m;
 }
 
 static int is_contrary(const fl_parameters *p, const fl_measurement *m, int slid) {
-    int tells_load = p->touch_touch_n > 0 && p->touch_n_per_count.mantissa;
-    if (tells_load && m->load < p->touch_touch_n) return size(m->force) > p->safety_contrary_n;
+    int tells_load = p->touch_touch_n > 0 && p->touch_n_per_count != 0;
+    if (tells_load && m->load < p->touch_touch_n) return fl_size(m->force) > p->safety_contrary_n;
     return slid && m->force < -p->safety_contrary_n;
 }
 
@@ -60,37 +57,36 @@ static int is_contrary(const fl_parameters *p, const fl_measurement *m, int slid
  *
  * About half a period of the mains apart a hum has opposite signs, a force that stays is gone, and so are springs
  * that ring with a whole number of their periods in that time. */
-static int32_t swing(fl_sensors *sensors, int32_t ticks, int32_t now) {
-    int16_t *before = &sensors->forces[sensors->at];
-    int32_t swung = now - *before;
-    *before = (int16_t)now;
+static double swing(fl_sensors *sensors, int32_t ticks, double now) {
+    double *before = &sensors->forces[sensors->at], swung = now - *before;
+    *before = now;
     if (++sensors->at >= ticks) sensors->at = 0;
     return swung;
 }
 
-static int32_t coarse(int32_t force) { return fl_clip(force >> COARSER, INT16_MIN, INT16_MAX); }
-
-static void watch_hum(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m, int32_t setpoint, int slid) {
-    int32_t force = coarse(m->force), asked = coarse(setpoint), limit = p->safety_hum_n >> COARSER;
-    int32_t swung = swing(sensors, p->safety_hum_ticks, force);
-    sensors->level += size(force) - (sensors->level >> MEMORY);
-    sensors->restless += size(asked - sensors->asked) - (sensors->restless >> MEMORY);
-    sensors->asked = (int16_t)asked;
+static void watch_hum(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m, double setpoint, int slid) {
+    double force = m->force, limit = p->safety_hum_n;
+    int32_t ticks = (int32_t)p->safety_hum_ticks;
+    double swung = swing(sensors, ticks, force);
+    sensors->level += FORGOTTEN * (fl_size(force) - sensors->level);
+    sensors->restless += fl_size(setpoint - sensors->asked) - FORGOTTEN * sensors->restless;
+    sensors->asked = setpoint;
     if (sensors->since <= LONGEST) sensors->since++;
     if (!slid || sensors->restless > limit / 8 || sensors->since > LONGEST) sensors->beats = 0;
-    int32_t half_way = sensors->at + p->safety_hum_ticks / 2;
-    half_way -= half_way < p->safety_hum_ticks ? 0 : p->safety_hum_ticks;
-    int32_t rung = size(force - sensors->forces[half_way]);
+    int32_t half_way = sensors->at + ticks / 2;
+    half_way -= half_way < ticks ? 0 : ticks;
+    double rung = fl_size(force - sensors->forces[half_way]);
     if (rung > sensors->rung) sensors->rung = rung;
-    int32_t up = sensors->up ? swung : -swung;
+    double up = sensors->up ? swung : -swung;
     if (up > sensors->peak) sensors->peak = up;
     if (up > -limit / 4) return;
-    int32_t period = sensors->half + sensors->since, least = sensors->level >> (MEMORY + 1);
+    int32_t period = sensors->half + sensors->since;
+    double least = sensors->level / 2;
     int beats = period >= SHORTEST && period <= LONGEST && sensors->half >= HALF && sensors->since >= HALF;
     int hums = sensors->peak >= limit && sensors->peak >= least && sensors->rung <= 3 * sensors->peak;
     if (!beats || !hums) sensors->beats = 0;
     else if (sensors->beats < BEATS) sensors->beats++;
-    sensors->period = (uint8_t)period;
+    sensors->period = period;
     sensors->half = sensors->since;
     sensors->since = 0;
     sensors->rung = 0;
@@ -98,7 +94,7 @@ static void watch_hum(fl_sensors *sensors, const fl_parameters *p, const fl_meas
     sensors->up ^= 1;
 }
 
-void fl_sensors_step(fl_app *app, const fl_measurement *m, int32_t setpoint) {
+void fl_sensors_step(fl_app *app, const fl_measurement *m, double setpoint) {
     const fl_parameters *p = fl_in_force(app);
     fl_sensors *sensors = &app->sensors;
     int slid = slides(sensors, p, m);
@@ -108,12 +104,12 @@ void fl_sensors_step(fl_app *app, const fl_measurement *m, int32_t setpoint) {
     watch_hum(sensors, p, m, setpoint, slid);
 }
 
-fl_raised fl_sensors_fault(const fl_app *app, int32_t force) {
+fl_raised fl_sensors_fault(const fl_app *app, double force) {
     const fl_sensors *sensors = &app->sensors;
     uint32_t tick = app->tick;
     if (sensors->jumped > (JUMPS - 1) * JUMPS_TICKS)
         return (fl_raised){FL_FAULT_SENSOR_JUMPS, tick, sensors->channel};
     if (sensors->contrary >= CONTRARY_TICKS) return (fl_raised){FL_FAULT_SENSOR_CONTRARY, tick, force};
-    if (sensors->beats >= BEATS) return (fl_raised){FL_FAULT_SENSOR_HUMS, tick, sensors->period};
+    if (sensors->beats >= BEATS) return (fl_raised){FL_FAULT_SENSOR_HUMS, tick, (double)sensors->period / FL_TICK_HZ};
     return (fl_raised){FL_FAULT_NONE, tick, 0};
 }

@@ -1,7 +1,7 @@
 /* Telemetry: the tick keeps samples in a ring, the background makes frames of them. What does not fit is
  * counted. */
 #include "fl_app_parts.h"
-#include "laws.h"
+#include <math.h>
 
 enum {
     TOGETHER = FL_SAMPLES_A_FRAME,
@@ -11,21 +11,20 @@ enum {
 _Static_assert(PREFIX + 2 * TOGETHER * FL_CHANNELS <= FL_LARGEST_BODY, "a frame takes all channels");
 _Static_assert(FL_CHANNELS == 8, "the scales below");
 
-/* 2^-28 over the channel's scale (protocol/frictionloop.toml), exactly. */
-static const fl_gain per_01_mn = {1310720000, 45}, per_10_um = {1638400000, 42},
-                     per_50_um_s = {1310720000, 44}, per_02_mn = {1310720000, 46};
+/* One over the channel's scale (protocol/frictionloop.toml). */
+static const double PER_01_MN = 1e4, PER_10_UM = 1e5, PER_50_UM_S = 2e4, PER_02_MN = 5e3;
 
-static int16_t scaled(fl_gain scale, int32_t value) {
-    return (int16_t)fl_clip(fl_mul(scale, value), INT16_MIN, INT16_MAX);
+static int16_t scaled(double scale, double value) {
+    return (int16_t)fl_clip(floor(scale * value + 0.5), INT16_MIN, INT16_MAX);
 }
 
 static uint16_t after(uint16_t at) { return at + 1 < FL_SAMPLES ? (uint16_t)(at + 1) : 0; }
 
 static int16_t flags(const fl_app *app, const fl_measurement *m, fl_force_command command) {
-    return (int16_t)((m->valid ? 1 : 0) | (command.saturated ? 2 : 0) | app->state << 2 | app->fault << 4);
+    return (int16_t)((m->valid > 0.5 ? 1 : 0) | (command.saturated != 0 ? 2 : 0) | app->state << 2 | app->fault << 4);
 }
 
-void fl_keep(fl_app *app, const fl_measurement *m, int32_t setpoint, fl_force_command command) {
+void fl_keep(fl_app *app, const fl_measurement *m, double setpoint, fl_force_command command) {
     if (app->decimation == 0 || app->tick % app->decimation != 0) return;
     if (after(app->head) == app->tail) {
         app->dropped++;
@@ -33,13 +32,13 @@ void fl_keep(fl_app *app, const fl_measurement *m, int32_t setpoint, fl_force_co
     }
     fl_kept *kept = &app->samples[app->head];
     kept->tick = app->tick;
-    kept->values[FL_CHANNEL_F_R] = scaled(per_01_mn, setpoint);
-    kept->values[FL_CHANNEL_F_M] = scaled(per_01_mn, m->force);
-    kept->values[FL_CHANNEL_U] = scaled(per_01_mn, command.force);
-    kept->values[FL_CHANNEL_A] = scaled(per_01_mn, app->amplitude);
-    kept->values[FL_CHANNEL_POSITION] = scaled(per_10_um, m->position);
-    kept->values[FL_CHANNEL_SPEED] = scaled(per_50_um_s, m->speed);
-    kept->values[FL_CHANNEL_LOAD] = scaled(per_02_mn, m->load);
+    kept->values[FL_CHANNEL_F_R] = scaled(PER_01_MN, setpoint);
+    kept->values[FL_CHANNEL_F_M] = scaled(PER_01_MN, m->force);
+    kept->values[FL_CHANNEL_U] = scaled(PER_01_MN, command.force);
+    kept->values[FL_CHANNEL_A] = scaled(PER_01_MN, app->amplitude);
+    kept->values[FL_CHANNEL_POSITION] = scaled(PER_10_UM, m->position);
+    kept->values[FL_CHANNEL_SPEED] = scaled(PER_50_UM_S, m->speed);
+    kept->values[FL_CHANNEL_LOAD] = scaled(PER_02_MN, m->load);
     kept->values[FL_CHANNEL_FLAGS] = flags(app, m, command);
     fl_fence();
     app->head = after(app->head);

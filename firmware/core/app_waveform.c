@@ -1,7 +1,7 @@
 /* The set-point table, or the effect: a copy that waits is written piece by piece, checked, and swapped in at a tick. */
 #include "fl_app_parts.h"
 
-enum { FARTHEST_UM = 8000000 }; /* what a position in q28 of a metre can tell */
+enum { FARTHEST_UM = 2000000000 };
 
 static const fl_answer done = {0, FL_NO_INDEX};
 

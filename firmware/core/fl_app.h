@@ -10,6 +10,8 @@
 #include "fl_law.h"
 #include "fl_protocol.h"
 
+_Static_assert(1000000 % FL_TICK_HZ == 0, "a tick lasts whole microseconds");
+
 typedef struct {
     int32_t force[2];  /* converter counts, -32768 to 32767; see app_scale.c for what they are of */
     int32_t position;  /* counts of the position sensor; of a 16-bit converter, or of a sensor that counts wider */
@@ -18,7 +20,7 @@ typedef struct {
 
 typedef struct {
     int32_t duty;       /* of the carrier in 2^-17: 65536 is 1/2, the largest amplitude */
-    int32_t amplitude;  /* um, q28: what the duty stands for */
+    double amplitude;   /* um: what the duty stands for */
 } fl_drive;
 
 typedef struct {
@@ -38,7 +40,7 @@ size_t fl_app_size(void);
  * FL_FAULT_WATCHDOG until the host clears it. */
 void fl_app_start(fl_app *app, const fl_identity *identity, const fl_parameters *parameters);
 
-/* The tick: every 200 us, from the interrupt. now_us counts on modulo 2^32; late is 1 when the tick began late. */
+/* The tick: FL_TICK_HZ times a second, from the interrupt. now_us counts on modulo 2^32; late is 1 when the tick began late. */
 fl_drive fl_app_tick(fl_app *app, const fl_sample *sample, uint32_t now_us, int32_t late);
 
 /* How long the last tick took, in 2^-8 us, where the board can tell. */

@@ -23,37 +23,32 @@ typedef struct {
     uint16_t index;
 } fl_answer;
 
-/* app_scale.c: counts to newtons and metres, q28. */
-int32_t fl_counts(fl_gain unit_per_count, int32_t counts);
-int32_t fl_force(const fl_parameters *p, const fl_sample *sample);
-
-/* app_touch.c */
-fl_measurement fl_touch_step(
-    fl_touch *touch, const fl_parameters *p, int32_t position, int32_t load, int32_t force);
+/* app_scale.c: counts to newtons. */
+double fl_force(const fl_parameters *p, const fl_sample *sample);
 
 /* app_setpoint.c: set-point in N, and the table a tick further. */
-int32_t fl_setpoint(fl_app *app, const fl_measurement *measurement);
+double fl_setpoint(fl_app *app, const fl_measurement *measurement);
 void fl_setpoint_begin(fl_app *app);
 
 /* app_effect.c: the force that an effect asks for; a set-point on its way to another effect. */
-int32_t fl_effect_setpoint(fl_app *app, const fl_measurement *measurement);
-int32_t fl_eased(fl_app *app, int32_t wanted);
-int32_t fl_derive_easing(const fl_parameters *p);
+double fl_effect_setpoint(fl_app *app, const fl_measurement *measurement);
+double fl_eased(fl_app *app, double wanted);
 fl_answer fl_trigger(fl_app *app, uint8_t number);
 
 /* app_drive.c */
 fl_derived fl_derive(const fl_parameters *p);
-int32_t fl_duty(const fl_derived *derived, int32_t amplitude);
+int32_t fl_duty(const fl_derived *derived, double amplitude);
 
 /* app_safety.c */
 void fl_derive_ends(uint32_t ends[4], const fl_parameters *p);
 void fl_watch_step(fl_app *app, const fl_sample *sample, const fl_measurement *measurement, int32_t late);
 void fl_state_step(fl_app *app, const fl_sample *sample, const fl_measurement *measurement, uint32_t now_us);
 int fl_cause_lasts(const fl_app *app);
+void fl_raise(fl_app *app, fl_raised raised);
 
 /* app_sensors.c: watch what the sensors tell, and whether one is broken. */
-void fl_sensors_step(fl_app *app, const fl_measurement *measurement, int32_t setpoint);
-fl_raised fl_sensors_fault(const fl_app *app, int32_t force);
+void fl_sensors_step(fl_app *app, const fl_measurement *measurement, double setpoint);
+fl_raised fl_sensors_fault(const fl_app *app, double force);
 
 /* app_parameters.c: index of the first word that is wrong, else FL_NO_INDEX. */
 uint16_t fl_check_table(const fl_table *table, fl_built_in built);
@@ -68,7 +63,7 @@ fl_answer fl_waveform(fl_app *app, uint16_t first, const uint8_t *values, uint16
 fl_answer fl_play_table(fl_app *app, const fl_play *play, uint32_t crc);
 
 /* app_telemetry.c */
-void fl_keep(fl_app *app, const fl_measurement *m, int32_t setpoint, fl_force_command command);
+void fl_keep(fl_app *app, const fl_measurement *m, double setpoint, fl_force_command command);
 fl_answer fl_stream(fl_app *app, uint16_t decimation, uint16_t mask);
 size_t fl_telemetry(fl_app *app, uint8_t *body);
 
@@ -91,6 +86,16 @@ static inline uint8_t *fl_put16(uint8_t *b, uint16_t x) {
 }
 static inline uint8_t *fl_put32(uint8_t *b, uint32_t x) {
     return fl_put16(fl_put16(b, (uint16_t)x), (uint16_t)(x >> 16));
+}
+
+/* Doubles in bytes, likewise. */
+static inline double fl_f64(const uint8_t *b) {
+    union { uint64_t bits; double x; } whole = {fl_u32(b) | (uint64_t)fl_u32(b + 4) << 32};
+    return whole.x;
+}
+static inline uint8_t *fl_put64(uint8_t *b, double x) {
+    union { double x; uint64_t bits; } whole = {x};
+    return fl_put32(fl_put32(b, (uint32_t)(whole.bits & UINT32_MAX)), (uint32_t)(whole.bits >> 32));
 }
 
 #endif

@@ -10,12 +10,12 @@
 #include "fl_frame.h"
 
 enum {
-    FL_SAMPLES = 36,     /* of telemetry: 7.2 ms at every tick */
+    FL_SAMPLES = 36,     /* of telemetry, each of a tick or of several */
     FL_REPLIES = 16,     /* frames that may come in before one goes out */
     FL_NO_INDEX = 65535, /* of a refusal that is about no word or point */
     FL_NO_STATE = 255,
-    FL_HUM_TICKS = 50,   /* half a period of the mains at 50 Hz */
-    FL_RAM = 12288       /* bytes, of the 64 KB of the Teensy */
+    FL_HUM_TICKS = FL_TICK_HZ / 100, /* half a period of the mains at 50 Hz */
+    FL_RAM = 16384       /* bytes */
 };
 
 /* `asked` is set by the background, taken by the next tick, which then sets `stale`: the copy that waits is
@@ -24,22 +24,22 @@ typedef struct { volatile uint8_t in_force, asked, stale; } fl_swap;
 
 typedef union {
     fl_parameters named;
-    int32_t words[FL_WORDS];
+    double words[FL_WORDS];
 } fl_table;
-_Static_assert(sizeof(fl_table) == 4 * FL_WORDS, "the table is words and nothing else");
+_Static_assert(sizeof(fl_table) == 8 * FL_WORDS, "the table is words and nothing else");
 
-/* What the tick would have to divide or look up for: duty-table cells an amplitude, the duty of the ceiling,
- * and the magnitude at which each channel is at its end: forces, position, load. */
+/* What the tick would have to divide for: cells of the duty table in a um, the duty of the ceiling, and the magnitude at
+ * which each channel is at its end: forces, position, load. */
 typedef struct {
-    fl_gain cells_per_um;
-    int32_t ceiling_duty, rise_um;
+    double cells_per_um, rise_um;
+    int32_t ceiling_duty;
     uint32_t ends[4];
-    int32_t easing; /* N, of the set-point in a tick while an effect comes or goes */
+    double easing; /* N, of the set-point in a tick while an effect comes or goes */
 } fl_derived;
 
 /* What the image's own table says of the drive. The ceiling of a table that a host commits is at most as large a
  * share of its largest amplitude: so the duty at the pin is at most that of this ceiling. */
-typedef struct { int32_t largest_um, ceiling_um; } fl_built_in;
+typedef struct { double largest_um, ceiling_um; } fl_built_in;
 
 /* How the set-point table is played: `step` points a tick or a um, 2^-24. */
 typedef struct {
@@ -49,12 +49,6 @@ typedef struct {
     int32_t start_um;
 } fl_play;
 
-typedef struct {
-    int64_t position, missing, back; /* m, q44: a step of 20 mm/s is 4 um, of which the filter needs 1e-5 */
-    int32_t speed, mean_load, mean_speed;
-    uint8_t begun, backwards;
-} fl_touch;
-
 /* Ticks in a row at which something was so. */
 typedef struct {
     uint32_t out_of_range, saturated, stuck[2], alone;
@@ -62,22 +56,23 @@ typedef struct {
     uint32_t late, second; /* late ticks in this second, ticks of it */
 } fl_watch;
 
-/* What app_sensors.c remembers. Forces of the hum are N in 2^-13. */
+/* What app_sensors.c remembers. */
 typedef struct {
-    int32_t force, position, load; /* of the tick before, the force's magnitude */
-    int32_t turned;                /* where the finger landed or was seen to turn, m */
-    int32_t level, restless;       /* sums of the force, and of what the set-point moved */
-    int32_t peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
-    int16_t jumped, asked;
-    uint8_t valid, heading, channel, contrary;
-    uint8_t up, since, half, period, beats, at; /* ticks since the last swing, of the one before, of both before */
-    int16_t forces[FL_HUM_TICKS];
+    double force, position, load; /* of the tick before, the force's magnitude */
+    double turned;                /* where the finger landed or was seen to turn, m */
+    double level, restless;       /* mean of the force, and what the set-point moved lately, N */
+    double peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
+    double asked;
+    int32_t jumped, contrary;
+    int32_t since, half, period, at; /* ticks since the last swing, of the one before, of both before */
+    uint8_t valid, heading, channel, up, beats;
+    double forces[FL_HUM_TICKS];
 } fl_sensors;
 
 typedef struct {
     uint8_t fault;
     uint32_t tick;
-    int32_t value;
+    double value;
 } fl_raised;
 
 typedef struct {
@@ -106,19 +101,22 @@ struct fl_app {
     fl_swap table;
     uint64_t phase; /* points, 2^-24 */
     fl_effect effect;
-    int32_t setpoint;
+    double setpoint;
     uint8_t eases;
     volatile uint8_t asked_trigger; /* number and 1; the background sets, the tick takes */
     fl_derived derived[2];
     /* the loop; the tick alone writes */
     volatile uint32_t tick;
     volatile uint8_t state, fault, bad_table;
-    fl_touch touch;
+    double touch[FL_TOUCHES];
     fl_watch watch;
     fl_sensors sensors;
-    int32_t law_state[FL_STATES];
-    int32_t closing, believed, amplitude; /* as fl_switch.h has it; um, um */
-    uint8_t law_runs;
+    double law_state[FL_STATES];
+    fl_measurement measured; /* of the last tick, with what it led to */
+    fl_force_command command;
+    double believed, amplitude; /* um */
+    int32_t since;              /* the loop closed, ticks; below 0 while it is open */
+    uint8_t law_runs, touched;
     fl_raised raised;
     uint32_t overruns, longest;
     volatile uint16_t commits;

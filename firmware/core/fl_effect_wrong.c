@@ -1,7 +1,7 @@
-/* Whether a program can be run at all: every table within the store, every shift possible, no stack too deep. */
+/* Whether a program can be run at all: every table within the store, every number finite, no stack too deep. */
 #include "fl_effect.h"
 
-enum { HEAD = 2, WORDS = sizeof(fl_effect_step) / 2, LEAST_SHIFT = 14 };
+enum { HEAD = 4, WORDS = sizeof(fl_effect_step) / 2 };
 
 /* What a step takes from the stack, and what it puts there. */
 static const struct { uint8_t takes, puts; } arity[] = {
@@ -11,19 +11,19 @@ static const struct { uint8_t takes, puts; } arity[] = {
 };
 enum { STEPS = sizeof arity / sizeof arity[0] };
 
-/* With the least shift a phase of 2^31 steps of place, or of FL_FAR ticks, has at most 31 bits of whole values. */
 static int reads(const fl_effect_step *s, uint16_t from, uint16_t until) {
     if (s->repeats > 1 || s->nearest > 1 || s->count < (s->repeats ? 1 : 2)) return 0;
     if (s->first < from || s->first > until || s->count + s->repeats > until - s->first) return 0;
-    if (s->per < 0 || s->per >= 1 << 30) return 0;
-    return s->per_shift >= LEAST_SHIFT && s->per_shift <= 62;
+    return s->per >= 0;
 }
 
+/* No product of two of these and a place overflows. */
+static int is_plain(double x) { return fl_size(x) <= 1e30; }
+
 static int fits(const fl_effect_step *s, uint16_t from, uint16_t until) {
-    if (s->what >= STEPS) return 0;
+    if (s->what >= STEPS || !is_plain(s->start) || !is_plain(s->per) || !is_plain(s->scale)) return 0;
     if (s->what == FL_STEP_TRIGGER)
         return s->number < FL_TRIGGERS && s->first <= FL_CONDITION_PLACE && s->start != s->per && s->scale >= 0;
-    if (s->scale == INT32_MIN || s->scale_shift < -1 || s->scale_shift > 62) return 0;
     if (s->what == FL_STEP_WAVE && s->number > FL_TRIGGERS) return 0;
     return (s->what != FL_STEP_TABLE && s->what != FL_STEP_WAVE) || reads(s, from, until);
 }

@@ -5,7 +5,7 @@
 >>> bool(fl.r2_identity(run) <= fl.r2_bound(run))
 True
 
-A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve, from_toml)
+A loop          paper  feasible  bench  preset  read_toml  write_toml  System (evolve)
 its blocks      Sine  Recording  FingerFriction  ResonantPlate  SuspendedSensor  PiController  Skin  Strokes  ...
 Run it          simulate  sweep  best  people  compare  Stepper  fingers  save  load
 Judge it        diagnose  doubts  plot  metrics  r2_identity  rms_error  saturation_index  perceptual_index  METRICS
@@ -28,6 +28,7 @@ from typing import Any
 _HOME = {
     "quantities": "FrictionloopError Lti",
     "quantities.units": "SignalWarning",
+    "findings.catalogue": "explain",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
     "parameters.written": "to_toml",
     "parameters.summary": "parameters_named",
@@ -63,6 +64,7 @@ _HOME = {
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
     "loop.sweep": "SweepInterrupted sweep",
+    "loop.sweep_shards": "open_sweep sweep_status",
     "loop.reference_runs": "metrics perceptual_index plain_like plain_stroke relative_index",
     "loop.transients": "step_times",
     "loop.band_split": "disturbance_left_by_band",

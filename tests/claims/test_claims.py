@@ -127,7 +127,7 @@ def a_claim(readings, accepted, **more):
 )
 def test_the_verdict_follows_from_the_numbers_and_the_named_condition(readings, condition, verdict):
     claim = a_claim(readings, (1.0, 2.0), condition=condition and (condition, "so"))
-    assert claim.verdict == verdict and claim.said == ("yes, if so" if verdict is IF else verdict)
+    assert claim.verdict == verdict and claim.verdict_text == ("yes, if so" if verdict is IF else verdict)
 
 
 def test_what_the_text_leaves_open_may_be_a_condition_and_what_is_only_compared_may_not():
@@ -149,7 +149,7 @@ def test_parts_of_a_statement_have_to_hold_together():
     a = ("a", "so")
     of = [((always,), None), ((x, always), None), ((x, always), a), ((x, y), a)]
     found = [Statement(title="", number="", claims=claims, condition=condition) for claims, condition in of]
-    assert [each.said for each in found] == ["yes", "no", "yes, if so", "no"]
+    assert [each.verdict_text for each in found] == ["yes", "no", "yes, if so", "no"]
 
 
 def test_no_part_of_a_name_makes_a_statement_true_that_is_said_to_be_false(claims):
@@ -438,7 +438,7 @@ def test_claims_json(claims, results):
         assert isinstance(row["published"], (int, float, str))
         assert all(value is None or isinstance(value, (int, float)) for value in row["readings"].values())
         assert set(row["tolerance"]) == {"accepted", "from"}
-    by_id = {claim.id: claim.said for claim in claims}
+    by_id = {claim.id: claim.verdict_text for claim in claims}
     assert {row["id"]: row["verdict"] for row in tree["claims"]} == by_id
     assert all(set(row) == {"title", "number", "verdict", "claims"} for row in tree["statements"])
 
@@ -465,7 +465,7 @@ def test_the_answer_has_every_statement_within_a_screen_and_counts_every_claim(c
     found = Reproduction(folder=Path("report"), page=Path("report/index.html"), claims=tuple(claims), statements=some)
     assert list(found.table("claims").index) == [claim.id for claim in claims]
     assert found.table().to_numpy().sum() == len(some) + sum(claim.group is None for claim in claims)
-    assert [said.split(": ")[0] for _, said in found.rows()[:-1]] == [each.said for each in some]
+    assert [said.split(": ")[0] for _, said in found.rows()[:-1]] == [each.verdict_text for each in some]
     assert len(str(found).splitlines()) <= 24
 
 

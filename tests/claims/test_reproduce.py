@@ -144,7 +144,7 @@ def test_eight_statements_stand_first_each_with_a_number_and_a_verdict(results, 
         r'<summary><b>(.*?)</b> <span class="shows">(.*?)</span> .*?</span> (yes|yes, if .*?|no)</span>', first
     )
     found = statements(claims)
-    assert rows == [(str(maths(each.title)), str(maths(each.number)), each.said) for each in found]
+    assert rows == [(str(maths(each.title)), str(maths(each.number)), each.verdict_text) for each in found]
     ids = re.findall(r'id="claim-([^"]+)"', text)
     assert ids == [
         each.id for each in [*within(found), *others(claims), *(c for g in Group for c in claims if c.group is g)]

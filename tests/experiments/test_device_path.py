@@ -14,8 +14,6 @@ from frictionloop.experiments.device_strokes import ClockMap
 from frictionloop.experiments.protocol import bundled, read_protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
 from frictionloop.experiments.study import study_system
-from frictionloop.firmware.image import build
-from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.quantities import FrictionloopError
 
 PLAN = Protocol(
@@ -102,7 +100,7 @@ def test_a_trial_in_which_a_clock_jumps_does_not_count_and_says_so(tmp_path, eng
 
 def test_an_answer_is_mapped_to_the_clock_of_the_device_with_its_uncertainty(engines):
     """A clock 30 ppm fast and 100 s ahead, read over a line of 1 to 3 ms."""
-    rng, clock = np.random.default_rng(0), ClockMap()
+    rng, clock = np.random.default_rng(0), ClockMap(2e-4)
     for host in np.arange(0.0, 60.0, 0.5):
         trip, share = rng.uniform(1e-3, 3e-3), rng.uniform()
         true = 100.0 + (1 + 30e-6) * (host + (share - 0.5) * trip)
@@ -176,8 +174,7 @@ def short(name):
 
 @pytest.fixture(scope="module")
 def image(tmp_path_factory):
-    words = list(map(int, firmware_words(study_system())))
-    return build("teensy31", words, tmp_path_factory.mktemp("image")).elf
+    return fl.firmware.build(study_system(), tmp_path_factory.mktemp("image")).image
 
 
 @pytest.mark.slow
@@ -189,7 +186,7 @@ def test_every_bundled_protocol_runs_on_the_emulated_board(name, image, tmp_path
     assert trials["contact_share_1"][0] > 0.5
     assert np.isfinite(trials["delivered"][0])
     traces = fl.load(path / trials["raw"][0])
-    assert (traces.attrs["source"], traces.attrs["board"]) == ("emulated", "teensy31")
+    assert (traces.attrs["source"], traces.attrs["board"]) == ("emulated", "teensy41")
     assert trials["onset_s"][0] > 0
 
 

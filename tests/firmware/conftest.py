@@ -12,13 +12,16 @@ import pytest
 import frictionloop as fl
 from frictionloop.device.bench_boards import Drive, HostBoard, Sample
 from frictionloop.device.codec import Decoder, Message, encode
-from frictionloop.firmware.compiled_core import host_library
+from frictionloop.firmware.board_law import board_law
+from frictionloop.firmware.compiled_core import law_of_table
 from frictionloop.firmware.image import Image, build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import parameter_words, schema
 
 TICK_US = 200
+MOST = 8.0
+"""The most that a limit of a table may be."""
 TALK = ("fault", "telemetry")
 TELLING = ("identify", "heartbeat", "statistics", "get", "hello")
 NONCES = count(1000, 1000)
@@ -40,7 +43,7 @@ class Rig:
     def change(self, name: str, values: Any) -> None:
         """Change words of the table that a board starts with or that `commit` sends."""
         word = parameter_words()[name]
-        self.words[word.first : word.first + word.words] = values
+        self.words[word.first : word.first + word.count] = values
 
     def listen(self) -> list[Message]:
         """Take what the board has to send; what it says by itself is kept in ``told``."""
@@ -145,12 +148,6 @@ def make_rig(words: np.ndarray) -> Any:
     return lambda **changed: Rig(words, **changed)
 
 
-@pytest.fixture(scope="session")
-def library() -> tuple[Any, Any]:
-    """Return (ffi, library) of the firmware."""
-    return host_library()
-
-
 LAWS: dict[str, dict[str, Any]] = {
     "pi": RETUNED,
     "lookup": {"controller.kind": "lookup"},
@@ -175,7 +172,7 @@ def law_words() -> dict[str, np.ndarray]:
     tables = {name: firmware_words(fl.bench().evolve(overrides)) for name, overrides in LAWS.items()}
     for words in tables.values():
         for name in ("force_jump_n", "position_jump_m", "load_jump_n", "contrary_n"):
-            words[parameter_words()[f"safety.{name}"].first] = 2**31 - 1
+            words[parameter_words()[f"safety.{name}"].first] = MOST
     return tables
 
 
@@ -185,10 +182,11 @@ def images(law_words: dict[str, np.ndarray], tmp_path_factory: pytest.TempPathFa
     pytest.importorskip("ziglang", reason="the images are built by zig: install frictionloop[image]")
 
     @cache
-    def built(law: str, board: str = "teensy31", optimise: str | None = None, axes: int = 1) -> Image:
+    def built(law: str, board: str = "teensy41", optimise: str | None = None, axes: int = 1) -> Image:
         folder = tmp_path_factory.mktemp(f"{board}-{law}-{optimise or 'default'}-{axes}")
         table = law_words[law].copy()
         table[parameter_words()["force.axes"].first] = axes
-        return build(board, table.tolist(), folder, optimise=optimise)
+        own = board_law(law_of_table(table))
+        return build(board, table.tolist(), own, folder, rate_hz=5000, optimise=optimise)
 
     return built

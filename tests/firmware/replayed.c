@@ -8,8 +8,7 @@ enum { REST = FL_TICK_HZ };
 /* `samples` has force along and across, position and load, a row a tick; `told` gets tick, fault and value of at most
  * `room` faults. Returns how many there were. */
 int32_t fl_replayed(
-    const int32_t *words, int32_t count, const int32_t *samples, const int32_t *setpoints, int32_t room,
-    int32_t *told) {
+    const double *words, int32_t count, const int32_t *samples, const double *setpoints, int32_t room, double *told) {
     static fl_app app;
     static const fl_identity identity = {FL_BOARD_HOST, 0, "replayed", FL_RESET_POWER_ON};
     fl_app_start(&app, &identity, (const fl_parameters *)words);

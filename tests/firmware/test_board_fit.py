@@ -15,12 +15,13 @@ from frictionloop.firmware.board_fit import (
     board_findings,
     carrier_hz,
     ceiling_findings,
+    converter_findings,
     gain_findings,
     period_ticks,
 )
 from frictionloop.quantities.schema import firmware_folder
 
-CARRIER_HZ = 36e6 / 783
+CARRIER_HZ = 132e6 / 2870
 """Of an image for the bench."""
 
 
@@ -29,13 +30,13 @@ def at(frequency_hz, q=230.0):
 
 
 def test_clock_and_usual_period_are_those_of_the_boards_source():
-    text = (firmware_folder() / "boards/teensy31/carrier.c").read_text()
+    text = (firmware_folder() / "boards/teensy41/carrier.c").read_text()
     assert float(re.search(r"(\d+) MHz / FL_CARRIER_TICKS", text)[1]) * 1e6 == BUS_HZ
     assert int(re.search(r"#define FL_CARRIER_TICKS (\d+)", text)[1]) == USUAL_TICKS == period_ticks(fl.bench())
     assert carrier_hz(fl.bench()) == CARRIER_HZ and period_ticks(fl.feasible()) == USUAL_TICKS
 
 
-@given(st.floats(2e3, 150e3))
+@given(st.floats(5e3, 150e3))
 def test_no_other_whole_period_is_nearer_to_the_plate(frequency_hz):
     ticks = period_ticks(at(frequency_hz))
     off = [abs(BUS_HZ / frequency_hz - each) for each in (ticks - 1, ticks, ticks + 1)]
@@ -43,7 +44,7 @@ def test_no_other_whole_period_is_nearer_to_the_plate(frequency_hz):
 
 
 def test_a_plate_that_the_timer_cannot_reach_is_refused():
-    with pytest.raises(fl.FrictionloopError, match=r"plate.frequency_hz = 1000 Hz: must be 1099 to") as refused:
+    with pytest.raises(fl.FrictionloopError, match=r"plate.frequency_hz = 1000 Hz: must be 4029 to") as refused:
         period_ticks(at(1000.0))
     (found,) = board_findings(at(1000.0))
     assert found.code == refused.value.code and found.more["share"] < 5.0
@@ -62,8 +63,8 @@ def test_what_is_left_is_the_response_of_a_resonator_beside_its_peak():
 
 def test_another_rate_and_a_plate_between_two_carriers_are_found_and_the_bench_is_not():
     assert [*board_findings(fl.bench())] == [*board_findings(fl.feasible())] == []
-    (rate,) = board_findings(at(38200.0).evolve({"controller.rate_hz": 4000.0}))
-    assert (rate.code, rate.value, rate.limit) == ("BOARD-RATE", 4000.0, 5000.0)
+    (rate,) = board_findings(at(38200.0).evolve({"controller.rate_hz": 4400.0}))
+    assert (rate.code, rate.value, rate.limit) == ("BOARD-RATE", 4400.0, 4000.0)
     between = at(BUS_HZ / 942.4, q=2000.0)
     (plate,) = gain_findings(between)
     share = amplitude_left(between.plate, BUS_HZ / 942)
@@ -87,6 +88,12 @@ def test_steps_are_found_which_a_table_of_points_has_not():
     (found,) = board_findings(fl.bench().evolve({"setpoint": levels}))
     assert (found.code, found.limit, found.value) == ("BOARD-STEPS", 1024, pytest.approx(0.2, rel=0.03))
     assert [*board_findings(fl.bench().evolve({"setpoint": levels | {"times_s": (0.0,), "levels_n": (0.4,)}}))] == []
+
+
+def test_converters_that_are_coarser_than_the_files_are_found_with_the_bits_that_they_have():
+    (found,) = converter_findings(fl.bench())
+    assert (found.code, found.value, found.limit) == ("BOARD-BITS", 16, 12)
+    assert [*converter_findings(fl.bench().evolve(found.remedy))] == [*converter_findings(fl.feasible())] == []
 
 
 @pytest.mark.parametrize(("ceiling_um", "reached"), [(0.3, False), (1.1, False), (2.0, True), (None, True)])

@@ -31,14 +31,14 @@ def counts(force_n: float) -> int:
 
 @pytest.mark.parametrize("level_n", [0.2, 0.45, 0.6, 0.9, 0.949])
 def test_open_loop_commands_what_the_model_says(make_rig, level_n: float):
-    rig = make_rig(setpoint__hold_n=round(level_n * 2**28))
+    rig = make_rig(setpoint__hold_n=level_n)
     rig.mode("open")
     assert force(rig.tick(RISE_TICKS).amplitude_um) == pytest.approx(level_n, abs=2e-4)
 
 
 @pytest.mark.parametrize(("level_n", "at"), [(0.0, 2.5), (2.0, 0.0)])
 def test_open_loop_stays_within_the_clamp(make_rig, level_n: float, at: float):
-    rig = make_rig(setpoint__hold_n=round(level_n * 2**28))
+    rig = make_rig(setpoint__hold_n=level_n)
     rig.mode("open")
     assert rig.tick(RISE_TICKS).amplitude_um == pytest.approx(at, abs=1e-3)
 
@@ -46,7 +46,7 @@ def test_open_loop_stays_within_the_clamp(make_rig, level_n: float, at: float):
 def test_duty_gives_the_amplitude_through_the_sine_of_the_carrier(make_rig):
     worst = 0.0
     for level_n in np.linspace(0.09, 0.94, 60):
-        rig = make_rig(setpoint__hold_n=round(level_n * 2**28))
+        rig = make_rig(setpoint__hold_n=level_n)
         rig.mode("open")
         drive = rig.tick()
         worst = max(worst, abs(2.5 * math.sin(math.pi * drive.duty / 2**17) - drive.amplitude_um))
@@ -81,8 +81,8 @@ LAWS = {
 @pytest.mark.parametrize("measured_n", [0.2, 0.6, 0.95])
 def test_closing_begins_with_at_most_what_the_set_point_asks(make_rig, case: str, before: str, measured_n: float):
     """And in the first 0.1 s it is never beyond the straight line down from there."""
-    rig = make_rig(overdrive__decay=0, overdrive__inverse=[1 << 29, 29])
-    rig = type(rig)(firmware_words(LAWS[case]), overdrive__decay=0, overdrive__inverse=[1 << 29, 29])
+    rig = make_rig(overdrive__decay=0, overdrive__inverse=1)
+    rig = type(rig)(firmware_words(LAWS[case]), overdrive__decay=0, overdrive__inverse=1)
     rig.run(300)
     rig.mode(before)
     for _ in range(200):
@@ -123,12 +123,11 @@ def test_to_idle_by_the_ramp(rig):
     rig.reason("mode", state=0)
     path = [rig.tick().amplitude_um for _ in range(40)]
     wanted = np.maximum(start - 2.5 / 50 * np.arange(1, 41), 0)
-    np.testing.assert_allclose(path, wanted, rtol=0, atol=40 / 2**28)
+    np.testing.assert_allclose(path, wanted, rtol=0, atol=1e-12)
 
 
 def test_two_axes_give_the_magnitude(make_rig):
-    gain = [671088640, 43]
-    rig = make_rig(force__axes=2, force__n_per_count=gain * 2, force__zero_counts=[100, -50])
+    rig = make_rig(force__axes=2, force__n_per_count=[5 / 2**16] * 2, force__zero_counts=[100, -50])
     rig.stream()
     rng = np.random.default_rng(0)
     pairs = rng.integers(-20_000, 20_000, (16, 2))

@@ -8,10 +8,10 @@ import pytest
 import frictionloop as fl
 from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import encode
-from frictionloop.device.emulator.budget import SESSION, heartbeat, hello
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.sensing.measurement import Measurement
+from tests.helpers.host_frames import SESSION, heartbeat, hello
 
 SETTLED = slice(3000, 8000)
 

@@ -1,15 +1,18 @@
 """The image for qemu-system-arm against the host: one scenario, 20 000 ticks in the timer's interrupt."""
 
+import re
 import shutil
 import subprocess
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from frictionloop.device.codec import Decoder
+from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.built_in import revision_here
-from frictionloop.firmware.compiled_core import declarations
+from frictionloop.firmware.compiled_core import declarations, host_sources, law_of_table
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.image_files import loaded, symbol_bytes
 from frictionloop.quantities.schema import firmware_folder, schema
@@ -25,30 +28,37 @@ size_t fl_stimulus_bytes(uint32_t, uint8_t *);
 
 
 @pytest.fixture(scope="module")
-def scenario(law_words):
+def scenario(law_words, tmp_path_factory):
     """What the host makes of the scenario, by law; None for a board without parameters."""
     cffi = pytest.importorskip("cffi")
     ffi = cffi.FFI()
     ffi.cdef(declarations() + SCENARIO)
     core, boards = firmware_folder() / "core", firmware_folder() / "boards"
     sources = [*sorted(core.glob("*.c")), boards / "scenario.c", boards / "stimulus.c"]
-    library = ffi.dlopen(str(shared_library("scenario", sources, (core, boards))))
+
+    @cache
+    def built(law):
+        own = board_law(law_of_table(law_words[law])).write(tmp_path_factory.mktemp(law))
+        plain = [source for source in host_sources()[0] if source.parent.name == "host"]
+        folders = (core, boards, boards / "host")
+        return ffi.dlopen(str(shared_library("scenario", [*sources, *plain, own], folders)))
 
     def run(law):
+        library = built(law or "pi")
         out, memory = ffi.new("fl_scenario *"), ffi.new("uint64_t[]", library.fl_app_size() // 8 + 1)
         revision = ffi.new("char[]", revision_here().encode())
         identity = ffi.new("fl_identity *", (schema()["boards"]["mps2"], 0, revision))
-        words = ffi.new("int32_t[]", law_words[law].tolist()) if law else ffi.NULL
+        words = ffi.new("double[]", law_words[law].tolist()) if law else ffi.NULL
         library.fl_scenario_run(out, ffi.cast("fl_app *", memory), identity, words)
         return {"drives": out.drives, "bytes": out.bytes, "sent": out.sent}
 
-    run.ffi, run.library = ffi, library
+    run.ffi, run.library = ffi, built("pi")
     return run
 
 
 def qemu(image, timeout_s=100):
     command = [
-        QEMU, "-M", "mps2-an386", "-icount", "shift=4", "-nographic", "-monitor", "none", "-serial", "null",
+        QEMU, "-M", "mps2-an500", "-icount", "shift=4", "-nographic", "-monitor", "none", "-serial", "null",
         "-semihosting-config", "enable=on,target=native", "-kernel", str(image),
     ]  # fmt: skip
     # semihosting writes to the standard error
@@ -76,6 +86,17 @@ WITNESS = (
     *("fl_stimulus", "fl_stimulus_bytes", "fl_digest", "fl_tick", "main"),
 )
 """What of the image is not the board's but the test's: it tells and digests what the board does."""
+
+
+@needs_qemu
+def test_without_access_to_its_registers_the_first_double_is_a_fault(images, tmp_path):
+    """The image that writes nothing to CPACR: the instructions that do are no operations."""
+    content = images("pi", board="mps2-scenario").elf.read_bytes()
+    orr = rb"[\x40-\x4e]\xf4\x70[\x00-\x0e]"  # orr r, r, #0xF00000 (Armv7-M Architecture Reference Manual, A7.7.91)
+    assert len(re.findall(orr, content)) == 1
+    (tmp_path / "none.elf").write_bytes(re.sub(orr, b"\x00\xbf\x00\xbf", content))
+    with pytest.raises(subprocess.CalledProcessError):
+        qemu(tmp_path / "none.elf", timeout_s=20)
 
 
 @needs_qemu

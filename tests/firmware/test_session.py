@@ -238,7 +238,7 @@ def test_a_frame_that_comes_three_times_is_done_once_and_answered_three_times(ri
         encode("waveform", 2, session, first=0, values=points),
     ]
     frames.append(encode("play", 3, session, **play, crc=zlib.crc32(points.tobytes())))
-    frames.append(encode("commit", 4, session, crc=zlib.crc32(rig.words.astype("<i4").tobytes())))
+    frames.append(encode("commit", 4, session, crc=zlib.crc32(rig.words.astype("<f8").tobytes())))
     for frame in frames:
         for _ in range(3):
             rig.board.receive(frame, rig.now_us)
@@ -254,7 +254,7 @@ def test_a_frame_that_comes_three_times_is_done_once_and_answered_three_times(ri
 def test_a_refusal_comes_again_as_it_was(rig):
     session = hello(rig, 5)
     for _ in range(2):
-        answer = say(rig, "set", 1, session, first=0, values=[99])
+        answer = say(rig, "set", 1, session, first=0, values=[-1.0])
         assert (answer["reason"], answer["index"]) == (REFUSALS["out_of_range"], 0)
 
 
@@ -268,6 +268,6 @@ def test_the_counter_goes_on_past_its_end(rig):
 def test_every_status_tells_how_many_tables_were_put_in_force(rig):
     assert rig.ask("heartbeat")["commits"] == 0
     for count in (1, 2):
-        assert rig.reason("commit", crc=zlib.crc32(rig.words.astype("<i4").tobytes())) == "done"
+        assert rig.reason("commit", crc=zlib.crc32(rig.words.astype("<f8").tobytes())) == "done"
         rig.tick()
         assert rig.ask("heartbeat")["commits"] == count

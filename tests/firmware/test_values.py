@@ -7,22 +7,24 @@ import shutil
 import zlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import Emulated, HostBoard
+from frictionloop.control.laws import LAWS
+from frictionloop.device.bench_boards import HostBoard
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.teensy import RESETS
 from frictionloop.device.errors import Refused
 from frictionloop.firmware import built_in
-from frictionloop.firmware.built_in import KINDS, law_bits, law_names
+from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.exported import export
-from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import differing, fingerprint, word_of
-from frictionloop.quantities import FrictionloopError
+from frictionloop.loop.blocks import forget
 from frictionloop.quantities.schema import firmware_folder, schema, table_hash, word_count
+from tests.helpers.own_laws import register_both
 
 BENCH = fl.bench()
 
@@ -37,7 +39,7 @@ def test_the_same_values_have_the_same_fingerprint_and_any_other_word_another():
     seen = {fingerprint(words)}
     for k in range(word_count()):
         other = words.copy()
-        other[k] ^= 1
+        other[k] += 1.0
         seen.add(fingerprint(other))
     assert len(seen) == 1 + word_count()
 
@@ -69,20 +71,10 @@ def test_where_two_tables_differ_is_named_with_both_values():
 def test_values_that_six_digits_do_not_tell_apart_get_more():
     one, word = firmware_words(BENCH), word_of("drive.ceiling_um")
     near = one.copy()
-    near[word.first] += 1
+    near[word.first] = np.nextafter(near[word.first], 10.0)
     ((name, mine, theirs),) = differing(one, near)
     assert name == "drive.ceiling_um" and mine != theirs
     assert float(theirs.split()[0]) - float(mine.split()[0]) > 0
-
-
-def test_words_that_stand_for_the_same_number_are_shown_as_words():
-    one, first = firmware_words(BENCH), word_of("law.gains").first
-    one[first] -= one[first] % 2
-    same = one.copy()
-    same[first], same[first + 1] = one[first] // 2, one[first + 1] - 1
-    ((name, mine, theirs),) = differing(one, same)
-    assert (name, mine) == ("law.gains[0]", f"words {one[first]} {one[first + 1]}")
-    assert theirs == f"words {one[first] // 2} {one[first + 1] - 1}"
 
 
 # What a reset came from: told by every board, and a fault where it should not have been.
@@ -115,7 +107,7 @@ def test_the_image_tells_what_its_registers_say(reset, images):
     assert told == ([] if fault == "none" else [FAULTS[fault]])
 
 
-@pytest.mark.parametrize("reset", AFTER)
+@pytest.mark.parametrize("reset", set(AFTER) & set(RESETS))
 def test_the_loop_stays_off_until_the_fault_is_cleared(reset, images):
     pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
     board = TeensyEmulator(images("pi").elf, reset)
@@ -139,7 +131,7 @@ def test_any_other_reset_is_none(reset, words):
 
 def test_a_bad_table_goes_before(words):
     table = words.copy()
-    table[0] = 15
+    table[0] = -1.0
     board = HostBoard(table, reset=NAMES["watchdog"])
     board.receive(encode("heartbeat", 1), 0)
     status = Decoder().feed(board.transmit(0))[-1]
@@ -183,11 +175,11 @@ def test_the_checksum_is_the_crc_of_names_and_contents(sources):
 def test_what_changes_it(sources, change):
     before = built_in.revision_here()
     built_in.revision_here.cache_clear()
-    file = sources / "core" / "laws.c"
+    file = sources / "core" / "app_drive.c"
     if change == "content":
         file.write_bytes(file.read_bytes() + b"\n")
     elif change == "name":
-        file.rename(file.with_name("laws_2.c"))
+        file.rename(file.with_name("app_drive_2.c"))
     else:
         file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
     assert (built_in.revision_here() == before) == (change == "line ends")
@@ -204,80 +196,54 @@ def test_a_file_without_one_says_nothing(tmp_path):
     assert built_in.other_sources(tmp_path / "none.elf") == ""
 
 
-@pytest.mark.parametrize("other", [False, True])
-def test_an_image_that_the_model_refuses_says_when_it_is_of_other_sources(images, monkeypatch, other):
-    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-    from frictionloop.device.emulator import teensy
-
-    image = images("pi").elf
-    if other:
-        monkeypatch.setattr(built_in, "revision_here", lambda: "0.2.0+00000000")
-
-    def refuse(self):
-        raise FrictionloopError("image writes 0x40000000, 4 bytes: no register")
-
-    monkeypatch.setattr(teensy.Watchdog, "check_started", refuse)
-    with pytest.raises(FrictionloopError, match="no register") as raised:
-        Emulated(image, 2.5)
-    assert (": build anew" in str(raised.value)) == other
-    assert "\n" not in str(raised.value)
+# An image has one law beside the lookup, says which, and refuses the table of another in one line.
 
 
-# An image has the laws that were chosen, says which, and refuses others in one line.
-
-
-def symbols(image) -> str:
-    return image.map.read_text()
-
-
-def test_by_default_all_are_built_in(images):
-    for name in ("pi", "open_loop", "filtered_pi", "limit_observer"):
-        assert f"fl_{name}_step" in symbols(images("pi"))
-
-
-def test_laws_that_are_left_out_leave_their_room(images, law_words, tmp_path):
-    small = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi"])
-    assert "fl_filtered_pi_step" not in symbols(small)
-    assert small.flash_bytes < images("pi").flash_bytes - 4000
-    assert small.ram_bytes < images("pi").ram_bytes - 2000
-
-
-def test_the_notch_pi_is_a_filtered_pi(law_words):
-    assert law_names(law_bits(["notch_pi", "pi"], law_words["notch_pi"])) == ("pi", "filtered_pi")
-
-
-def test_all_are_where_none_is_named(law_words):
-    assert law_names(law_bits(None, law_words["pi"])) == KINDS
-
-
-@pytest.mark.parametrize(
-    ("laws", "says"),
-    [
-        (["pi", "pid"], r"^laws = 'pid': must be pi, lookup, filtered_pi, .*notch_pi$"),
-        (["limit_observer", "lookup"], r"^laws = 'limit_observer, lookup': must be with pi, which runs$"),
-        ([], r"^laws = '': must be with pi"),
-    ],
-)
-def test_bad_choices_are_one_line(law_words, tmp_path, laws, says):
-    with pytest.raises(FrictionloopError, match=says):
-        build("teensy31", law_words["pi"].tolist(), tmp_path / "none", laws=laws)
-    assert not (tmp_path / "none").exists()
-
-
-def test_a_device_tells_its_laws_and_refuses_others(law_words, tmp_path):
-    pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
-    some = build("teensy31", law_words["pi"].tolist(), tmp_path, laws=["pi", "lookup", "notch_pi"])
-    with fl.connect(f"emulated:{some.elf}") as device:
-        assert device.info.laws == ("pi", "lookup", "filtered_pi")
-        device.set("law.number", 4)
+def test_an_image_tells_its_law_and_refuses_the_table_of_another():
+    with fl.connect("sim:") as device:
+        assert (device.info.law, device.info.law_hash) == ("pi", board_law(LAWS["pi"]).hash)
         with pytest.raises(Refused) as refused:
-            device.commit()
+            device.upload(BENCH.evolve({"controller.kind": "limit_observer"}))
+        assert device.parameters.hold(firmware_words(BENCH))
+    has, other = (board_law(LAWS[kind]).hash for kind in ("pi", "limit_observer"))
     assert str(refused.value) == (
-        "commit: refused, law.number = 4: must be one of 1 pi, 2 lookup, 3 filtered_pi; "
-        "firmware build --laws limit_observer"
+        f"commit: refused, law.hash = {other}: must be {has} (pi) or 0 (lookup); firmware build FILE has another"
     )
 
 
-def test_the_library_of_this_machine_has_them_all():
+def test_the_table_of_another_rate_is_refused_before_anything_is_written():
+    """Its gains and its ticks are for other periods."""
+    quick = BENCH.evolve({"controller.rate_hz": 10_000.0})
     with fl.connect("sim:") as device:
-        assert device.info.laws == KINDS
+        for write in (device.upload, lambda each: fl.device.configure(device, system=each)):
+            with pytest.raises(
+                fl.FrictionloopError, match=r"^controller.rate_hz = 10000 Hz: must be 5000 on this board$"
+            ):
+                write(quick)
+        assert device.parameters.hold(firmware_words(BENCH))
+    with fl.connect("sim:", quick) as device:
+        assert device.info.tick_hz == 10_000
+        device.upload(quick.evolve({"controller.kp": 0.05}))
+
+
+def test_open_and_closed_loop_alternate_without_another_image():
+    """Every image has the lookup: by its state open, and by the table of a system whose law it is."""
+    with fl.connect("sim:") as device:
+        for kind in ("lookup", "pi", "lookup"):
+            device.upload(BENCH.evolve({"controller.kind": kind}))
+            device.mode("closed")
+            assert device.controller.kind == kind
+            device.mode("idle")
+
+
+def test_a_law_of_ones_own_is_on_the_board_as_it_is_registered():
+    """fl.register, and nothing else."""
+    register_both()
+    try:
+        with fl.connect("sim:", BENCH.evolve({"controller.kind": "dead_band_pi"})) as device:
+            assert device.info.law == "dead_band_pi"
+            device.set("controller.band_n", 0.25)
+            device.commit()
+            assert device.parameters["law.gains"][:3].tolist() == [2.0, 400.0, 0.25]
+    finally:
+        forget()

@@ -12,8 +12,8 @@ from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.budget import SESSION, hello
 from frictionloop.device.emulator.processor import RETURN, Patience
-from frictionloop.device.emulator.registers import PIT0_INTERRUPT
-from frictionloop.firmware.image_files import elf_file, loaded, symbol_bytes
+from frictionloop.device.emulator.registers import PIT_INTERRUPT
+from frictionloop.firmware.image_files import FLASH, elf_file, loaded, symbol_bytes
 from frictionloop.quantities.schema import schema, word_count
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
@@ -35,7 +35,7 @@ def drives(path) -> tuple[float, list[int]]:
     for k in range(400):
         if k % 100 == 0:
             board.receive(hello() * (k == 0) + encode("mode", k + 1, SESSION, state=CLOSED))
-        most = max(most, board.tick((8000 + k % 3, 0), 3277, 4 * k))
+        most = max(most, board.tick((8000 + 16 * (k % 3), 0), 3277, 4 * k))
         told += [message["fault"] for message in decoder.feed(board.transmit()) if message.name == "fault"]
     return most, told
 
@@ -49,8 +49,8 @@ def test_the_check_sum_is_that_of_all_before_it(images):
     elf = images("pi").elf
     content = bytearray(b"\xff" * 256 * 1024)
     for address, part in loaded(elf):
-        content[address : address + len(part)] = part
-    end = max(address + len(part) for address, part in loaded(elf))
+        content[address - FLASH : address - FLASH + len(part)] = part
+    end = max(address - FLASH + len(part) for address, part in loaded(elf))
     assert symbol_bytes(elf, "flash_crc") == zlib.crc32(content[: end - 4]).to_bytes(4, "little")
 
 
@@ -81,7 +81,7 @@ def test_a_flipped_bit_is_told_and_nothing_is_driven(what, flips, images, tmp_pa
         found += told == [BAD_IMAGE]
         mute += told == []
     assert found + ended + mute == flips
-    assert found >= (flips if what == "fl_built_parameters" else 0.75 * flips)
+    assert found >= (flips if what == "fl_built_parameters" else 0.6 * flips)
 
 
 @pytest.mark.slow
@@ -89,7 +89,7 @@ def test_every_bit_of_the_table_counts(images):
     """On one board, whose check is called again for each: what it looks at is in its memory."""
     elf = images("pi").elf
     board = TeensyEmulator(elf).processor
-    begin, size = address_of(elf, "fl_built_parameters")
+    begin, size = address_of(elf, "fl_built_parameters", flash=True)
     check, _ = address_of(elf, "board_is_whole")
     assert called(board, check) == 1
     missed = []
@@ -100,7 +100,7 @@ def test_every_bit_of_the_table_counts(images):
             if called(board, check) != 0:
                 missed.append((place, bit))
         board.uc.mem_write(place, bytes([byte]))
-    assert missed == [] and size == 4 * word_count()
+    assert missed == [] and size == 8 * word_count()
     assert called(board, check) == 1
 
 
@@ -108,22 +108,25 @@ def test_a_loop_without_end_is_ended(images):
     """As the watchdog of the board does: 0xE7FE branches to itself."""
     board = TeensyEmulator(images("pi").elf).processor
     board._patience = Patience(board.uc.emu_stop, longest_s=0.1)
-    number = 16 + PIT0_INTERRUPT
+    number = 16 + PIT_INTERRUPT
     board.uc.mem_write(board.vector(number) & ~1, b"\xfe\xe7")
-    with pytest.raises(FrictionloopError, match="does not come to rest"):
+    with pytest.raises(FrictionloopError, match="does not come to rest"), board.stretch():
         board.interrupt(number)
 
 
-def address_of(elf, name: str) -> tuple[int, int]:
-    """Return where a symbol is, and its size."""
+def address_of(elf, name: str, flash: bool = False) -> tuple[int, int]:
+    """Return where a symbol is, as linked or in the flash that it is copied from, and its size."""
     with elf.open("rb") as file:
         (symbol,) = elf_file(file).get_section_by_name(".symtab").get_symbol_by_name(name)
-    return symbol["st_value"] & ~1, symbol["st_size"]
+        parts = [(part["p_vaddr"], part["p_filesz"], part["p_paddr"]) for part in elf_file(file).iter_segments()]
+    place = symbol["st_value"] & ~1
+    (load,) = (place - linked + load for linked, size, load in parts if 0 <= place - linked < size)
+    return load if flash else place, symbol["st_size"]
 
 
 def called(processor, address: int) -> int:
     """Return what a function without arguments returns."""
-    arm = processor._arm
+    arm = processor.arm
     processor.uc.reg_write(arm.UC_ARM_REG_SP, processor.vector(0))
     processor.uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
     processor.uc.emu_start(address | 1, RETURN)

@@ -30,50 +30,64 @@ static int32_t any(int64_t low, int64_t high) {
     return (int32_t)(low + (int64_t)(wide % (uint64_t)(high - low + 1)));
 }
 
-static int rising(const void *a, const void *b) {
-    int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
-    return (x > y) - (x < y);
+static double real(double low, double high) {
+    switch (below(4)) {
+    case 0: return low;
+    case 1: return high;
+    default: return low + (high - low) * (draw() * 0x1p-32);
+    }
 }
-static int falling(const void *a, const void *b) { return rising(b, a); }
+
+static int falling(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
 
 /* A table that passes its checks, with any number that they leave to a board that was built with these. */
 static void fill(fl_table *table, fl_built_in built) {
     static const fl_range ranges[FL_RANGES] = FL_RANGE_TABLE;
     for (int k = 0; k < FL_RANGES; k++)
-        for (int i = 0; i < ranges[k].count * ranges[k].stride; i++)
-            table->words[ranges[k].first + i] = ranges[k].stride == 2 && i % 2 == 0
-                                                    ? any(INT32_MIN + 1, INT32_MAX)
-                                                    : any(ranges[k].low, ranges[k].high);
+        for (int i = ranges[k].first; i < (k + 1 < FL_RANGES ? ranges[k + 1].first : FL_WORDS); i++)
+            table->words[i] = ranges[k].whole ? floor(real(ranges[k].low, ranges[k].high))
+                                              : real(ranges[k].low, ranges[k].high);
     fl_parameters *p = &table->named;
-    do p->law_number = (int32_t)below(fl_law_count);
-    while (!fl_laws[p->law_number].step);
-    if (p->law_low_n == p->law_high_n) p->law_high_n ^= 1;
+    p->law_hash = below(3) ? fl_own.hash : 0;
+    double most = below(2) ? 1e30 : 1; /* of gains that no law survives, and of those that it may */
+    for (int k = 0; k < FL_GAINS; k++) p->law_gains[k] = real(-most, most);
+    for (int k = 0; k < FL_STATES; k++) p->law_start[k] = real(-most, most);
+    if (p->law_low_n == p->law_high_n) p->law_high_n = p->law_low_n > 0 ? 0 : 1;
     if (p->law_low_n > p->law_high_n) {
-        int32_t low = p->law_high_n;
+        double low = p->law_high_n;
         p->law_high_n = p->law_low_n, p->law_low_n = low;
     }
-    if (p->drive_largest_um == 0) p->drive_largest_um = 1;
-    p->drive_ceiling_um = any(0, p->drive_largest_um);
+    if (p->lookup_entries == 1) p->lookup_entries = 0;
+    if (p->drive_largest_um == 0) p->drive_largest_um = 1e-9;
+    p->drive_ceiling_um = real(0, p->drive_largest_um);
     if (built.largest_um > 0 && built.ceiling_um >= 0) {
-        int64_t most = (int64_t)built.ceiling_um * p->drive_largest_um / built.largest_um;
-        if (p->drive_ceiling_um > most) p->drive_ceiling_um = (int32_t)most;
+        double ceiling = built.ceiling_um * p->drive_largest_um / built.largest_um;
+        if (p->drive_ceiling_um > ceiling) p->drive_ceiling_um = ceiling;
     }
-    if (p->drive_ramp_um < p->drive_ceiling_um / 500) p->drive_ramp_um = p->drive_ceiling_um / 500;
-    qsort(p->lookup_squares_um2, 257, 4, falling);
-    p->safety_force_ticks = 1 + (int32_t)below(100); /* so that it gets somewhere before it faults */
-    if (below(2)) p->safety_force_limit_n = INT32_MAX;
-    if (below(4)) p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = INT32_MAX;
-    if (below(2)) p->safety_contrary_n = INT32_MAX;
+    if (p->drive_ramp_um < p->drive_ceiling_um / 500) p->drive_ramp_um = p->drive_ceiling_um / 499;
+    qsort(p->lookup_squares_um2, 257, sizeof(double), falling);
+    p->safety_hum_ticks = 1 + below(FL_HUM_TICKS);
+    p->safety_force_ticks = 1 + below(100); /* so that it gets somewhere before it faults */
+    if (below(2)) p->safety_force_limit_n = 8;
+    if (below(4)) p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = 8;
+    if (below(2)) p->safety_contrary_n = 8;
     if (below(2)) return; /* or a board that takes any reading */
-    p->safety_force_limit_n = p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = INT32_MAX;
-    p->safety_contrary_n = p->safety_hum_n = INT32_MAX, p->safety_stuck_ticks = 500000;
+    for (int k = 0; k < 2; k++) p->force_n_per_count[k] *= 1e-35;
+    p->touch_m_per_count *= 1e-38, p->touch_n_per_count *= 1e-38;
+    p->safety_force_limit_n = p->safety_force_jump_n = p->safety_position_jump_m = p->safety_load_jump_n = 8;
+    p->safety_contrary_n = p->safety_hum_n = 8, p->safety_stuck_ticks = 500000;
 }
 
 static void spoil(fl_table *table) {
     fl_parameters *p = &table->named;
     uint32_t at = below(FL_WORDS);
-    if (below(2)) p->drive_ceiling_um = any(0, p->drive_largest_um);
-    else table->words[at] = (int32_t)draw();
+    uint64_t bits = (uint64_t)draw() << 32;
+    bits |= draw();
+    if (below(2)) p->drive_ceiling_um = real(0, p->drive_largest_um);
+    else memcpy(table->words + at, &bits, sizeof bits);
 }
 
 static void say(fl_app *app, uint8_t type, const void *body, size_t count, uint32_t now) {
@@ -96,12 +110,12 @@ static void commit(fl_app *app, uint32_t now) {
     uint32_t crc = 0;
     fill(&table, app->built);
     if (below(4) == 0) spoil(&table);
-    for (int first = 0; first < FL_WORDS; first += 64) {
-        int count = FL_WORDS - first < 64 ? FL_WORDS - first : 64;
+    for (int first = 0; first < FL_WORDS; first += 32) {
+        int count = FL_WORDS - first < 32 ? FL_WORDS - first : 32;
         uint8_t *at = fl_put16(body, (uint16_t)first);
-        for (int k = 0; k < count; k++) at = fl_put32(at, (uint32_t)table.words[first + k]);
-        crc = fl_crc32(crc, body + 2, 4 * (size_t)count);
-        say(app, FL_MESSAGE_SET, body, 2 + 4 * (size_t)count, now);
+        for (int k = 0; k < count; k++) at = fl_put64(at, table.words[first + k]);
+        crc = fl_crc32(crc, body + 2, 8 * (size_t)count);
+        say(app, FL_MESSAGE_SET, body, 2 + 8 * (size_t)count, now);
     }
     fl_put32(body, crc);
     say(app, FL_MESSAGE_COMMIT, body, 4, now);
@@ -110,11 +124,11 @@ static void commit(fl_app *app, uint32_t now) {
 /* Words about the end of the table. */
 static void set(fl_app *app, uint32_t now) {
     uint8_t body[2 + 256];
-    uint32_t first = FL_WORDS - below(80), count = 1 + below(64);
+    uint32_t first = FL_WORDS - below(80), count = 1 + below(32);
     uint8_t *at = fl_put16(body, (uint16_t)first);
     for (uint32_t k = first; k < first + count; k++)
-        at = fl_put32(at, k < FL_WORDS ? (uint32_t)app->tables[app->parameters.in_force].words[k] : 1);
-    say(app, FL_MESSAGE_SET, body, 2 + 4 * (size_t)count, now);
+        at = fl_put64(at, k < FL_WORDS ? app->tables[app->parameters.in_force].words[k] : 1);
+    say(app, FL_MESSAGE_SET, body, 2 + 8 * (size_t)count, now);
 }
 
 static void play(fl_app *app, uint32_t now) {
@@ -136,7 +150,7 @@ static void effect(fl_app *app, uint32_t now) {
     fl_store store;
     uint8_t body[2 + 256];
     for (int k = 0; k < FL_POINTS; k++) store.points[k] = (int16_t)any(INT16_MIN, INT16_MAX);
-    int steps = 1 + (int)below(FL_EFFECT_STEPS), depth = 0, from = 2 + 12 * steps;
+    int steps = 1 + (int)below(FL_EFFECT_STEPS), depth = 0, from = 4 + 16 * steps;
     store.program.count = (uint16_t)steps, store.program.predicted = (uint16_t)below(2);
     for (int k = 0; k < steps; k++) {
         fl_effect_step *s = &store.program.steps[k];
@@ -148,11 +162,10 @@ static void effect(fl_app *app, uint32_t now) {
         s->nearest = (uint8_t)below(2), s->repeats = (uint8_t)below(2), s->number = (uint8_t)below(4);
         s->count = (uint16_t)count, s->first = (uint16_t)(from + any(0, FL_POINTS - from - count - s->repeats));
         if (s->what == FL_STEP_TRIGGER) s->first = (uint16_t)below(3);
-        s->start = any(INT32_MIN, INT32_MAX), s->per = any(0, (1 << 30) - 1), s->scale = any(0, INT32_MAX);
-        s->per_shift = (int8_t)any(14, 62), s->scale_shift = (int8_t)any(-1, 62);
+        s->start = real(-1e30, 1e30), s->per = real(0, below(2) ? 1e30 : 1), s->scale = real(0, below(2) ? 1e30 : 1);
         if (below(200) == 0) s->what = (uint8_t)draw();
         if (below(200) == 0) s->count = (uint16_t)draw();
-        if (below(200) == 0) s->per_shift = (int8_t)draw();
+        if (below(200) == 0) s->per = NAN;
     }
     for (int first = 0; first < FL_POINTS; first += 128) {
         uint8_t *at = fl_put16(body, (uint16_t)first);
@@ -204,23 +217,23 @@ static int is_other(const fl_app *app) {
 }
 
 static void check(const fl_app *app, fl_drive drive, fl_drive before, uint32_t now, uint32_t tick) {
-    static int32_t largest;
+    static double largest;
     const fl_parameters *p = fl_in_force(app);
     int renamed = p->drive_largest_um != largest; /* the duty then stands for another amplitude */
     int rises = drive.duty > before.duty || (!renamed && drive.amplitude > before.amplitude);
-    int32_t most = p->drive_largest_um / FL_RISE_TICKS + 1;
-    int leaps = !renamed && drive.amplitude - before.amplitude > most;
+    double most = p->drive_largest_um / FL_RISE_TICKS;
+    int leaps = !renamed && drive.amplitude - before.amplitude > most * (1 + 1e-12);
     largest = p->drive_largest_um;
     int on = app->state == FL_STATE_OPEN || app->state == FL_STATE_CLOSED;
     const char *wrong = drive.duty < 0 || at_the_pin(app, drive) > app->built.ceiling_um  ? "duty"
-                        : drive.amplitude < 0 || drive.amplitude > p->drive_ceiling_um ? "amplitude"
+                        : !(drive.amplitude >= 0 && drive.amplitude <= p->drive_ceiling_um) ? "amplitude"
                         : !on && rises                                                 ? "rises"
                         : leaps                                                        ? "leaps"
                         : is_other(app)                                                ? "table"
                         : on && (int32_t)(now - app->heard_us) > FL_SILENCE_MS * 1000  ? "silence"
                                                                                        : 0;
     if (!wrong) return;
-    printf("tick %" PRIu32 ": %s: state %d duty %d, %f of %d, amplitude %d of %d\n", tick, wrong, app->state, drive.duty,
+    printf("tick %" PRIu32 ": %s: state %d duty %d, %f of %f, amplitude %g of %g\n", tick, wrong, app->state, drive.duty,
            at_the_pin(app, drive), app->built.ceiling_um, drive.amplitude, p->drive_ceiling_um);
     exit(1);
 }
@@ -263,7 +276,9 @@ int main(int count, char **arguments) {
         before = drive;
         seen[app->state]++;
         effects += fl_is_on(app) && app->plays[app->table.in_force].source == FL_SOURCE_EFFECT;
-        digest ^= (uint32_t)drive.duty ^ (uint64_t)(uint32_t)drive.amplitude << 32;
+        uint64_t bits;
+        memcpy(&bits, &drive.amplitude, sizeof bits);
+        digest ^= (uint32_t)drive.duty ^ bits;
         digest *= 1099511628211u; /* as FNV-1a */
         if (below(3) == 0) fl_app_transmit(app, out, below(sizeof out), now);
     }

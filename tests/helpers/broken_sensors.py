@@ -12,12 +12,13 @@ from whole_sensors import FIRST, population
 import frictionloop as fl
 from frictionloop.device.bench_boards import Converters, HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
-from frictionloop.device.emulator.budget import LARGEST, LEAST, SESSION, TICK_HZ, heartbeat, hello
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.quantities.schema import schema
+from tests.helpers.host_frames import SESSION, heartbeat, hello
 
 COUNTS_A_NEWTON = 2**16 / 5
+LEAST, LARGEST, TICK_HZ = -32768, 32767, 5000
 TWO_PERIODS = TICK_HZ // 25
 """Of the mains at 50 Hz, in ticks."""
 TICK_US = 1_000_000 // TICK_HZ

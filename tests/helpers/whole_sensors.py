@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import frictionloop as fl
+from frictionloop.control.law import Law
 from frictionloop.device.bench_boards import ENDS
-from frictionloop.firmware.compiled_core import host_sources
+from frictionloop.firmware.board_law import board_law
+from frictionloop.firmware.compiled_core import host_sources, law_of_table
 from frictionloop.firmware.compiler import shared_library
 from frictionloop.firmware.parameter_words import n_per_count
 from frictionloop.parameters.presets import RETUNED
@@ -30,7 +33,7 @@ class Raised(NamedTuple):
     finger: int
     tick: int
     name: str
-    value: int
+    value: float
     force_n: float
 
 
@@ -93,7 +96,7 @@ def _setpoint(number: int, rng: np.random.Generator) -> dict[str, Any]:
 
 
 class Told(NamedTuple):
-    """What the converters told at each tick, (ticks, 4) of int32, set-points in q28, and the force on the finger."""
+    """What the converters told at each tick, (ticks, 4) of int32, set-points in N, and the force on the finger."""
 
     samples: np.ndarray
     setpoints: np.ndarray
@@ -111,33 +114,35 @@ def told(system: fl.System, seed: int, duration_s: float = EACH_S) -> Told:
         load / board.load_n_per_count,
     )  # fmt: skip
     samples = np.clip(np.rint(np.stack(columns, axis=1)), *ENDS).astype(np.int32)
-    return Told(np.ascontiguousarray(samples), _q28(run["f_r"].values), run["f_a"].values)
+    return Told(np.ascontiguousarray(samples), np.clip(run["f_r"].values, 0.0, 7.9), run["f_a"].values)
 
 
 def raised(readings: Told, words: np.ndarray, finger: int = 0) -> list[Raised]:
     """Return the faults that a board raises, however it drives; after each it is idle for a second."""
-    ffi, library = _library()
+    ffi, library = _library(law_of_table(words))
     room = 100
-    found = np.zeros((room, 3), np.int32)
-    pointers = [ffi.from_buffer("int32_t[]", array) for array in (words, readings.samples, readings.setpoints, found)]
+    found = np.zeros((room, 3))
+    pointers = [ffi.from_buffer("double[]", array) for array in (words, readings.setpoints, found)]
+    samples = ffi.from_buffer("int32_t[]", readings.samples)
     count = len(readings.setpoints)
-    many = library.fl_replayed(pointers[0], count, pointers[1], pointers[2], room, pointers[3])
+    many = library.fl_replayed(pointers[0], count, samples, pointers[1], room, pointers[2])
     faults = named("faults")
     rows = found[: min(many, room)].tolist()
-    return [Raised(finger, tick, faults[fault], value, float(readings.force_n[tick])) for tick, fault, value in rows]
-
-
-def _q28(force_n: np.ndarray) -> np.ndarray:
-    return np.rint(np.clip(force_n, 0.0, 7.9) * 2.0**28).astype(np.int32)
+    return [
+        Raised(finger, int(tick), faults[int(fault)], value, float(readings.force_n[int(tick)]))
+        for tick, fault, value in rows
+    ]
 
 
 @cache
-def _library() -> tuple[Any, Any]:
+def _library(law: Law) -> tuple[Any, Any]:
     ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(
-        "int32_t fl_replayed(const int32_t *words, int32_t count, const int32_t *samples, const int32_t *setpoints, "
-        "int32_t room, int32_t *told);"
+        "int32_t fl_replayed(const double *words, int32_t count, const int32_t *samples, const double *setpoints, "
+        "int32_t room, double *told);"
     )
     sources, folders = host_sources()
     core = [source for source in sources if source.parent.name == "core"]
-    return ffi, ffi.dlopen(str(shared_library("replayed", [*core, REPLAYED], folders)))
+    with TemporaryDirectory() as folder:
+        own = board_law(law).write(Path(folder))
+        return ffi, ffi.dlopen(str(shared_library("replayed", [*core, own, REPLAYED], folders)))

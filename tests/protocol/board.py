@@ -27,7 +27,7 @@ class Board:
     def __init__(self, major: int = schema()["protocol"]["major"], hash_of_table: int | None = None) -> None:
         self.tick, self.state, self.fault, self.heard = 1000, STATES["idle"], 0, 1000
         self.decimation, self.next, self.sequence = 0, 0, 0
-        self.words, self.waiting = np.zeros(word_count(), np.int32), np.zeros(word_count(), np.int32)
+        self.words, self.waiting = np.zeros(word_count()), np.zeros(word_count())
         self.points, self.played = np.zeros(POINTS, np.int16), None
         self.major, self.hash = major, table_hash() if hash_of_table is None else hash_of_table
         self.decoder, self.out = Decoder(), []
@@ -54,7 +54,7 @@ class Board:
 
     def raise_fault(self, name: str) -> None:
         self.state, self.fault = STATES["fault"], FAULTS[name]
-        self.say("fault", fault=self.fault, tick=self.tick, value=7 << 28)
+        self.say("fault", fault=self.fault, tick=self.tick, value=7.0)
 
     def say(self, name: str, **fields: Any) -> None:
         self.out.append(encode(name, self.sequence, self.tick * 200 % 2**32, **fields))
@@ -73,9 +73,9 @@ class Board:
         self.say("refused", sequence=message.sequence, reason=REFUSALS[reason], index=index)
 
     def on_identify(self, message: Message, fields: dict[str, Any]) -> None:
-        who = {"major": self.major, "minor": 0, "board": 0, "law": 1, "tick_hz": 5000, "table_hash": self.hash}
+        who = {"major": self.major, "minor": 0, "board": 0, "tick_hz": 5000, "table_hash": self.hash}
         size = {"parameters": word_count(), "waveform": POINTS, "serial": 77, "revision": b"1.2".ljust(16, b"\0")}
-        size |= {"laws": 0b111110, "reset": 1}
+        size |= {"law": b"pi".ljust(32, b"\0"), "law_hash": 1, "reset": 1}
         self.say("identity", **who, **size)
 
     def on_hello(self, message: Message, fields: dict[str, Any]) -> None:
@@ -92,7 +92,7 @@ class Board:
         self.done(message)
 
     def on_commit(self, message: Message, fields: dict[str, Any]) -> None:
-        if zlib.crc32(self.waiting.astype("<i4").tobytes()) != fields["crc"]:
+        if zlib.crc32(self.waiting.astype("<f8").tobytes()) != fields["crc"]:
             return self.refuse(message, "wrong_crc")
         self.words[:] = self.waiting
         self.commits += 1

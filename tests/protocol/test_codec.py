@@ -22,6 +22,7 @@ NUMBERS = {
     "u32": st.integers(0, 2**32 - 1),
     "i16": st.integers(-(2**15), 2**15 - 1),
     "i32": st.integers(-(2**31), 2**31 - 1),
+    "f64": st.floats(allow_nan=False),
 }
 
 MAJOR = schema()["protocol"]["major"]
@@ -31,7 +32,7 @@ def field(entry: dict[str, Any]) -> st.SearchStrategy[Any]:
     if entry["format"] == "bytes":
         return st.binary(min_size=entry["length"], max_size=entry["length"])
     one = NUMBERS[entry["format"]]
-    return st.lists(one, max_size=64) if entry.get("repeated") else one
+    return st.lists(one, max_size=32) if entry.get("repeated") else one
 
 
 @st.composite
@@ -54,7 +55,8 @@ def by_hand(name: str, sequence: int, stamp: int, fields: dict[str, Any]) -> byt
             continue
         size, signed = int(each["format"][1:]) // 8, each["format"][0] == "i"
         for number in value if each.get("repeated") else [value]:
-            content += number.to_bytes(size, "little", signed=signed)
+            whole = each["format"] != "f64"
+            content += number.to_bytes(size, "little", signed=signed) if whole else struct.pack("<d", number)
     return content
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
+from frictionloop.control.laws import LAWS
+from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.effect_tables import effect_tables, write_tables
 from frictionloop.firmware.image import build
 from frictionloop.firmware.parameter_words import firmware_words
@@ -70,13 +72,13 @@ def test_the_tables_as_a_file_say_what_the_words_say(tmp_path):
     assert read["words"] == tables.words.tolist()
     wave = read["steps"][4]
     first = wave["first"]
-    values = np.array(read["words"][first : first + wave["count"]]) * wave["scale"] / 2**43
+    values = np.array(read["words"][first : first + wave["count"]]) * wave["scale"] / 2**15
     np.testing.assert_allclose(values, R.find("button").starts.values_n, atol=1e-5)
 
 
 @pytest.mark.slow
 def test_the_image_plays_what_the_library_plays(tmp_path):
-    image = build("teensy31", list(map(int, firmware_words(SYSTEM))), tmp_path)
+    image = build("teensy41-ads8688", firmware_words(SYSTEM).tolist(), board_law(LAWS["pi"]), tmp_path, rate_hz=5000)
     with fl.connect(f"emulated:{image.elf}", SYSTEM) as board, fl.connect("sim:", SYSTEM) as library:
         run, same = (
             each.run(R.find("bump") + R.Grating(offset_n=0.0, amplitude_n=0.1), 0.5) for each in (board, library)

@@ -88,7 +88,11 @@ def test_the_plate_is_off_before_a_run_is_packed_and_saved(port: Any, tmp_path: 
         device.run(0.5, 0.1, path=tmp_path / "run.h5")
         assert (board.state, board.fault) == (0, 0)
         with pytest.raises(KeyboardInterrupt):
-            device.run(0.5, 2.0, path=tmp_path / "run.h5", progress=stopped)
+            device.run(0.5, 2.0, path=tmp_path / "stopped.h5", progress=stopped)
+        whole = (tmp_path / "run.h5").read_bytes()
+        with pytest.raises(fl.FrictionloopError, match="exists; name a new file"):
+            device.run(0.5, 0.1, path=tmp_path / "run.h5")
+        assert (tmp_path / "run.h5").read_bytes() == whole
         assert (board.state, board.fault) == (0, 0)
 
 

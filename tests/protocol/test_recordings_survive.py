@@ -18,6 +18,7 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
+from frictionloop.device.recorded_run import ending
 from frictionloop.device.recording import counted
 from frictionloop.loop import growing_file as module
 from frictionloop.loop.growing_file import CHUNK_ROWS, Column, Spool, recovered, unfinished
@@ -96,6 +97,18 @@ def test_told_to_stop(recording: Any, tmp_path: Path, how: int) -> None:
     run = fl.load(tmp_path / "run.h5")
     assert run.sizes["time"] > 12_000 and np.isfinite(run.f_m).all()
     assert [path.name for path in tmp_path.iterdir()] == ["run.h5"]
+
+
+@pytest.mark.parametrize("how", [signal.SIGHUP, signal.SIGINT], ids=lambda how: how.name)
+def test_what_nohup_or_a_background_job_ignores_stays_ignored(how: int) -> None:
+    before = signal.signal(how, signal.SIG_IGN)
+    try:
+        with ending():
+            os.kill(os.getpid(), how)
+            time.sleep(0.01)
+        assert signal.getsignal(how) == signal.SIG_IGN
+    finally:
+        signal.signal(how, before)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -119,7 +120,7 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("law.number", 9, "law.number = 9: must be one of 1 pi, 2 lookup"),
+        ("law.hash", 9, "law.hash = 9: must be "),
         ("drive.ceiling_um", 5, "drive.ceiling_um = 5 um: must be at most drive.largest_um = 2.5 um"),
         ("drive.largest_um", 0, "drive.largest_um = 0 um: must be above 0 um"),
         ("drive.ramp_um", 2**-8, "drive.ramp_um = 0.00390625 um: must be at least 0.005 um"),
@@ -127,6 +128,7 @@ def test_a_bench_whose_signals_are_over_ends_a_run_and_keeps_it(tmp_path: Any) -
     ],
 )
 def test_a_refused_table_is_said_by_name_and_limit(device: fl.Device, name: str, value: Any, said: str) -> None:
+    device.set("lookup.entries", 257)
     device.set(name, value)
     with pytest.raises(fl.DeviceError) as refused:
         device.commit()
@@ -148,3 +150,11 @@ def test_a_board_that_is_wired_otherwise_tells_the_same_forces() -> None:
     at = slice(run.attrs["start_tick"], run.attrs["start_tick"] + run.sizes["time"])
     np.testing.assert_allclose(run.f_m, measured[at], atol=HALF + 1e-4 + 3e-5)
     assert run.a.values.max() == pytest.approx(0.9, abs=HALF)
+
+
+def test_a_run_has_as_many_samples_as_a_line_carries() -> None:
+    """All channels of 16 samples are 278 bytes on the line: at 12.5 kHz 0.22 MB a second, where 2 Mbaud are 0.2."""
+    for rate_hz, ticks in ((10_000.0, 1), (12_500.0, 2), (20_000.0, 2)):
+        run = fl.device.run("sim:", SYSTEM.evolve({"controller.rate_hz": rate_hz}), 0.05)
+        assert run.samples == math.ceil(0.05 * rate_hz / ticks) and run.lost_samples == 0
+        assert [each.code for each in run.findings if each.code == "LINE-CARRIES"] == ["LINE-CARRIES"] * (ticks > 1)

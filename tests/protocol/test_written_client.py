@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.laws import NUMBERED
-from frictionloop.firmware.compiled_core import quantised_gains, quantised_start, state_places
+from frictionloop.control.laws import BUILT_IN
 from frictionloop.firmware.parameter_words import firmware_words
+from frictionloop.quantities import trees
 from frictionloop.quantities.schema import schema, schema_path, table_hash, word_count
 
 SOURCE = Path(__file__).with_name("written_client.py")
@@ -79,31 +80,8 @@ def test_it_is_told_that_it_speaks_another_version(make: Any, boards: Any) -> No
     assert (answer["name"], answer["reason"]) == ("refused", schema()["refusals"]["wrong_version"])
 
 
-LAWS = {
-    "pi": fl.RETUNED,
-    "lookup": {"controller.kind": "lookup"},
-    "filtered_pi": {"controller.kind": "notch_pi", "controller.feedforward": True},
-    "limit_observer": {"controller.kind": "limit_observer"},
-}
-
-
-@pytest.mark.parametrize("law", schema()["law"], ids=lambda law: law["name"])
-def test_the_gains_and_start_words_of_the_page_are_those_of_the_laws(law: dict[str, Any]) -> None:
-    controller = fl.bench().evolve(LAWS[law["name"]]).controller
-    gains, places = quantised_gains(controller), state_places(controller)
-    assert sum(entry["count"] for entry in law["gains"]) == len(gains)
-    assert sum(entry["count"] for entry in law["start"]) == len(quantised_start(controller)) == len(places)
-    told = [entry["places"] for entry in law["start"] for _ in range(entry["count"])]
-    assert [here for here, there in zip(told, places, strict=True) if here not in (there, -1)] == []
-    reads = [entry["reads"] for entry in law["gains"] for _ in range(entry["count"])]
-    for read, gain in zip(reads, gains, strict=True):
-        if read == "whole":
-            assert gain.shift == 0
-        elif read in ("q24 or q28", "row"):
-            assert gain.shift in (24, 28)
-        elif read.startswith("q"):
-            assert gain.shift == int(read[1:])
-
-
-def test_the_laws_have_the_numbers_of_the_firmware() -> None:
-    assert {law["number"]: law["name"] for law in schema()["law"]} == {k: law.kind for k, law in enumerate(NUMBERED, 1)}
+@pytest.mark.parametrize("law", BUILT_IN, ids=lambda law: law.kind)
+def test_the_gains_and_start_words_of_the_page_are_those_of_the_laws(law: Any, page: str) -> None:
+    gains, start = ("".join(re.findall(rf"^\| {law.kind} \|(.*)\|$", page, re.M)[k : k + 1]) for k in (0, 1))
+    assert re.findall(r"`([\w.]+)`", gains) == list(trees.names(law.gains))[:-2]
+    assert re.findall(r"`([\w.]+)`", start) == list(trees.names(law.state))

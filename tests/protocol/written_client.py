@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import secrets
+import struct
 import tomllib
 from collections.abc import Callable
 from typing import Any
@@ -73,7 +74,7 @@ class Client:
         self.schema, self.write, self.read, self.clock = tomllib.loads(schema), write, read, clock
         every = tables(page)
         by_head = {next(iter(table[0])): table for table in every if table}
-        self.sizes = {row["Format"]: (int(row["Bytes"]), row["Sign"] != "unsigned") for row in _with(every, "Bytes")}
+        self.sizes = {row["Format"]: (int(row["Bytes"]), row["Sign"]) for row in _with(every, "Bytes")}
         self.checks = {row["Check"]: row for row in by_head["Check"]}
         self.times = {row["What"]: row["Value"] for row in by_head["What"]}
         self.steps = [(row["Message"], row["Fields"]) for row in by_head["Step"]]
@@ -86,11 +87,13 @@ class Client:
         """Return the last whole number of a row of times and sizes."""
         return int(re.findall(r"\d+", self.times[what])[-1])
 
-    def pack(self, form: str, value: int) -> bytes:
-        size, signed = self.sizes[form]
-        return int(value).to_bytes(size, "little", signed=signed)
+    def pack(self, form: str, value: float) -> bytes:
+        size, sign = self.sizes[form]
+        if sign.startswith("IEEE 754"):
+            return struct.pack("<d", value)
+        return int(value).to_bytes(size, "little", signed=sign != "unsigned")
 
-    def crc32(self, form: str, values: list[int]) -> int:
+    def crc32(self, form: str, values: list[float]) -> int:
         return crc(b"".join(self.pack(form, value) for value in values), self.checks["CRC-32"])
 
     def table_hash(self) -> int:
@@ -147,14 +150,16 @@ class Client:
                 message[field["name"]], body = self.taken(field["format"], body)
         return message
 
-    def taken(self, form: str, body: bytes) -> tuple[int, bytes]:
-        size, signed = self.sizes[form]
-        return int.from_bytes(body[:size], "little", signed=signed), body[size:]
+    def taken(self, form: str, body: bytes) -> tuple[float, bytes]:
+        size, sign = self.sizes[form]
+        if sign.startswith("IEEE 754"):
+            return struct.unpack("<d", body[:size])[0], body[size:]
+        return int.from_bytes(body[:size], "little", signed=sign != "unsigned"), body[size:]
 
-    def run(self, table: list[int], points: list[int], duration_s: float) -> None:
+    def run(self, table: list[float], points: list[int], duration_s: float) -> None:
         """Do what the page's run says, step by step, with a parameter table and a set-point table."""
         pieces = {"set": (table, "words in set, get and words"), "waveform": (points, "points in waveform")}
-        crcs = {"commit": self.crc32("i32", table), "play": self.crc32("i16", points)}
+        crcs = {"commit": self.crc32("f64", table), "play": self.crc32("i16", points)}
         special = {"major": self.schema["protocol"]["major"], "nonce": secrets.randbits(32), "count": len(points)}
         named = self.schema["sources"] | self.schema["states"]
         for name, text in self.steps:

@@ -12,8 +12,6 @@ from wired_board import wired
 import frictionloop as fl
 from frictionloop.cli.effect import LAW
 from frictionloop.device.device import connect
-from frictionloop.firmware.image import build
-from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.live.device_engine import DeviceEngine
 from frictionloop.live.device_session import DeviceSession
 from frictionloop.live.engines import CHANNELS
@@ -34,7 +32,7 @@ def line(way, folder):
     if way == "emulated":
         pytest.importorskip("ziglang", reason="the image is built by zig: install frictionloop[image]")
         pytest.importorskip("unicorn", reason="the board is emulated by unicorn: install frictionloop[emulator]")
-        yield f"emulated:{build('teensy31', list(map(int, firmware_words(SYSTEM))), folder).elf}"
+        yield f"emulated:{fl.firmware.build(SYSTEM, folder).image}"
         return
     with wired(way, SYSTEM) as (address, _):
         yield address

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import json
 import re
@@ -19,8 +20,8 @@ from frictionloop.cli.effect import LAW
 from frictionloop.cli.studio import _given as opened_with
 from frictionloop.live.engines import CHANNELS, TwinEngine
 from frictionloop.live.session import Session
-from frictionloop.studio.connections import WAITING, Doors, Guest
-from frictionloop.studio.frames import unpack
+from frictionloop.studio.connections import MOST_WAITING, WAITING, Doors, Guest
+from frictionloop.studio.frames import FRAME, pack_map, unpack
 from frictionloop.studio.panels import as_command
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
@@ -184,14 +185,36 @@ def test_the_engine_that_dies_is_told_to_every_page_with_its_reason():
         assert told["why"] == "ValueError: the wheel came off"
 
 
-def test_a_slow_page_loses_frames_and_never_the_words():
-    guest = Guest(may_drive=True)
+def test_a_slow_page_loses_frames_and_nothing_else():
+    """A server that stands still while pages join puts a status for each; the map is sent once and must arrive."""
+    guest, field = Guest(may_drive=True), pack_map(np.eye(3), 0.0, 1.0, 0.0, 1.0)
     guest.put({"type": "hello"})
+    guest.put(field)
     for number in range(1000):
-        guest.put(bytes([number % 256]))
-    assert guest.lost == 1000 - WAITING + 1
-    assert guest._waiting[0] == {"type": "hello"}
-    assert len(guest._waiting) == WAITING
+        guest.put(bytes([FRAME, number % 256]))
+        guest.put({"type": "status", "pages": number})
+        if not number % 100:
+            guest.put({"type": "noted", "number": number})
+    waiting = list(guest._waiting)
+    assert guest.lost == 1000 - WAITING
+    assert waiting[:2] == [{"type": "hello"}, field] and waiting[-1] == {"type": "status", "pages": 999}
+    assert [each["number"] for each in waiting if isinstance(each, dict) and "number" in each] == [*range(0, 1000, 100)]
+    frames = [each[1] for each in waiting if isinstance(each, bytes)][1:]
+    assert frames == [number % 256 for number in range(1000 - WAITING, 1000)]
+
+
+def test_a_page_that_never_reads_is_let_go_with_all_it_missed():
+    guest = Guest(may_drive=True)
+    for number in range(MOST_WAITING + 1):
+        guest.put({"type": "noted", "number": number})
+    with pytest.raises(WebSocketDisconnect):
+        asyncio.run(guest.next())
+
+
+@pytest.mark.parametrize("origin", ["http://[::1", "null", "", "http://127.0.0.1:1", "ftp://testserver"])
+def test_a_strange_origin_is_shut_out(origin):
+    with client(Room(Session(Echo()))) as at:
+        assert at.get("/", headers={"origin": origin}).status_code == 403
 
 
 def test_a_change_is_undone_and_told():

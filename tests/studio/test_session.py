@@ -99,6 +99,26 @@ def test_a_finger_whose_page_is_silent_leaves_the_plate():
     assert gone[LOAD, -1] == 0.0
 
 
+@pytest.mark.parametrize("every_s", [0.01, 0.2])
+def test_a_page_that_was_stopped_moves_nothing_by_what_it_said_before(every_s):
+    """What waited in a renderer that stood still comes late; the finger rests 0.3 s after it was heard."""
+    live, page_ms = session(), np.arange(0.0, 2000.0, 1000.0 / 60.0)
+    events = [np.array([[each, 1e-3 * each * 20.0, 0.0, 0.5]]) for each in page_ms]
+    fresh, late = events[:30], events[30:]
+    for event in fresh:
+        live.touch(1e-3 * event[0, 0], event)
+        live.step(1e-3 * event[0, 0])
+    rest_s = 1e-3 * fresh[-1][0, 0] + 0.3
+    live.step(rest_s)
+    moved = []
+    for number, event in enumerate(late):  # from 0.4 s on, one by one
+        now_s = rest_s + 0.2 + number * every_s
+        assert not live.touch(now_s, event) or now_s - 1e-3 * event[0, 0] <= GONE_S
+        if now_s - 1e-3 * event[0, 0] > GONE_S:
+            moved += live.step(now_s)
+    assert moved and all(block.rows[LOAD].max() == 0.0 for block in moved)
+
+
 def test_stop_lifts_the_finger_and_holds_the_ghost_until_go():
     live = session()
     live.ghost_on = True

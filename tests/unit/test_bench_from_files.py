@@ -108,7 +108,7 @@ def test_the_command_and_its_certificate(lab, tmp_path, capsys):
 def test_only_what_changed_is_analysed_again(tmp_path):
     path = simulated_lab.lab(tmp_path, "file.npz")
     first = fl.identify.bench(path)
-    kept = json.loads(json.dumps(first.kept()))
+    kept = json.loads(json.dumps(first.entry_results()))
     again = fl.identify.bench(path, kept)
     assert first.analysed == 3 and again.analysed == 0 and again.system == first.system
     assert again.measured["sensor.q"].interval() == first.measured["sensor.q"].interval()

@@ -28,7 +28,7 @@ DIMENSIONLESS = {
     "load_drift", "person", "moist_loss", "static_ratio", "touch_share", "speed_share", "resonance_q",
     "overdrive", "feedforward",
     "sections", "notch_depth", "notch_width", "schedule", "compliance_learning", "resonance_share",
-    "broadened_q", "susceptibility_learning", "force_axes", "pulse_ticks", "form", "position", "hum_share",
+    "broadened_q", "susceptibility_learning", "force_axes", "pulse_ticks", "position", "hum_share",
     "spring_noise", "susceptibility_margin", "gain_spread",
 }  # fmt: skip
 

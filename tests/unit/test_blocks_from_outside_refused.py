@@ -224,11 +224,15 @@ def test_what_the_compiler_does_not_know_is_told_by_its_line():
     assert "\n" not in str(refused.value)
 
 
-def test_the_firmware_has_no_law_from_outside():
-    fl.register(fl.Law("mine", held, State, Gains), Mine)
-    system = BENCH.evolve({"controller.kind": "mine", "controller.form": "firmware"})
-    with pytest.raises(fl.FrictionloopError, match=r"controller\.kind = 'mine': .*pi, lookup"):
-        fl.simulate(system, 0.002)
+def test_a_law_that_has_no_c_is_refused_for_a_board_by_function_line_and_text():
+    @fl.step
+    def decays(state, measured, setpoint_n, gains, dt):
+        return state, fl.ForceCommand(setpoint_n * math.exp(-dt), 0.0)
+
+    fl.register(fl.Law("mine", decays, State, Gains), Mine)
+    with pytest.raises(fl.FrictionloopError, match=r"^decays, line \d+: .*math\.exp\(-dt\)") as refused:
+        fl.firmware.build(BENCH.evolve({"controller.kind": "mine"}), "none", "mps2")
+    assert refused.value.code == "NO-C"
 
 
 def friction(step, coefficients_of=lambda f: Share(1.0), **more):
@@ -292,14 +296,11 @@ FAILS = fl.Vibration("failing", fails, Failing, lambda f: Failing(f.until_um, f.
 
 
 @pytest.mark.parametrize(("below", "told"), [(0.0, "nan at 1.1"), (1.0, "-0.1 at 1.1")])
-@pytest.mark.parametrize(
-    ("contact", "form"),
-    [("bristle", "float"), ("bristle", "firmware"), pytest.param("rigid", "float", marks=pytest.mark.slow)],
-)
-def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(below, told, contact, form):
+@pytest.mark.parametrize("contact", ["bristle", pytest.param("rigid", marks=pytest.mark.slow)])
+def test_friction_that_is_no_number_or_less_than_none_is_an_error_of_the_run(below, told, contact):
     fl.register(FAILS, FailingFriction)
     finger = {"finger.kind": "rigid"} if contact == "rigid" else {}
-    system = BENCH.evolve({"friction.kind": "failing", "setpoint": fl.Constant(offset_n=0.3), "controller.form": form})
+    system = BENCH.evolve({"friction.kind": "failing", "setpoint": fl.Constant(offset_n=0.3)})
     system = system.evolve(finger)
     short = 0.02
     fl.simulate(system, short)

@@ -12,7 +12,7 @@ from frictionloop.device.bench_boards import Converters
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.kernel.structure import structure
 from frictionloop.loop.sweep_points import fingerprint, points_of
-from frictionloop.quantities.schema import BITS, parameter_words
+from frictionloop.quantities.schema import parameter_words
 from frictionloop.sensing.measurement import Measurement
 
 WIRED = {
@@ -30,10 +30,9 @@ WIRED = {
 
 
 def words(system: fl.System, name: str) -> np.ndarray:
-    """Return the numbers that some words stand for, read as the schema says."""
-    word, table = parameter_words()[name], firmware_words(system)
-    raw = table[word.first : word.first + word.words].astype(float)
-    return raw[::2] * 2.0 ** -raw[1::2] if word.format == "gain" else raw / 2.0 ** BITS[word.format]
+    """Return the numbers of a parameter."""
+    word = parameter_words()[name]
+    return firmware_words(system)[word.first : word.first + word.count]
 
 
 def test_every_value_is_a_word_of_the_table():

@@ -9,8 +9,10 @@ import textwrap
 
 import pytest
 
+import frictionloop as fl
 from frictionloop.firmware import compiler
 from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import compiled as cache_module
 
 DOUBLED = """
     import sys, warnings
@@ -146,3 +148,16 @@ def test_no_place_for_a_cache_is_said_and_the_function_is_compiled(folder):
     said, result = compiled(folder, HOME=str(folder / "home"), XDG_CACHE_HOME=str(folder / "home"))
     assert f"NUMBA_CACHE_DIR = {folder / 'cache'}, {folder / '__pycache__'}" in said
     assert result == "0 6.0"
+
+
+def test_a_step_without_a_place_for_its_cache_runs_from_python(monkeypatch):
+    """`keep_compiled` and `compile_c` open the cache at one place, which may find none."""
+
+    def nowhere(*_):
+        raise RuntimeError("no locator available")
+
+    doubled = fl.step(lambda value: 2.0 * value)
+    monkeypatch.setattr(cache_module, "DigestCache", nowhere)
+    with pytest.warns(UserWarning, match=r"no cache of compiled code: .* cannot be written"):
+        cache_module.keep_compiled(doubled, "doubled")
+    assert doubled(3.0) == 6.0

@@ -295,5 +295,5 @@ def test_a_run_has_only_the_amplitudes_of_its_pulses():
 def test_more_ticks_than_the_loop_can_tell_change_nothing():
     system = fl.feasible()
     fine = fl.simulate(system.evolve({"plate.pulse_ticks": 65536}), duration_s=1.0)
-    whole = fl.simulate(system.evolve({"controller.form": "float"}), duration_s=1.0)
+    whole = fl.simulate(system, duration_s=1.0)
     assert float(np.abs(fine.f_a - whole.f_a).max()) < 1e-3

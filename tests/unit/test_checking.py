@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 
 import numpy as np
 import pytest
@@ -19,8 +20,8 @@ from frictionloop.design.controller_findings import beyond_range, noisy, of_assu
 from frictionloop.design.corners import broken, corners
 from frictionloop.design.operating_grid import ITSELF, with_longest_contact
 from frictionloop.design.requirements import Requirements
-from frictionloop.design.tracking import swing_n
 from frictionloop.loop.blocks import forget
+from frictionloop.loop.reference_runs import swing_n
 from frictionloop.parameters.motion import one_stroke_a_contact
 
 LIMITED = ITSELF._replace(limits=Requirements().limits)
@@ -168,8 +169,16 @@ def test_a_dead_band_is_not_certified_by_a_slope_of_nothing(outside, kp, ki):
     assert json.loads(found.to_json())["holds"] is False
 
 
-def test_a_loop_that_is_stable_does_not_swing():
-    assert swing_n(fl.bench().evolve(fl.RETUNED), 0.6) < 2e-3
+@pytest.mark.parametrize(
+    "motion", [{}, {"stroke_mm": 1.3}, {"contact_s": 0.2}, {"speed_mm_s": 200.0}, {"contact_s": 0.15, "lifted_s": 0.3}]
+)
+def test_a_loop_that_is_stable_does_not_swing_whatever_the_motion(motion):
+    assert swing_n(fl.bench().evolve(fl.RETUNED, motion=motion), 0.6) < 2e-3
+
+
+def test_a_dead_band_is_not_certified_on_short_strokes_either(outside):
+    short = {"controller.kind": "dead_band_pi", "controller.kp": 2.0, "controller.ki": 400.0, "motion.stroke_mm": 4.0}
+    assert "LAW-CONTRADICTS" in codes(check(outside.evolve(short), ON_DAHL))
 
 
 @pytest.mark.slow
@@ -303,6 +312,33 @@ def test_what_was_checked_is_saved_with_what_was_asked_found_and_given(tmp_path)
     assert fl.described(path).stated == table.given
     (again,) = fl.described(path, overrides={"controller.ki": 8.0}).findings
     assert again == changed
+    bench = {"controller.rate_hz": 4000.0, "controller.delay_s": 1e-4, "friction.nominal_n": 1.1}
+    (moved,) = changed_since(WEAK.evolve(bench), table)
+    assert moved.value == {
+        name: fl.read_toml(path).model_dump()[name.split(".")[0]][name.split(".")[1]] for name in bench
+    }
+
+
+def test_whom_fingers_are_is_in_the_answer_and_in_the_file(tmp_path):
+    people = fl.fingers(2, 3, coefficients=(1.0, 2.0))
+    found, path = check(WEAK, ON_DAHL, people), tmp_path / "c.toml"
+    drawn = {"n": 2, "seed": 3, "population": None, "loads_n": None, "coefficients": (1.0, 2.0)}
+    assert found.drawn == drawn and found.to_dict()["drawn"] == {**drawn, "coefficients": [1.0, 2.0]}
+    write_controller(found, path)
+    assert tomllib.loads(path.read_text())["designed"]["people"] == {"n": 2, "seed": 3, "coefficients": [1.0, 2.0]}
+    low, high = found.looked_at["force_over_load"]
+    assert (low, high) == tuple(each / WEAK.motion.load_n for each in found.looked_at["force_n"])
+
+
+def test_a_loop_that_adds_to_the_error_is_told():
+    """Where the table fits and nothing varies but the sensor's noise, feedback can only add to the error."""
+    still = {f"motion.{name}": 0.0 for name in ("tremor_um", "tremor_n", "load_drift")}
+    still |= {"friction.roughness_rms": 0.0, "friction.occlusion_ratio": 1.0, "friction.moist_loss": 0.0}
+    still |= {"friction.load_exponent": 1.0, "setpoint": fl.Constant(offset_n=0.6), "sensor.noise_density_n_rthz": 2e-4}
+    found = check(fl.bench().evolve(fl.RETUNED).evolve(still), ON_DAHL)
+    told = of(found, "LOOP-WORSE")
+    assert told.value == 1e3 * found.tracking.rms_error_n > 1e3 * found.tracking.open_loop_rms_error_n == told.limit
+    assert "LOOP-WORSE" not in codes(check(fl.bench().evolve(fl.RETUNED), ON_DAHL))
 
 
 @pytest.mark.slow

@@ -178,19 +178,12 @@ def test_a_linear_analysis_looks_at_the_mean_of_an_effect():
     assert found == pytest.approx(0.45 - fl.bench().disturbance.offset_n, abs=1e-3)
 
 
-@pytest.mark.parametrize("form", ["float", "firmware"])
 @pytest.mark.parametrize("level", [-50.0, 50.0])
-def test_nothing_reaches_the_plate_above_its_ceiling_whatever_an_effect_says(form, level):
+def test_nothing_reaches_the_plate_above_its_ceiling_whatever_an_effect_says(level):
     wild = R.Grating(offset_n=level, amplitude_n=100.0, shape="square", spacing_mm=0.5) * level
-    run = fl.simulate(bench(wild, **{"controller.form": form}), 0.5)
+    run = fl.simulate(bench(wild), 0.5)
     system = fl.system_of(run)
     low, high = fl.clamp_of(system.controller.model)
     assert run["a"].values.min() >= 0.0
     assert run["a"].values.max() <= system.plate.max_amplitude_um
     assert np.all((run["f_r"].values >= low) & (run["f_r"].values <= high))
-
-
-def test_the_firmwares_form_follows_an_effect_as_the_float_form_does():
-    runs = [fl.simulate(bench("grating", **{"controller.form": form}), 1.0) for form in ("float", "firmware")]
-    assert np.array_equal(runs[0]["f_r_intended"].values, runs[1]["f_r_intended"].values)
-    assert np.abs(runs[0]["f_a"].values - runs[1]["f_a"].values)[runs[0]["scored"].values].max() < 2e-3

@@ -157,3 +157,45 @@ def test_any_number_anywhere_is_taken_or_refused_in_one_line(path, number):
 @given(st.text(max_size=30), st.none() | st.floats() | st.text(max_size=5) | st.lists(st.integers(), max_size=2))
 def test_any_text_as_a_path_is_refused_in_one_line(path, anything):
     assert complaint({path: anything}).startswith("unknown parameter")
+
+
+@given(mu=st.floats(0.1, 2.0), load_n=st.floats(0.1, 1.2))
+def test_a_coefficient_is_friction_over_the_reference_load_at_every_door(tmp_path_factory, mu, load_n):
+    """f0 = mu N0, which the finger then has and the controller believes: by path, by block, from a file."""
+    base = fl.bench().evolve({"friction.reference_load_n": load_n})
+    found = base.evolve({"friction.coefficient": mu})
+    assert found.friction.nominal_n == found.controller.model.nominal_n == mu * load_n
+    assert fl.coefficient_of({f"friction.{k}": v for k, v in found.friction} | {"motion.load_n": load_n}) == (
+        pytest.approx(mu)
+    )
+    assert found == base.evolve({"friction": {"coefficient": mu}})
+    both = {"friction.coefficient": mu, "friction.reference_load_n": load_n, "controller.model.nominal_n": 0.3}
+    assert fl.bench().evolve(both) == found.evolve({"controller.model.nominal_n": 0.3})
+    path = tmp_path_factory.getbasetemp() / "mu.toml"
+    path.write_text(f'preset = "bench"\n[friction]\ncoefficient = {mu}\nreference_load_n = {load_n}\n')
+    assert fl.read_toml(path) == found
+    whole = fl.to_toml(base).replace("\nnominal_n = 0.95", f"\ncoefficient = {mu}", 1)
+    path.write_text(whole)
+    assert fl.read_toml(path) == found
+
+
+def test_a_swept_coefficient_is_the_friction_it_stands_for():
+    over, own = ("friction.coefficient", [1.6, 2.4]), [0.8, 1.2]
+    found = fl.sweep(fl.bench(), dict([over]), 0.5, metrics=["rms_error"])["rms_error"].values.ravel()
+    told = [{"friction.nominal_n": f0, "controller.model.nominal_n": f0} for f0 in own]
+    assert found.tolist() == fl.sweep(fl.bench(), told, 0.5, metrics=["rms_error"])["rms_error"].values.ravel().tolist()
+    assert found[0] != found[1]
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        {"friction.coefficient": 0.5, "friction.nominal_n": 0.4},
+        {"friction": {"coefficient": 0.5, "nominal_n": 0.4}},
+        {"friction.coefficient": 0.0},
+        {"friction.coefficient": [0, 6]},
+    ],
+)
+def test_a_coefficient_beside_a_friction_or_that_is_none_is_refused(overrides):
+    with pytest.raises(fl.FrictionloopError, match=r"friction\.coefficient"):
+        fl.bench().evolve(overrides)

@@ -16,7 +16,7 @@ import pytest
 from message_branches import branches_on_messages
 
 import frictionloop as fl
-from frictionloop.findings import CATALOGUE, Condition, Finding, Result, entry, shown
+from frictionloop.findings import CATALOGUE, Condition, Finding, Result, explain, shown
 from frictionloop.findings.catalogue import SEVERITIES
 from frictionloop.findings.render import LINES, WIDTH, WORST, lines
 from frictionloop.findings.result import plain, toml_table
@@ -81,7 +81,7 @@ def test_a_finding_is_a_frozen_value_of_a_known_code():
         MOIST.value = 1.0
     with pytest.raises(fl.FrictionloopError, match=r"'RING-MOST' is unknown; did you mean RING-MOIST") as refused:
         Finding("RING-MOST")
-    assert entry("NO-LOOP").severity == "note" and "\n" not in str(refused.value)
+    assert explain("NO-LOOP").severity == "note" and "\n" not in str(refused.value)
 
 
 def test_findings_stand_worst_first_and_none_twice():

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 import struct
 import time
 import zipfile
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -20,6 +22,7 @@ from frictionloop.cli import main
 from frictionloop.quantities.seal import SEAL_BYTES
 from frictionloop.recordings import hdf5
 from frictionloop.recordings.read import read_recording
+from frictionloop.rendering.hjif import read_hjif
 
 BASE = fl.paper()
 
@@ -62,6 +65,12 @@ def test_any_changed_byte_is_seen(saved, run):
         refused(saved, "is damaged")
     saved.write_bytes(content)
     xr.testing.assert_identical(fl.load(saved), run)
+
+
+@pytest.mark.parametrize("cut", [1, 20, SEAL_BYTES - 4])
+def test_a_file_cut_within_its_seal_is_damaged(saved, cut):
+    saved.write_bytes(saved.read_bytes()[:-cut])
+    refused(saved, "is damaged")
 
 
 def test_other_programs_read_a_sealed_file_and_what_they_change_loads(saved):
@@ -183,6 +192,7 @@ TOML = {
     "header": "[" + ".".join(["a"] * DEEP) + "]",
     "one long word": "a" * 900_000,
     "large": "#" * 2_000_000,
+    "digits": "a = " + "1" * 5000,
 }
 
 
@@ -195,6 +205,26 @@ def test_toml(tmp_path, how):
         fl.read_toml(path)
     assert time.perf_counter() - start < 5.0
     assert "\n" not in str(error.value) and len(str(error.value)) < 300
+
+
+def test_a_file_of_thousands_of_unknown_names_names_twenty(tmp_path):
+    path = tmp_path / "bench.toml"
+    path.write_text('preset = "bench"\n[controller]\n' + "".join(f"x{k} = 1\n" for k in range(16_000)))
+    start = time.perf_counter()
+    with pytest.raises(fl.FrictionloopError) as error:
+        fl.read_toml(path)
+    assert time.perf_counter() - start < 5.0
+    first, *named, last = str(error.value).splitlines()
+    assert first.endswith("16000 unknown parameters:") and len(named) == 20 and last == "  and 15980 more"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names as POSIX has them")
+@pytest.mark.parametrize("read", [fl.read_toml, read_hjif, fl.identify.certified_corners], ids=lambda f: f.__name__)
+def test_what_is_no_file_is_not_waited_for(tmp_path, read):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(fl.FrictionloopError, match=f"^{path}: is no file$"):
+            read(path)
 
 
 # What is wrong with a recording is one line, and nothing that is there already is lost.

@@ -10,8 +10,7 @@ from pydantic import BaseModel
 
 import frictionloop as fl
 from frictionloop.analysis.elements import LINEAR, elements
-from frictionloop.control.laws import LAWS
-from frictionloop.firmware.compiled_core import FIRMWARE, FORMS, controller_words
+from frictionloop.firmware.compiled_core import FIRMWARE
 from frictionloop.firmware.parameter_words import device_words
 from frictionloop.loop.kernel.quadrature import QUADRATURE
 from frictionloop.loop.kernel.structure import kernel_of
@@ -19,21 +18,18 @@ from frictionloop.parameters.represented import Represented
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 
 PLANT = ("friction", "plate", "finger", "motion")
-SEEN = {LINEAR: (*PLANT, "sensor", "controller", "touch"), FIRMWARE: ("controller", "touch", "board")}
+SEEN = {LINEAR: (*PLANT, "sensor", "controller", "touch"), FIRMWARE: ("touch", "board")}
 INNER = {"controller": [fl.Model], "touch": [fl.PositionSensor, fl.LoadCells]}
 KINDS = {name: [*kinds_of(name), *INNER.get(name, ())] for names in SEEN.values() for name in names}
 BLOCKS = [(of, block) for of, names in SEEN.items() for name in names for block in KINDS[name]]
 
 
-def has_its_own(of: Represented, block: type[BaseModel]) -> bool:
-    """Tell whether a law is not on the lists: a friction law by its own step, a control law not in the firmware."""
-    kind = block.model_fields["kind"].default if "kind" in block.model_fields else ""
-    if issubclass(block, fl.FrictionLimit):
-        return vibration_of(block()) is not GAUSSIAN
-    return of is FIRMWARE and issubclass(block, fl.Timing) and (kind not in LAWS or LAWS[kind].kind not in FORMS)
+def has_its_own(block: type[BaseModel]) -> bool:
+    """Tell whether a friction law is not on the lists, for it is known by its own step."""
+    return issubclass(block, fl.FrictionLimit) and vibration_of(block()) is not GAUSSIAN
 
 
-BLOCKS = [each for each in BLOCKS if not has_its_own(*each)]
+BLOCKS = [each for each in BLOCKS if not has_its_own(each[1])]
 
 
 def listed(of: Represented, block: type[BaseModel]) -> list[str]:
@@ -99,11 +95,10 @@ class Derived(fl.PiController):
 Derived.__module__ = "frictionloop.parameters.controller"
 
 
-def test_a_new_gain_is_refused_where_a_form_of_the_law_does_not_have_it():
+def test_a_new_gain_is_refused_where_the_linear_law_does_not_have_it():
     system = fl.paper().model_copy(update={"controller": Derived(kd=0.5)})
-    for form in (elements, controller_words):
-        with pytest.raises(fl.FrictionloopError, match=r"controller\.kd = 0\.5: "):
-            form(system)
+    with pytest.raises(fl.FrictionloopError, match=r"controller\.kd = 0\.5: "):
+        elements(system)
 
 
 def test_inner_blocks_are_looked_at_too():

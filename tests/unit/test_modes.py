@@ -16,8 +16,8 @@ from frictionloop.identification import modes, rigs
 @pytest.mark.parametrize("seed", range(2))
 def test_three_modes_are_found(seed):
     found = modes(plate(seed), 3)
-    assert found.hits == 6 and len(found.asked) == 3
-    for mode, (hertz, q, _) in zip(found.asked, TRUE, strict=True):
+    assert found.hits == 6 and len(found.chosen_modes) == 3
+    for mode, (hertz, q, _) in zip(found.chosen_modes, TRUE, strict=True):
         assert mode.frequency.value == pytest.approx(hertz, abs=1.0)
         assert mode.q.value == pytest.approx(q, rel=0.02)
         assert mode.agreement > 0.99
@@ -25,8 +25,8 @@ def test_three_modes_are_found(seed):
 
 def test_first_and_strongest_are_asked_for_by_name():
     run = plate()
-    assert modes(run, "first").asked[0].frequency.value == pytest.approx(1600, abs=1)
-    assert modes(run, "strongest").asked[0].frequency.value == pytest.approx(3100, abs=1)
+    assert modes(run, "first").chosen_modes[0].frequency.value == pytest.approx(1600, abs=1)
+    assert modes(run, "strongest").chosen_modes[0].frequency.value == pytest.approx(3100, abs=1)
     with pytest.raises(fl.FrictionloopError, match=r"1 to 3: 1\d+.* Hz"):
         modes(run, 4)
     with pytest.raises(fl.FrictionloopError, match="'first', 'strongest'"):
@@ -38,7 +38,7 @@ def test_coverage_of_hits_that_differ():
     """The scatter from hit to hit is in the interval."""
     inside = 0
     for seed in range(12):
-        found = modes(plate(seed, spread=0.003), "first").asked[0].frequency.interval(0.9)
+        found = modes(plate(seed, spread=0.003), "first").chosen_modes[0].frequency.interval(0.9)
         inside += found.low < 1600 < found.high
     assert 9 <= inside <= 12
 
@@ -46,10 +46,10 @@ def test_coverage_of_hits_that_differ():
 def test_the_sensor_of_the_rig():
     run = rigs.hammer_rig(seed=1)
     found = modes(run, "first")
-    assert found.asked[0].frequency.value == pytest.approx(145.0, abs=0.05)
-    assert found.asked[0].q.value == pytest.approx(20.0, rel=0.01)
+    assert found.chosen_modes[0].frequency.value == pytest.approx(145.0, abs=0.05)
+    assert found.chosen_modes[0].q.value == pytest.approx(20.0, rel=0.01)
     alone = modes(run.drop_vars("hammer"), "first")
-    assert alone.asked[0].frequency.value == pytest.approx(145.0, abs=0.1)
+    assert alone.chosen_modes[0].frequency.value == pytest.approx(145.0, abs=0.1)
 
 
 @settings(max_examples=10, deadline=None)
@@ -63,13 +63,13 @@ def test_a_closed_form_is_found_again(resonance_hz, q, seed):
         t = np.maximum(time - k - 0.2 - 0.1 * rng.random(), 0.0)
         force += rng.uniform(0.5, 1.0) * np.exp(-omega * t / (2 * q)) * np.sin(seen * t)
     counts = ("time", np.round(13107 * force), {"units": "counts"})
-    (found,) = modes(xr.Dataset({"f_m": counts}, {"time": ("time", time, {"units": "s"})})).asked
+    (found,) = modes(xr.Dataset({"f_m": counts}, {"time": ("time", time, {"units": "s"})})).chosen_modes
     assert found.frequency.value == pytest.approx(resonance_hz, rel=1e-4)
     assert found.q.value == pytest.approx(q, rel=5e-3)
 
 
 def test_a_band_leaves_the_others_out():
-    assert modes(plate(), "first", band_hz=(2500, 4000)).asked[0].frequency.value == pytest.approx(3100, abs=2)
+    assert modes(plate(), "first", band_hz=(2500, 4000)).chosen_modes[0].frequency.value == pytest.approx(3100, abs=2)
 
 
 def test_what_does_not_ring_is_refused():
@@ -110,7 +110,7 @@ def test_a_hit_in_each_recording(how):
     run = plate(seed=3, hits=5)
     found = modes([alone(run, k, change=RECORDED[how]) for k in range(5)], 3)
     assert found.hits == 5
-    for mode, (hertz, q, _) in zip(found.asked, TRUE, strict=True):
+    for mode, (hertz, q, _) in zip(found.chosen_modes, TRUE, strict=True):
         assert mode.frequency.value == pytest.approx(hertz, rel=2e-3)
         assert mode.q.value == pytest.approx(q, rel=0.05)
 
@@ -131,4 +131,4 @@ def test_a_spike_of_the_hammers_noise_is_no_force():
     assert spike > 0.02 * np.abs(hammer[onset : onset + 100]).max()
     hammer[onset + 1500] = spike
     found = modes(run.assign(hammer=("time", hammer, run.hammer.attrs)))
-    assert found.asked[0].frequency.value == pytest.approx(145, rel=1e-3) and found.misfit < 0.02
+    assert found.chosen_modes[0].frequency.value == pytest.approx(145, rel=1e-3) and found.misfit < 0.02

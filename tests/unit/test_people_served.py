@@ -57,7 +57,7 @@ def test_metrics_are_those_of_a_sweep_and_fingers_those_of_capable(found):
 
 
 def test_the_error_in_open_loop_is_that_of_the_lookup_table_alone(found):
-    opened = fl.bench().evolve({"controller.kind": "lookup", "controller.form": "float"})
+    opened = fl.bench().evolve({"controller.kind": "lookup"})
     np.testing.assert_array_equal(found.grid.open_loop_rms_error, swept(opened, ["rms_error"]).rms_error)
     for more in ({"system": opened}, {"metrics": ["r2_identity"]}):
         assert "open_loop_rms_error" not in fl.people(**{"system": SYSTEM} | OPTIONS | more).grid

@@ -30,7 +30,7 @@ def found(lab):
     """Also keeps the results beside the projects, so that the commands analyse nothing twice."""
     measured = fl.identify.bench(lab)
     for name in ("lab", "other", "few"):
-        results = json.dumps(measured.kept())
+        results = json.dumps(measured.entry_results())
         (lab.parent / f"{name}.results.json").write_text(results)
     return measured
 

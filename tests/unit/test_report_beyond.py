@@ -56,7 +56,7 @@ def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():
     assert np.all(first["f_r"] == 0.75) and np.allclose(first["f_a"], 0.75, atol=0.05)
 
 
-def test_its_ticks_are_those_that_are_traced():
+def test_its_ticks_are_those_that_are_counted():
     kinds = {"open loop": "lookup", "printed gains": "pi", "re-tuned gains": "pi", NOTCH: "notch_pi"}
-    found = {law: stored().tick_cycles[law] for law in kinds}
-    assert found == {law: worst_tick(kind).cycles for law, kind in kinds.items()}
+    found = {law: stored().tick_instructions[law] for law in kinds}
+    assert found == {law: worst_tick(kind) for law, kind in kinds.items()}

@@ -39,7 +39,7 @@ def test_both_laws_leave_the_same_at_one_amplitude():
 def test_the_kind_is_read_and_written(tmp_path):
     path = tmp_path / "bench.toml"
     write_toml(SYSTEM, path)
-    assert fl.System.from_toml(path) == SYSTEM
+    assert fl.read_toml(path) == SYSTEM
     assert type(SYSTEM.friction).__name__ == "RoughContactFriction"
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.loop import sweep as sweep_module
+from frictionloop.quantities.whole_files import only_writer
 
 BASE = fl.paper().evolve({"sensor.noise_rms_n": 1e-3})
 KPS = {"controller.kp": np.linspace(0.5, 20.0, 100)}  # three full tiles and one of four lanes
@@ -82,11 +83,48 @@ def test_resuming_without_a_file_starts(tmp_path, whole):
     xr.testing.assert_identical(fl.sweep(BASE, KPS, path=tmp_path / "new.h5", resume=True, **OPTIONS), whole)
 
 
-def test_starting_over_replaces_the_file(tmp_path, whole):
+def test_a_file_is_started_over_by_the_same_sweep_or_by_force(tmp_path, whole):
     path = tmp_path / "sweep.h5"
+    for strange in (b"thesis", b""):
+        path.write_bytes(strange)
+        if strange:
+            with pytest.raises(fl.FrictionloopError, match="holds something else; --force"):
+                fl.sweep(BASE, KPS, path=path, **OPTIONS)
+            with pytest.raises(fl.FrictionloopError, match="was not written by frictionloop"):
+                fl.save(whole, path)
+            assert path.read_bytes() == strange
     fl.sweep(BASE, {"controller.kp": [1.0]}, path=path, **OPTIONS)
-    fl.sweep(BASE, KPS, path=path, **OPTIONS)
-    xr.testing.assert_identical(fl.load(path), whole)
+    with pytest.raises(fl.FrictionloopError, match="holds something else; --force"):
+        fl.sweep(BASE, KPS, path=path, **OPTIONS)
+    for force in (True, False):
+        fl.sweep(BASE, KPS, path=path, force=force, **OPTIONS)
+        xr.testing.assert_identical(fl.load(path), whole)
+    assert [each.name for each in tmp_path.iterdir()] == ["sweep.h5"]
+
+
+def test_a_file_has_one_writer(tmp_path):
+    """A second writer is refused while the first one works, in any thread, and the lock goes with the first."""
+    path, begun, end = tmp_path / "sweep.h5", threading.Event(), threading.Event()
+
+    def write():
+        with only_writer(path):
+            begun.set()
+            end.wait(60)
+
+    first = threading.Thread(target=write)
+    first.start()
+    begun.wait(60)
+    try:
+        with pytest.raises(fl.FrictionloopError, match="is written by another process"):
+            fl.sweep(BASE, KPS, path=path, **OPTIONS)
+        with pytest.raises(fl.FrictionloopError, match="is written by another process"):
+            fl.compare(fl.bench(), ["lookup"], 2, path=path)
+    finally:
+        end.set()
+        first.join()
+    with only_writer(path):
+        pass
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

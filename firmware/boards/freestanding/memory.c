@@ -2,6 +2,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#undef memcpy
+
 void *memcpy(void *restrict to, const void *restrict from, size_t count) {
     uint8_t *target = to;
     const uint8_t *source = from;

@@ -10,4 +10,7 @@ void *memset(void *to, int value, size_t count);
 int memcmp(const void *a, const void *b, size_t count);
 size_t strlen(const char *text);
 
+/* So that compilers make moves of single numbers of the copy of a structure whose parts are used one by one. */
+#define memcpy(to, from, count) __builtin_memcpy((to), (from), (count))
+
 #endif

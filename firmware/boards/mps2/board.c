@@ -1,4 +1,4 @@
-/* MPS2 AN386: the board of board.h under qemu-system-arm. It has no bench: its samples are those of the
+/* MPS2 AN500: the board of board.h under qemu-system-arm. It has no bench: its samples are those of the
  * stimulus. */
 #include "built.h"
 #include "mps2.h"

@@ -1,4 +1,4 @@
-/* The registers of the MPS2 AN386 that this board uses: Arm DDI 0479, CMSDK timer and UART. */
+/* The registers of the MPS2 AN500 that this board uses: Arm DDI 0479, CMSDK timer and UART. */
 #ifndef FL_MPS2_H
 #define FL_MPS2_H
 
@@ -16,6 +16,7 @@
 #define UART_CTRL REGISTER32(0x40004008)
 #define UART_INTERRUPT REGISTER32(0x4000400C)
 #define UART_BAUDDIV REGISTER32(0x40004010)
+#define CPACR REGISTER32(0xE000ED88)
 #define NVIC_ISER0 REGISTER32(0xE000E100)
 #define NVIC_IPR(interrupt) REGISTER8(0xE000E400 + (interrupt))
 

@@ -58,7 +58,7 @@ LINEAR = Represented(
         "tremor_width_hz landing_s contact_s lifted_s person unscored_n",
         block.PositionSensor: "noise_um resolution_um fastest_mm_s tracking_hz",
         block.LoadCells: "noise_n length_mm touch_share mean_s speed_share developed_mm turn_mm",
-        block.Timing: "jitter_s lost_ticks open_until_s form",
+        block.Timing: "jitter_s lost_ticks open_until_s",
     },
 )
 

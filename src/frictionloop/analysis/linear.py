@@ -260,7 +260,7 @@ def linearise(
     ----------
     system
         The loop, with any control law. A finger that strokes is taken to slide steadily, at the strokes' speed and mean
-        load; commands that come late by chance, lost ticks, pulses and fixed point are left out. The law is linearised
+        load; commands that come late by chance, lost ticks and pulses are left out. The law is linearised
         when it is asked for: one that has no linear analysis still has a plant.
     amplitude_um, force_n
         Operating point, as a vibration amplitude (um, 0 to a_max) or as a friction force g(a) (N, g(a_max) to f0);

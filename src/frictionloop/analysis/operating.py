@@ -83,7 +83,7 @@ def check_reach(system: System) -> None:
     wanted, (low, high) = force_band(system), reach_at(system)
     if wanted.high_n <= low or wanted.low_n >= high:
         raise FrictionloopError(
-            f"system: {between(wanted.low_n, wanted.high_n, 'N')} asked, {low:.3g} to {high:.3g} N in reach"
+            f"setpoint: {between(wanted.low_n, wanted.high_n, 'N')} asked, {low:.3g} to {high:.3g} N in reach"
             f"{_under(system)}{_would_reach(system, wanted, low) if wanted.high_n <= low else '; ask for less'}",
             "OUT-OF-REACH",
         )

@@ -11,7 +11,7 @@ import frictionloop as fl
 from frictionloop.cli import flags, screen
 
 ARGUMENTS = "IMAGE"
-EXAMPLES = ("my-image/teensy31.hex",)
+EXAMPLES = ("my-image/teensy41.hex",)
 
 
 def command(

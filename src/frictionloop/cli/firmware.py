@@ -45,8 +45,7 @@ def build(
     *,
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
-    board: flags.Run[str] = "teensy31",
-    laws: flags.Run[str | None] = None,
+    board: flags.Run[str] = "teensy41",
     out: Out,
     shown: screen.Shown = screen.BRIEFLY,
 ) -> None:
@@ -55,16 +54,12 @@ def build(
     Parameters
     ----------
     board
-        teensy31, or mps2 or mps2-scenario for qemu-system-arm.
-    laws
-        Kinds of controller that the image has, with commas: pi,notch_pi; all by default. filtered_pi also
-        runs notch_pi.
+        teensy41, teensy41-ads8688 (another converter); mps2, mps2-scenario for qemu-system-arm.
     """
     file_arguments.check_folder("out", out)
     given = flags.system_given(file, preset, overrides, "bench")
-    kinds = laws.split(",") if laws is not None else None
     with fl.progress.waiting(f"building {board}"):
-        found = fl.firmware.build(given.system, out, board, kinds, trace=fl.device.cycles)
+        found = fl.firmware.build(given.system, out, board, trace=fl.device.instructions)
     shown.show(found.with_findings(given.findings), saved={"image and table": out})
 
 

@@ -73,7 +73,7 @@ class MustHold:
             ends = fl.identify.certified_corners(self.corners)
             given["ends"] = tuple((each.path, each.value) for each in ends if not shared.get(each.path))
         table = None if file is None else fl.design.read_designed(file)
-        return fl.design.Requirements(**({} if table is None else table.requirements.given) | given)
+        return fl.design.Requirements(**({} if table is None else table.requirements.changes) | given)
 
 
 @Parameter(name="*")

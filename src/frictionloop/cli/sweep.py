@@ -23,6 +23,8 @@ EXAMPLES = (
     "--preset feasible --seeds 4 --out noise.h5 --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg",
     "my-bench.toml --over controller.kp=5,10,20 --csv table.csv",
     "my-controller.toml --fingers 100 --coefficients 0.4,1.2",
+    "my-controller.toml --fingers 100000 --out people --shard 3/64",
+    "--status people",
 )
 
 
@@ -45,6 +47,9 @@ def command(
     metrics: flags.Result[str | None] = None,
     out: flags.Result[Path | None] = None,
     resume: flags.Result[flags.Flag] = False,
+    force: flags.Result[flags.Flag] = False,
+    shard: flags.Result[str | None] = None,
+    status: flags.Result[Path | None] = None,
     csv: flags.Result[Path | None] = None,
     plot: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
@@ -79,12 +84,23 @@ def command(
         Keep the result here (HDF5, .h5), also on Ctrl-C.
     resume
         Continue the sweep kept in --out instead of starting over.
+    force
+        Start over in --out whatever it holds.
+    shard
+        Run part i of n, such as 3/64, into the folder --out; `fl.open_sweep` reads them all.
+    status
+        Say which shards in this folder are done instead.
     csv
         Write a table with one row per run here (.csv).
     plot
         Draw curves or maps, of --fingers a point each, into this file (.svg, .pdf or .png).
     """
-    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
+    if status is not None:
+        shown.show(fl.sweep_status(status))
+        return
+    part = None if shard is None else _part(shard, out)
+    if part is None:
+        file_arguments.check_output("out", out, file_arguments.RUN_FILES)
     file_arguments.check_output("csv", csv, file_arguments.TABLES)
     file_arguments.check_output("plot", plot, file_arguments.FIGURES)
     file_arguments.check_count("seeds", seeds, 1, 1_000_000)
@@ -101,9 +117,17 @@ def command(
     given = flags.system_given(file, preset, overrides)
     names = None if metrics is None else [name.strip() for name in metrics.split(",")]
     doubts = fl.doubts(given.system, speeds_mm_s=axes.get("motion.speed_mm_s", ()))
-    how: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume}
+    how: dict[str, Any] = {"score_from_s": score_from_s, "n_jobs": jobs, "path": out, "resume": resume, "force": force}
     how |= {"duration_s": duration_s, "seeds": seeds, "metrics": names}
     brought = tuple(flags.overrides_of(overrides))
+    if part is not None:
+        points = axes if not fingers else fl.fingers_for(given.system, drawn.pop("count"), **drawn, given=brought)
+        try:
+            fl.sweep(given.system, points, **how, shard=part)
+        except fl.SweepInterrupted as stop:
+            raise screen.interrupted(f"shard {shard} stopped", out) from stop
+        shown.show(fl.sweep_status(out).with_findings((*given.findings, *doubts)), saved={"shards": out})
+        return
     found, stopped = _people(given.system, brought, drawn, how) if fingers else _best(given.system, axes, how)
     if csv is not None:
         file_arguments.write_csv(csv, found.tidy())
@@ -112,6 +136,16 @@ def command(
     shown.show(found.with_findings((*given.findings, *doubts)), saved={"sweep": out, "table": csv, "plot": plot})
     if stopped:
         raise screen.interrupted(f"{found.runs_done} of {found.runs} runs done", out)
+
+
+def _part(shard: str, out: Path | None) -> tuple[int, int]:
+    """Return the part of a sweep that is named, and refuse one without a folder."""
+    numbers = shard.split("/")
+    if out is None:
+        raise FrictionloopError("shard: needs --out FOLDER")
+    if len(numbers) != 2 or not all(each.isdecimal() for each in numbers):
+        raise FrictionloopError(f"shard = {shard!r}: must be a part of parts, such as 3/64")
+    return int(numbers[0]), int(numbers[1])
 
 
 def _best(system: fl.System, axes: Mapping[str, Any], how: Mapping[str, Any]) -> tuple[Any, bool]:

@@ -1,40 +1,33 @@
-"""What a control law costs a tick on a Cortex-M4, traced on its image.
+"""What a control law costs a tick on the board: instructions, counted on its emulated image.
 
-The whole tick counts: sampling, touch, law, lookup, limits, telemetry, with every line of the flash a miss.
+No model of a Cortex-M7's cycles is known. An instruction takes at most `CYCLES_AT_MOST` (assumed); the board's own
+counter decides, which `device info` shows.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-BUDGET_CYCLES = 14_400
-"""Cycles of a tick: 72 MHz over 5 kHz."""
-LATE_CYCLES = 720
-"""How late a tick may begin: 10 us (firmware/boards/teensy31/board.c, LATE_COUNTS)."""
-
-
-class WorstTick(NamedTuple):
-    """The most that any tick took, with an upper bound for every instruction (device/emulator/trace.py)."""
-
-    instructions: int
-    cycles: int
+CORE_HZ = 396_000_000
+"""Of the board (firmware/boards/teensy41/teensy41.h)."""
+CYCLES_AT_MOST = 20
+"""Of an instruction, on average over a tick (assumed; a division of doubles takes about as many)."""
+BEYOND = 4.0
+"""Times the highest rate by that bound above which an image is refused (assumed: 5 cycles an instruction)."""
 
 
-WORST_TICK = {
-    "pi": WorstTick(1818, 3396),
-    "lookup": WorstTick(1798, 3327),
-    "notch_pi": WorstTick(2626, 4519),
-    "filtered_pi": WorstTick(3539, 5732),
-    "limit_observer": WorstTick(2442, 4715),
-}
-"""By kind of controller, on the image of bench() with two force axes, from entry to return of the tick's interrupt.
+def highest_rate_hz(instructions: int) -> float:
+    """Return the rate at which ticks of so many instructions fill a board's time, at `CYCLES_AT_MOST` each."""
+    return CORE_HZ / (CYCLES_AT_MOST * instructions)
 
-With zig 0.17.1, over 400 samples each of a finger that strokes at 20 and 80 mm/s, and of edges; `frictionloop firmware
-build` traces so, and tests/firmware/test_cycles.py holds it. The filtered PIs have all they can: feed-forward,
-overdrive, 1 section (notch) or 6.
+
+WORST_TICK = {"pi": 1671, "lookup": 1493, "notch_pi": 2103, "filtered_pi": 2103, "limit_observer": 2060}
+"""Most instructions of a tick by kind of controller, from entry to return of its interrupt.
+
+On the image of bench() with two force axes, with zig 0.17.1, over 400 samples each of a finger that strokes at 20 and
+80 mm/s, and of edges; `frictionloop firmware build` counts so, and tests/firmware/test_instructions.py holds it. The
+filtered PIs have all they can: feed-forward, overdrive, 6 sections, of which one costs as much.
 """
 
 
-def worst_tick(kind: str) -> WorstTick | None:
-    """Return what the worst tick of a kind of controller takes, None of one that has no image."""
+def worst_tick(kind: str) -> int | None:
+    """Return the most instructions of a tick with a kind of controller, None of one that has no image."""
     return WORST_TICK.get(kind)

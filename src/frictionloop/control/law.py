@@ -82,7 +82,7 @@ class Law(metaclass=Brief):
 
 
 CLOSING = 512
-"""Control periods over which the clamp opens after closing, 0.1 s (assumed; as FL_CLOSING of the firmware)."""
+"""Control periods over which the clamp opens after closing, 0.1 s (assumed)."""
 
 
 @step
@@ -92,7 +92,7 @@ def switched_clamp(setpoint_n: float, low_n: float, high_n: float, since: int) -
     Open, the lookup alone commands, u = clip(f_r). The law runs along with both ends of its clamp there, so that its
     observers know what goes on. When the loop closes an integral begins with what open loop commands, and the lower end
     of the clamp comes down from there to where it belongs, in a line: the amplitude begins with at most what the
-    set-point asks for, and the law's anti-windup knows why (as firmware/core/fl_switch.h).
+    set-point asks for, and the law's anti-windup knows why.
     """
     open_n = min(max(setpoint_n, low_n), high_n)
     down = fma((CLOSING - since) / CLOSING, open_n - low_n, low_n)

@@ -13,9 +13,8 @@ from frictionloop.control.pi import PI_LAW
 from frictionloop.parameters.controller import CONTROLLERS
 from frictionloop.quantities import FrictionloopError
 
-NUMBERED = (PI_LAW, LOOKUP_LAW, FILTERED_PI_LAW, LIMIT_OBSERVER_LAW)
-"""Those that the firmware has too, the first with number 1 (firmware/core/laws.c)."""
-LAWS: dict[str, Law] = {law.kind: law for law in NUMBERED} | {"notch_pi": FILTERED_PI_LAW}
+BUILT_IN = (PI_LAW, LOOKUP_LAW, FILTERED_PI_LAW, LIMIT_OBSERVER_LAW)
+LAWS: dict[str, Law] = {law.kind: law for law in BUILT_IN} | {"notch_pi": FILTERED_PI_LAW}
 """By the kind of ``controller``; the notch is one section of a filtered PI."""
 for _kind, _place in CONTROLLERS.beside.items():
     LAWS[_kind] = import_module(_place.partition(":")[0]).LAW

@@ -23,6 +23,11 @@ def inverse_step(u: float, log2_nominal: float, um2_per_halving: float) -> float
     return math.sqrt(max((log2_nominal - log2(u)) * um2_per_halving, 0.0))
 
 
+def inverse_numbers(model: Model) -> tuple[float, float]:
+    """Return what `inverse_step` takes of a model beside the force: log2 f0 (N), and ln 2/tau in um^2."""
+    return float(np.log2(model.nominal_n)), math.log(2.0) / model.susceptibility_per_um2
+
+
 @step
 def table_position(u: float, low_n: float, cells_per_n: float, last_cell: float) -> tuple[int, int, float]:
     """Return the entries of the table below and above u, and how far u lies between them (0 to 1)."""

@@ -11,15 +11,17 @@ from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.parameters import System, preset, read_toml, write_toml
-from frictionloop.parameters.summary import own_values
+from frictionloop.parameters.description import flat
 from frictionloop.parameters.toml_files import DESIGNED, read_tree, start_of
 from frictionloop.parameters.unit_sanity import differing, named_by, unusual
-from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import ABOVE_0, number
 from frictionloop.sensing.touch import check_follows
 
 if TYPE_CHECKING:
     from frictionloop.design.controller_check import Check
+
+
+DECIDES = ("friction", "plate", "sensor", "controller", "finger")
+"""Blocks that decide what gains are right."""
 
 
 class DesignedTable(NamedTuple):
@@ -28,7 +30,8 @@ class DesignedTable(NamedTuple):
     requirements: Requirements
     given: frozenset[str]
     """Dotted names of values that somebody gave."""
-    gains: dict[str, Any]
+    values: dict[str, Any]
+    """The bench and its controller, by dotted name."""
     findings: tuple[Finding, ...]
 
 
@@ -38,7 +41,8 @@ def write_controller(found: Check, path: str | os.PathLike[str], given: Collecti
     table = {
         "holds": found.holds,
         "for": _written(asdict(found.requirements)),
-        "gains": plain(own_values(found.system)),
+        "people": _written(found.drawn),
+        "values": _deciding(found.system),
         "given": sorted(given),
         "findings": [_written(each.to_dict()) for each in told],
     }
@@ -58,17 +62,19 @@ def read_designed(path: str | os.PathLike[str]) -> DesignedTable | None:
     known = {each.name for each in fields(Requirements)}
     asked = {name: _tuples(value) for name, value in table.get("for", {}).items() if name in known}
     findings = tuple(Finding.from_dict(each) for each in table.get("findings", ()))
-    given, gains = frozenset(table.get("given", ())), dict(table.get("gains", {}))
-    return DesignedTable(Requirements(**asked), given, gains, findings)
+    return DesignedTable(Requirements(**asked), frozenset(table.get("given", ())), table.get("values", {}), findings)
 
 
 def changed_since(system: System, table: DesignedTable) -> tuple[Finding, ...]:
-    """Return that the gains of a system are not those that its file was designed with."""
-    own = plain(own_values(system))
-    then = {name: value for name, value in table.gains.items() if own.get(name) != value}
-    return (
-        (Finding("SPEC-CHANGED", value={f"controller.{name}": value for name, value in then.items()}),) if then else ()
-    )
+    """Return that values of a system are not those that its file was designed with."""
+    now = _deciding(system)
+    changed = {name: value for name, value in table.values.items() if now.get(name) != value}
+    return (Finding("SPEC-CHANGED", value=changed),) if changed else ()
+
+
+def _deciding(system: System) -> dict[str, Any]:
+    """Return what decides which gains are right, by dotted name."""
+    return _written(flat(flat({block: getattr(system, block).model_dump() for block in DECIDES})))
 
 
 def _tuples(value: Any) -> Any:
@@ -109,42 +115,18 @@ def described(
         As `read_toml` and ``System.evolve``, or a finger that the controller cannot follow.
     """
     base = preset(preset_name) if file is None else read_toml(file)
-    own = _in_newtons(base, dict(overrides or {}))
+    own = base.resolved(overrides or {})
     system = base.evolve(own)
     check_follows(system.motion, system.touch)  # a run would refuse it, after a design of some minutes
     start, changes = (None, {}) if file is None else start_of(file)
+    changes = start.resolved(flat(changes)) if start else flat(changes)
     table = None if file is None else read_designed(file)
     found = [*_kinds(start, base, changes)] if start is not None else []
     found += [*_kinds(base, system, own), *unusual(system)]
-    found += differing(system, named_by(_flat(changes), own), law)
+    found += differing(system, named_by(changes, own), law)
     found += changed_since(system, table) if table is not None and law is None else ()
-    stated = {*(_flat(changes) if start else ()), *own, *(table.given if table else ())}
+    stated = {*(changes if start else ()), *own, *(table.given if table else ())}
     return Described(system, frozenset(stated), tuple(found))
-
-
-COEFFICIENT = "friction.coefficient"
-"""Friction over load: taken in place of ``friction.nominal_n``, and told to the controller's model."""
-
-
-def _in_newtons(base: System, overrides: dict[str, Any]) -> dict[str, Any]:
-    """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0."""
-    if COEFFICIENT not in overrides:
-        return overrides
-    if "friction.nominal_n" in overrides:
-        raise must_be(COEFFICIENT, overrides[COEFFICIENT], "without friction.nominal_n, which it sets")
-    mu = number(COEFFICIENT, overrides.pop(COEFFICIENT), "", ABOVE_0)
-    load_n = overrides.get("friction.reference_load_n", getattr(base.friction, "reference_load_n", None))
-    if load_n is None:
-        raise must_be("friction.kind", base.friction.kind, '"finger" for a coefficient')
-    return {"friction.nominal_n": mu * load_n, "controller.model.nominal_n": mu * load_n} | overrides
-
-
-def _flat(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by dotted names, also those in a block within a block."""
-    flat: dict[str, Any] = {}
-    for name, value in changes.items():
-        flat |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
-    return flat
 
 
 def _kinds(base: System, system: System, overrides: Mapping[str, Any]) -> Iterator[Finding]:

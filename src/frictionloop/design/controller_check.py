@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -23,12 +23,13 @@ from frictionloop.design.plants import least_gain
 from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers, unlike
 from frictionloop.design.requirements import CHECKED, COARSE, Requirements
 from frictionloop.design.synthesis import check_places
-from frictionloop.design.tracking import Tracking, swing_n, tracking
+from frictionloop.design.tracking import Tracking, tracking
 from frictionloop.findings import Finding, Result, shown
 from frictionloop.findings.result import Row, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
 from frictionloop.loop.run_findings import error_table
+from frictionloop.loop.run_ringing import of_loop, of_own_law
 from frictionloop.parameters import System
 from frictionloop.parameters.summary import gains_said
 from frictionloop.perception.thresholds import LOWEST_HZ
@@ -63,6 +64,10 @@ class Check(Result):
     """On how many other people it comes close to ringing; None without a finger."""
     fingers: xr.Dataset | None = None
     """Other fingers one by one, as `check_fingers` has them."""
+    drawn: Mapping[str, Any] = field(default_factory=dict)
+    """What `fingers` was given for them."""
+    tracking: Tracking | None = None
+    """How well the set-point of the file is followed; None where that cannot be simulated."""
 
     @property
     def law(self) -> str:
@@ -75,17 +80,9 @@ class Check(Result):
         return self.holds and all(place.how == "within" for place in self.places)
 
     def rows(self) -> list[Row]:
-        """Return the law and its gains, the verdict, and what would hold."""
+        """Return the law and its gains, the verdict, the error, and what would hold."""
         verdict = ("HOLDS", self.grid) if self.holds else ("DOES NOT HOLD", f"{self._beyond_on()}; {self.grid}")
-        return [(self.law, gains_said(self.system)), verdict, *self._room(), *self._left()]
-
-    @cached_property
-    def tracking(self) -> Tracking | None:
-        """How well the set-point of the file is followed, simulated when asked for; None where that cannot be."""
-        try:
-            return tracking(self.system, self.requirements.speeds_mm_s)
-        except FrictionloopError:
-            return None
+        return [(self.law, gains_said(self.system)), verdict, *self._left(), *self._room()]
 
     def _left(self) -> Iterator[Row]:
         if (found := self.tracking) is not None:
@@ -109,22 +106,36 @@ class Check(Result):
         return any(each.code == "LAW-CONTRADICTS" for each in self.findings)
 
     @property
+    def looked_at(self) -> dict[str, tuple[float, float]]:
+        """Least and largest of where it was looked at, by name: speed, slip length, force, force over load, load."""
+        places = self.places[: self.asked]
+        found = [corner for place in places for corner in place.corners]
+        forces, loads = [each.loop.elements.force_n for each in found], [load_of(each.loop.system) for each in found]
+        values: dict[str, list[float | None]] = {
+            "speed_mm_s": [speed for place in places for speed in place.speeds_mm_s],
+            "slip_length_um": [place.slip_length_um for place in places],
+            "force_n": [*forces],
+            "force_over_load": [f / load if load else None for f, load in zip(forces, loads, strict=True)],
+            "load_n": [*loads],
+            "occluded": [each.loop.elements.occluded for each in found],
+            "resonance_off": [abs(each.off) for each in found],
+        }
+        there = {name: [each for each in some if each is not None] for name, some in values.items()}
+        return {name: (min(some), max(some)) for name, some in there.items() if some}
+
+    @property
     def grid(self) -> str:
         """Where it was looked at, in words."""
-        found = [corner for place in self.places[: self.asked] for corner in place.corners]
-        speeds = [speed for place in self.places[: self.asked] for speed in place.speeds_mm_s]
-        lengths = [z for place in self.places[: self.asked] if (z := place.slip_length_um) is not None]
-        loads = [load for each in found if (load := load_of(each.loop.system)) is not None]
-        said = [between(min(speeds), max(speeds), "mm/s")] if speeds else []
-        said += [f"slip {between(min(lengths), max(lengths), 'um')}"] if lengths else []
-        forces = [each.loop.elements.force_n for each in found]
-        said += [between(min(forces), max(forces), "N")]
-        if loads:
-            mu = [force / load for force, load in zip(forces, loads, strict=True)]
-            said[-1] += f" (coefficient {between(min(mu), max(mu))})"
-        said += [f"load {between(min(loads), max(loads), 'N')}"] if len(set(loads)) > 1 else []
-        off = max(each.off for each in found)
-        return ", ".join([*said, *([f"resonance up to {100 * off:.3g} % off"] if off else [])])
+        found = self.looked_at
+        names = (("speed_mm_s", "mm/s", ""), ("slip_length_um", "um", "slip "), ("force_n", "N", ""))
+        said = [f"{head}{between(*found[name], unit)}" for name, unit, head in names if name in found]
+        if "load_n" in found:
+            said[-1] += f" ({between(*found['force_over_load'])} x load)"
+            low, high = found["load_n"]
+            said += [f"load {between(low, high, 'N')}"] * (low < high)
+        moist, off = (100 * found[name][1] for name in ("occluded", "resonance_off"))
+        said += [f"moist to {moist:.2g} %"] * (moist > 0) + [f"resonance ±{off:.3g} %"] * (off > 0)
+        return ", ".join(said)
 
     @cached_property
     def would_leave(self) -> float | None:
@@ -189,8 +200,9 @@ class Check(Result):
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, the least margins and the error of a run too."""
         more = {
-            "tracking": self.tracking, "margins": self.margins().reset_index().to_dict("records"),
+            "margins": self.margins().reset_index().to_dict("records"),
             "limits": self.requirements.limits, "room": min(self.gain_factors), "would_leave": self.would_leave,
+            "looked_at": self.looked_at,
         }  # fmt: skip
         return super().to_dict() | {"law": self.law} | plain(more)
 
@@ -248,12 +260,15 @@ def judged(
     places = (*own, *more)
     factors = tuple(_least_gain(place) for place in places)
     within, seen = all(place.how == "within" for place in places), loop_gains(there, grid)
+    asked = all(place.how == "within" for place in own)
     fingers, stopped = _on_fingers(there, people, must)
     found = [corner for place in own for corner in place.corners]
-    contradicts = list(_simulated(system)) if within else []
+    own_law = list(of_own_law(system, at_mean(there).elements.force_n)) if within else []
+    followed = _tracking(system, must)
     told = chain(
         unlike(system, people) if people is not None else (),
-        contradicts,
+        own_law,
+        of_loop(followed.rms_error_n, followed.open_loop_rms_error_n) if asked and followed is not None else (),
         controller_findings.of_places(places, len(own)),
         of_fingers(fingers, lambda factor: scaled_gains(there, factor)) if fingers is not None else (),
         stopped,
@@ -268,15 +283,24 @@ def judged(
     return Check(
         system=system,
         requirements=must,
-        holds=all(place.how == "within" for place in own) and everyone and not contradicts,
+        holds=asked and everyone and not own_law,
         places=places,
         asked=len(own),
         gain_factors=factors,
         would_hold={} if within and everyone else _would_hold(there, least),
         people=seen,
         fingers=fingers,
+        drawn=getattr(people, "drawn", {}),
+        tracking=followed,
         findings=tuple(told),
     )
+
+
+def _tracking(system: System, must: Requirements) -> Tracking | None:
+    try:
+        return tracking(system, must.speeds_mm_s)
+    except FrictionloopError:  # of a motion without a plateau, say
+        return None
 
 
 def _on_fingers(
@@ -290,19 +314,6 @@ def _on_fingers(
     except FingersInterrupted as stop:
         count = stop.partial.sizes["finger"]
         return stop.partial, (Finding("STOPPED", value=count, limit=len(people)),)
-
-
-SWING_N = 0.02
-"""Swing of the force on a smooth finger, peak to peak, from which a law is said to ring (assumed)."""
-
-
-def _simulated(system: System) -> Iterator[Finding]:
-    """Yield that a law from outside, whose slope may say nothing of larger steps, makes the force swing."""
-    if type(system.controller).__module__.startswith("frictionloop."):
-        return
-    swing = swing_n(system, at_mean(at_levels(system)).elements.force_n)
-    if swing > SWING_N:
-        yield Finding("LAW-CONTRADICTS", value=1e3 * swing, unit="mN", limit=1e3 * SWING_N)
 
 
 def _least_gain(place: Place) -> float:

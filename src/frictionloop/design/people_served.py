@@ -245,19 +245,12 @@ def people(
     PeopleInterrupted
         On Ctrl-C, carrying what was found until then.
     """
-    whose: dict[str, Any] = {
-        "n": count,
-        "seed": seed,
-        "population": population,
-        "loads_n": loads_n,
-        "coefficients": coefficients,
-    }
-    drawn = fingers_for(system, **whose, given=given)
+    drawn = fingers_for(system, count, seed, population, loads_n, coefficients, given=given)
     names = metrics_for(system) if metrics is None else metrics
     try:
         grid = sweep(system, drawn, duration_s, seeds, names, path=path, **options)
     except SweepInterrupted as stop:
-        raise PeopleInterrupted(_of(system, drawn, stop.partial, whose, path, [])) from None
+        raise PeopleInterrupted(_of(system, drawn, stop.partial, path, [])) from None
     how: dict[str, Any] = {name: options[name] for name in ("score_from_s", "n_jobs", "progress") if name in options}
     more: list[Finding] = []
     try:
@@ -265,8 +258,8 @@ def people(
     except FrictionloopError as why:  # a run without a number, say
         more.append(Finding("METRIC-NONE", value=[OPEN_ERROR], more={"reason": str(why)}))
     except KeyboardInterrupt:  # what was swept is not lost for it
-        raise PeopleInterrupted(_of(system, drawn, grid, whose, path, more)) from None
-    return _of(system, drawn, grid, whose, path, more)
+        raise PeopleInterrupted(_of(system, drawn, grid, path, more)) from None
+    return _of(system, drawn, grid, path, more)
 
 
 def metrics_for(system: System) -> list[str]:
@@ -287,9 +280,7 @@ def _with_open_loop(
     return grid.assign({OPEN_ERROR: error})[[*names[:at], OPEN_ERROR, *names[at:]]]
 
 
-def _of(
-    system: System, drawn: Fingers, grid: xr.Dataset, whose: Mapping[str, Any], path: Any, more: list[Finding]
-) -> People:
+def _of(system: System, drawn: Fingers, grid: xr.Dataset, path: Any, more: list[Finding]) -> People:
     """Return what was found, and keep it in the file of the sweep."""
     done, total, duration_s = runs_done(grid), len(drawn) * grid.sizes["seed"], float(grid.attrs["duration_s"])
     band, found = people_reach(system, drawn, duration_s)
@@ -316,7 +307,7 @@ def _of(
     return People(
         system=system,
         people=drawn,
-        drawn=whose,
+        drawn=drawn.drawn,
         duration_s=duration_s,
         grid=grid,
         reach=reach,

@@ -68,7 +68,7 @@ class Requirements:
         return Lean(self.sensor_error, self.delay_error, self.gain_error, self.q_error, self.ends)
 
     @property
-    def given(self) -> dict[str, Any]:
+    def changes(self) -> dict[str, Any]:
         """What is not as usual, by name."""
         return {each.name: value for each in fields(self) if (value := getattr(self, each.name)) != each.default}
 

@@ -21,8 +21,8 @@ from frictionloop.loop.metrics import rms_error, scored_from
 from frictionloop.loop.record import system_of
 from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
 from frictionloop.loop.run_findings import ReachSplit, reach_split
-from frictionloop.loop.run_ringing import of_ringing, rings_alone, run_ringing, unseen
-from frictionloop.loop.signal_findings import of_recorded, recordings, signal_findings
+from frictionloop.loop.run_ringing import of_loop, of_own_law, of_ringing, rings_alone, run_ringing, unseen
+from frictionloop.loop.signal_findings import contact_turns, of_recorded, recordings, signal_findings
 from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
 from frictionloop.parameters.summary import gains_said, listed, summary
@@ -215,12 +215,12 @@ def diagnose(
     unclear = {each.code for each in doubts} & UNCLEAR
     told: list[Finding] = [*doubts, *run_findings.of_sensor(run, run["time"].values >= score_from_s)]
     if mask.any():
-        found, more = _of_scored(run, mask, edges_hz, unclear)
+        found, more = _of_scored(run, mask, edges_hz, unclear, "" if advise else "--advise")
         told += more
     told += chain(
         of_recorded(system, duration_s),
         run_findings.of_unscored(run),
-        run_findings.contact_turns(system),
+        contact_turns(system),
         board_ceiling(system),
         _one_place(system),
     )
@@ -243,7 +243,11 @@ def diagnose(
 
 
 def _of_scored(
-    run: xr.Dataset, mask: np.ndarray, edges_hz: Sequence[float], unclear: Collection[str]
+    run: xr.Dataset,
+    mask: np.ndarray,
+    edges_hz: Sequence[float],
+    unclear: Collection[str],
+    remedy: str,
 ) -> tuple[dict[str, Any], list[Finding]]:
     """Return fields and findings of what is scored; ``unclear`` are doubts that leave out what says nothing."""
     system, split = system_of(run), reach_split(run, mask)
@@ -255,9 +259,12 @@ def _of_scored(
     try:
         found["ringing"] = run_ringing(run, mask)
         found["rings_alone"] = rings_alone(run, mask, found["ringing"])
-        told += of_ringing(found["ringing"], found["rings_alone"])
+        told += of_ringing(found["ringing"], found["rings_alone"], remedy)
     except FrictionloopError as error:  # a law, or a recording beyond the reach, without a linear analysis
         told += unseen(run, mask, error)
+    wanted = float(np.clip(np.median(run["f_r"].values[mask]), split.low_n, split.high_n))
+    told += of_own_law(system, wanted) if opened is not None else ()
+    told += of_loop(found["metrics"]["rms_error"], found.get("open_loop_rms_error_n", math.inf))
     found["bands"] = by_band(run, mask, edges_hz)
     if not {*unclear} - {"SIGN-DOUBT"}:  # no reach explains what comes of a signal in another unit
         told += run_findings.of_reach(run, mask, split)

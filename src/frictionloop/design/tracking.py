@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import detrend
 
 from frictionloop.design.operating_grid import at_speed
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.reference_runs import OPENED, relative_index
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.simulate import simulate
-from frictionloop.parameters import Constant, Recording, Strokes, System
+from frictionloop.parameters import Recording, Strokes, System
 from frictionloop.quantities import FrictionloopError
 from frictionloop.recordings.read import read_held
 
@@ -48,30 +47,6 @@ class Tracking:
         """Return share of the time and error, N, of all that is scored, by reach, and in open loop."""
         whole = {"scored": (self.scored, self.rms_error_n), **self.reach.parts(self.scored)}
         return whole | {"open loop": (self.scored, self.open_loop_rms_error_n)}
-
-
-SMOOTH = {
-    "friction": {"roughness_rms": 0.0},
-    "motion": {"tremor_um": 0.0, "tremor_n": 0.0, "load_drift": 0.0},
-    "sensor": {"noise_density_n_rthz": 0.0},
-}
-"""What makes a finger smooth and a sensor silent, so that only the loop can make the force swing."""
-
-
-def swing_n(system: System, force_n: float) -> float:
-    """Return how far the force swings by itself: peak to peak, N, about a line over the second half of a stroke.
-
-    The finger is smooth and is asked for one force, so that a stable loop comes to rest. The median of the strokes;
-    NaN without a stroke.
-    """
-    changes: dict[str, Any] = {"setpoint": Constant(offset_n=force_n), "disturbance": Constant()}
-    for block, each in SMOOTH.items():
-        changes |= {f"{block}.{name}": value for name, value in each.items() if hasattr(getattr(system, block), name)}
-    run = simulate(system.evolve(changes), SECONDS)
-    force, mask = run["f_a"].values, run["scored"].values if "scored" in run else np.ones(run.sizes["time"], bool)
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]]))).reshape(-1, 2)
-    swings = [np.ptp(detrend(force[(begin + end) // 2 : end])) for begin, end in ends if end - begin > 2]
-    return float(np.median(swings)) if swings else math.nan
 
 
 def tracking(system: System, speeds_mm_s: Collection[float] = ()) -> Tracking | None:

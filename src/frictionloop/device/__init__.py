@@ -3,7 +3,7 @@
 list_ports  info  monitor    what is on a port, who answers, what it reads
 configure  clear             parameters by name, gains among them; a fault cleared
 run  play  recover           a controller or an effect, recorded; what a killed recording left
-flash  cycles                an image onto a board, and what its ticks cost
+flash  instructions          an image onto a board, and what its ticks cost
 connect  Device              the board itself
 """
 
@@ -16,7 +16,7 @@ HOMES = {
     "configured": "Configured configure",
     "measured_run": "DevicePlay DeviceRun play run",
     "recovered_file": "Recovered recover",
-    "flashed": "Flashed cycles flash",
+    "flashed": "Flashed flash instructions",
     "device": "Device connect",
 }
 __getattr__ = lazily(__name__, HOMES)

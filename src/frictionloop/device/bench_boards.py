@@ -11,20 +11,22 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from frictionloop.control.law import Law
+from frictionloop.control.laws import law_of
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.errors import DeviceError, Unplugged
-from frictionloop.device.recording import TICK_HZ
 from frictionloop.device.transport import Pipe
 from frictionloop.firmware.built_in import other_sources, revision_here
-from frictionloop.firmware.compiled_core import host_library
+from frictionloop.firmware.compiled_core import host_library, law_of_table, tick_hz
 from frictionloop.firmware.image import FLASHED
 from frictionloop.firmware.parameter_words import firmware_words, n_per_count
 from frictionloop.loop.stepper import Movement, Stepper
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.schema import schema, word_count
 from frictionloop.sensing.measurement import Measurement
 
+TICK_HZ: float = schema()["protocol"]["tick_hz"]
 ROOM = 4096
 """Bytes taken from the firmware at once."""
 
@@ -54,8 +56,12 @@ class HostBoard:
 
     Parameters
     ----------
-    words : array (word_count,) of int32
+    words : array (word_count,)
         Parameter table in force at the start (firmware/parameter_words).
+    law : Law, optional
+        That it is built with, by default that of the table.
+    rate_hz : float
+        Of its ticks.
     serial : int
         Serial number that it tells, 0 to 2**32 - 1.
     library : Path, optional
@@ -65,11 +71,20 @@ class HostBoard:
         What it tells that its last reset came from: a number of the schema's ``resets``.
     """
 
-    def __init__(self, words: np.ndarray, serial: int = 0, library: Path | None = None, reset: int = 0) -> None:
-        table = np.ascontiguousarray(words, dtype=np.int32)
+    def __init__(
+        self,
+        words: np.ndarray,
+        law: Law | None = None,
+        rate_hz: float = TICK_HZ,
+        serial: int = 0,
+        library: Path | None = None,
+        reset: int = 0,
+    ) -> None:
+        table = np.ascontiguousarray(words, dtype=float)
         if table.shape != (word_count(),):
             raise must_be("words: shape", table.shape, f"({word_count()},)")
-        self._ffi, self._lib = host_library(built=library) if library else host_library()
+        self.law = law or law_of_table(table)
+        self._ffi, self._lib = host_library(self.law, rate_hz, built=library)
         self._memory = self._ffi.new("uint64_t[]", -(-self._lib.fl_app_size() // 8))
         self._app = self._ffi.cast("fl_app *", self._memory)
         self._revision = self._ffi.new("char[]", revision_here().encode("ascii"))
@@ -82,7 +97,13 @@ class HostBoard:
         given = self._sample
         given.force[0], given.force[1], given.position, given.load = sample
         drive = self._lib.fl_app_tick(self._app, given, now_us % 2**32, late)
-        return Drive(drive.duty, drive.amplitude / 2**28)
+        return Drive(drive.duty, drive.amplitude)
+
+    def last(self) -> np.ndarray:
+        """Return what the last tick had: measurement, set-point, u, saturated, amplitude (um), and the law's state."""
+        numbers = np.zeros(len(Measurement._fields) + 4 + trees.size(self.law.state))
+        self._lib.fl_host_last(self._app, self._ffi.from_buffer("double[]", numbers))
+        return numbers
 
     def took(self, duration_us: float) -> None:
         """Tell how long the last tick took."""
@@ -96,9 +117,6 @@ class HostBoard:
         """Return what it has to send, at most ``room`` bytes of it."""
         count = self._lib.fl_app_transmit(self._app, self._out, min(room, ROOM), now_us % 2**32)
         return bytes(self._ffi.buffer(self._out, count))
-
-
-TICK_US = 1_000_000 // TICK_HZ
 
 
 class Board(Protocol):
@@ -123,11 +141,13 @@ class Simulated:
     source = "simulated"
 
     def __init__(self, system: System) -> None:
-        self._board, self._now_us = HostBoard(firmware_words(system)), 0
+        controller = system.controller
+        self._board, self._now_us = HostBoard(firmware_words(system), law_of(controller), controller.rate_hz), 0
+        self._tick_us = 1_000_000 // tick_hz(controller.rate_hz)
 
     def tick(self, sample: Sample) -> float:
         """Run a tick; return the amplitude command in um."""
-        self._now_us += TICK_US
+        self._now_us += self._tick_us
         return self._board.tick(sample, self._now_us).amplitude_um
 
     def receive(self, data: bytes) -> None:
@@ -143,7 +163,7 @@ class Simulated:
 
 
 class Emulated:
-    """An emulated Teensy 3.1 with its converters on a bench; errors say so if the image is of other sources than these.
+    """An emulated Teensy 4.1 with its converters on a bench; errors say so if the image is of other sources than these.
 
     The plate has its largest amplitude at duty 1/2: the fundamental of the carrier goes with sin(pi duty).
     """
@@ -186,9 +206,9 @@ def _image_of(path: Path) -> Path:
 
 
 LISTEN_TICKS = 8
-"""The background of a simulated board takes and gives bytes every so many ticks (assumed: 1.6 ms)."""
-REMEMBERED = 60 * TICK_HZ
-"""Ticks of which the force on the finger is remembered until somebody asks: a minute, many times what a run leaves."""
+"""The background of a simulated board takes and gives bytes every so many ticks (assumed; 1.6 ms at 5 kHz)."""
+REMEMBERED = 300_000
+"""Ticks of which the force on the finger is remembered until somebody asks: many times what a run leaves."""
 ENDS = -(2**15), 2**15 - 1
 """Of a converter: 16 bit."""
 
@@ -202,7 +222,7 @@ class BenchPipe(Pipe):
     def __init__(self, board: Board, system: System, seed: int = 0) -> None:
         self.board, self.system, self.source = board, system, board.source
         self._bench, self._ticks, self._open = Stepper(system, seed), 0, False
-        self._converters = Converters(system)
+        self._converters, self._tick_hz = Converters(system), tick_hz(system.controller.rate_hz)
         self._felt: deque[float] = deque()
         self._felt_from = 0
         self.moves: deque[Movement] | None = None
@@ -217,7 +237,7 @@ class BenchPipe(Pipe):
     def read(self, timeout_s: float) -> bytes:
         """Let simulated time pass until the board says something, or for so long."""
         self._check()
-        until = self._ticks + max(round(timeout_s * TICK_HZ), 1)
+        until = self._ticks + max(round(timeout_s * self._tick_hz), 1)
         while True:
             if sent := self.board.transmit():
                 return sent
@@ -238,7 +258,7 @@ class BenchPipe(Pipe):
 
     def clock(self) -> float:
         """Return simulated time in s."""
-        return self._ticks / TICK_HZ
+        return self._ticks / self._tick_hz
 
     def felt(self, first_tick: int, count: int, every: int) -> np.ndarray:
         """Return the friction force on the finger in N at ticks of the board, which no sensor shows.

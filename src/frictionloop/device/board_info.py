@@ -269,11 +269,13 @@ def info(where: str | Device, system: System | None = None) -> DeviceInfo:
         ceiling_um = float(parameters["drive.ceiling_um"])
 
     from frictionloop.control.laws import LAWS
+    from frictionloop.control.lookup import LOOKUP_LAW
     from frictionloop.firmware.words import differing, fingerprint
 
     counts["longest_us"] = counts["longest_us"] or math.nan  # of a board without a counter
     others = tuple(Differing(*each) for each in differing(words, wanted)) if wanted is not None else ()
-    runs = {kind: tuple(each for each, law in LAWS.items() if law.kind == kind != each) for kind in found.laws}
+    has = dict.fromkeys((LOOKUP_LAW.kind, found.law))
+    runs = {kind: tuple(each for each, law in LAWS.items() if law.kind == kind != each) for kind in has}
     return DeviceInfo(
         board=found.board,
         serial=found.serial,
@@ -306,11 +308,11 @@ def _findings(others: tuple[Differing, ...], count: int, counts: Mapping[str, fl
 
 
 def _laws(device: Device) -> list[str]:
-    """Return the kind of controller that was set where that is known, else the kinds that its law's number is of."""
-    from frictionloop.control.laws import LAWS, NUMBERED
+    """Return the kind of controller that was set where that is known, else the kinds that its law is of."""
+    from frictionloop.control.laws import LAWS
+    from frictionloop.device.parameter_table import law_in_force
 
     if device.system is not None:
         return [device.system.controller.kind]
-    number = device.info.law
-    runs = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
+    runs = law_in_force(device.parameters, device.info)
     return [runs, *(kind for kind, law in LAWS.items() if law.kind == runs and kind != runs)]

@@ -16,8 +16,8 @@ import numpy as np
 from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import schema
 
-FORMATS = {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i"}
-"""Formats of whole numbers as `struct` and numpy write them; all little-endian."""
+FORMATS = {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i", "f64": "d"}
+"""Formats of numbers as `struct` and numpy write them; all little-endian."""
 LARGEST_BODY: int = schema()["protocol"]["largest_body"]
 
 

@@ -71,7 +71,7 @@ def configure(
     if short := own.keys() & {"kp", "ki"}:
         names, meant = ", ".join(sorted(short)), " and ".join(f"{LAW}{name}" for name in sorted(short))
         raise FrictionloopError(f"parameter: {names!r} is unknown; did you mean {meant}?", "UNKNOWN-NAME")
-    from frictionloop.firmware.parameter_words import firmware_words
+    from frictionloop.device.parameter_table import table_for
 
     found: list[Finding] = []
     with opened(where) as device:
@@ -87,7 +87,7 @@ def configure(
                 device.set(name, value)
             found = [Finding("NOT-CHECKED", value=device.address, remedy="--system FILE")]
         if described is not None:
-            device.parameters.write(firmware_words(described))
+            device.parameters.write(table_for(described, device.info))
         for name, value in own.items():
             device.set(name, value)
         device.commit()

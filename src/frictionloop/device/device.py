@@ -14,12 +14,13 @@ import xarray as xr
 
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Link, identified
-from frictionloop.device.parameter_table import Parameters, told_controller, tuned_words
+from frictionloop.device.parameter_table import Parameters, table_for, told_controller, tuned_words
 from frictionloop.device.recorded_run import (
     KEPT_AS,
     STATES,
     Interrupted,
     Running,
+    carried,
     check_decimation,
     check_folder,
     ending,
@@ -78,7 +79,7 @@ class Device(metaclass=Brief):
         except Exception:
             self._link.pipe.close()
             raise
-        self.parameters = Parameters(self._link, self.info.table_hash, self.info.laws)
+        self.parameters = Parameters(self._link, self.info)
         """The parameters in force, by name, in their units."""
         given = self._link.pipe.system
         self.system = given if given is not None and self.parameters.hold(firmware_words(given)) else None
@@ -112,9 +113,14 @@ class Device(metaclass=Brief):
         self._link.resume()
 
     @property
+    def sample_hz(self) -> float:
+        """Most samples a second, of all channels, that a line carries: of every tick, or of every few."""
+        return self.info.tick_hz / carried(1, self.info.tick_hz)
+
+    @property
     def controller(self) -> Any:
         """The controller in force; where no System is known, the gains that the device tells (PI)."""
-        return self.system.controller if self.system else told_controller(self.parameters, self.info.tick_hz)
+        return self.system.controller if self.system else told_controller(self.parameters, self.info)
 
     def set(self, name: str, value: Any) -> None:
         """Write a parameter, in its unit, into the copy that waits for `commit`.
@@ -127,8 +133,8 @@ class Device(metaclass=Brief):
             self._others_wait = True
             return
         tuned = {**self._tuned, name: value}
-        base = self.system or told_controller(self.parameters, self.info.tick_hz)
-        for word, words in tuned_words(base, tuned).items():
+        base = self.system or told_controller(self.parameters, self.info)
+        for word, words in tuned_words(base, tuned, self.info).items():
             self.parameters.put(word, words)
         self._tuned = tuned
 
@@ -147,7 +153,7 @@ class Device(metaclass=Brief):
     def uploading(self, system: System) -> Iterator[None]:
         """As `upload`, with a pause after each frame, for who listens to the device meanwhile."""
         self._tuned, self._others_wait = {}, False
-        yield from self.parameters.writing(firmware_words(system))
+        yield from self.parameters.writing(table_for(system, self.info))
         self.parameters.commit()
         self.system = system
 
@@ -189,9 +195,9 @@ class Device(metaclass=Brief):
         Returns what of an effect is sampled more coarsely than in the simulator. Raises
         `FrictionloopError` for more steps, triggers or values than a device has room for.
         """
-        played = upload_of(force_n, self.system, self.info.waveform)
+        played = upload_of(force_n, self.system, self.info.waveform, self.info.tick_hz)
         if played is None:
-            table(force_n, self.info.waveform, spacing_s, spacing_m, start_m, loop).send(self._link)
+            table(force_n, self.info.waveform, self.info.tick_hz, spacing_s, spacing_m, start_m, loop).send(self._link)
             return ()
         if spacing_s is not None or spacing_m is not None:
             raise must_be("spacing", spacing_s or spacing_m, "None for an effect")
@@ -248,7 +254,7 @@ class Device(metaclass=Brief):
         state : str
             ``"closed"``, or ``"open"`` for the lookup alone.
         decimation : int
-            Ticks per sample, 1 or more.
+            Ticks per sample, 1 or more; more than asked for where a line would not carry as many samples.
         progress, live : callable, optional
             Called with the number of samples so far; with the newest, channels by name and ``elapsed_s``.
 
@@ -266,15 +272,17 @@ class Device(metaclass=Brief):
         KeyboardInterrupt
             At Ctrl-C, SIGTERM or SIGHUP, with the file named as well.
         """
-        rows = rows_of(duration_s, decimation)
+        check_decimation(decimation)
+        decimation = carried(decimation, self.info.tick_hz)
+        rows = rows_of(duration_s, decimation, self.info.tick_hz)
         if state not in ("open", "closed"):
             raise must_be("state", state, "open or closed")
         check_folder(path)
-        effect = upload_of(setpoint, self.system, self.info.waveform)
+        effect = upload_of(setpoint, self.system, self.info.waveform, self.info.tick_hz)
         asked = effect.source if effect else checked(setpoint)
-        played = effect or table_of(asked, duration_s, self.info.waveform)
+        played = effect or table_of(asked, duration_s, self.info.waveform, self.info.tick_hz)
         played.send(self._link)
-        recorder = Recorder(rows, decimation, STATES[state])
+        recorder = Recorder(rows, decimation, STATES[state], self.info.tick_hz)
         running = Running(self._link, self._opening, recorder)
         device = {"board": self.info.board, "revision": self.info.revision, "serial": self.info.serial}
         attrs = {"setpoint_error_n": played.error_n, **device}

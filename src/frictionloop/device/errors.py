@@ -40,8 +40,8 @@ class Refused(DeviceError):
 
 FAULTS = named("faults")
 """Names by number."""
-READINGS = {name: (told["step"], told["unit"]) for name, told in schema()["fault_values"].items()}
-"""What a fault tells of its cause: the size of a step, and the unit."""
+READINGS: dict[str, str] = schema()["fault_values"]
+"""What a fault tells of its cause: the unit."""
 UNKNOWN = "DEVICE-LOST"
 """Of a fault that this version does not know."""
 
@@ -74,6 +74,5 @@ def reading_of(fault: Message) -> str:
     name = FAULTS.get(fault["fault"])
     if name not in READINGS:
         return ""
-    size, unit = READINGS[name]
-    value = size * fault["value"]
+    unit, value = READINGS[name], fault["value"]
     return f"{value:.0f} {unit}" if abs(value) >= 1000.0 else f"{value:.3g} {unit}"

@@ -1,4 +1,4 @@
-"""An image onto a Teensy by PJRC's loader, and what the cycles of its ticks go to."""
+"""An image onto a Teensy by PJRC's loader, and the instructions that its ticks take."""
 
 from __future__ import annotations
 
@@ -16,18 +16,17 @@ from frictionloop.firmware.image_files import check_teensy, read_hex
 from frictionloop.quantities import FrictionloopError, must_be
 
 
-def cycles(image: str | os.PathLike[str]) -> dict[str, dict[str, int]] | None:
-    """Return the cycles of a tick period by what they go to, for each assumption of the waits.
+def instructions(image: str | os.PathLike[str]) -> dict[str, int] | None:
+    """Return the instructions of a tick period by what they go to; None without the packages of the emulator.
 
-    None without the packages of the emulator. ``tick`` and ``interrupts`` are the most that was seen, ``background``
-    the mean, ``sum`` all three; ``effect`` is the tick with the longest effect, ``flood`` the background of a host
-    that never stops to ask, ``longest_interrupt`` what a tick may have to wait for.
+    ``tick`` is the most that a tick took, ``law`` what was the law's, ``effect`` a tick with the longest effect,
+    ``interrupts`` the port's while the line is full both ways, ``background`` the mean of what is done between ticks.
     """
-    if not (find_spec("unicorn") and find_spec("capstone")):
+    if not find_spec("unicorn"):
         return None
     from frictionloop.device.emulator import budget
 
-    return budget.traced(image).table()
+    return budget.traced(image)._asdict()
 
 
 LOADER = "teensy_loader_cli"
@@ -65,7 +64,7 @@ def flash(image: str | os.PathLike[str]) -> Flashed:
     loader = shutil.which(LOADER) or shutil.which(LOADER.replace("_", "-"))
     if loader is None:
         raise FrictionloopError(f"{LOADER}: not installed, {GET_IT}")
-    done = subprocess.run([loader, "--mcu=TEENSY31", "-w", "-v", str(path)], check=False, stdout=STDERR)
+    done = subprocess.run([loader, "--mcu=TEENSY41", "-w", "-v", str(path)], check=False, stdout=STDERR)
     if done.returncode:
         raise FrictionloopError(f"{LOADER}: exit code {done.returncode}; board plugged in? udev rule?", "NO-DEVICE")
     return Flashed(image=str(path), flash_bytes=sum(len(content) for _, content in parts))

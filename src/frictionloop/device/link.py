@@ -11,7 +11,6 @@ import numpy as np
 from frictionloop.device.codec import REPLIES, Decoder, Message, encode
 from frictionloop.device.errors import DeviceError, NoReply, Refused
 from frictionloop.device.transport import Pipe
-from frictionloop.firmware.built_in import law_names
 from frictionloop.quantities.schema import named, schema
 
 REPEAT_S = schema()["protocol"]["repeat_ms"] / 1000
@@ -188,16 +187,16 @@ class Info(NamedTuple):
     """Version of the firmware, and after ``+`` the checksum of its sources (`device.revision`)."""
     serial: int
     """Serial number of the board, 0 where it has none."""
-    law: int
-    """Number of the control law that is loaded."""
+    law: str
+    """Kind of the control law that the image has beside the lookup."""
+    law_hash: int
+    """CRC-32 of its C."""
     tick_hz: int
     version: str
     """Of the protocol."""
     table_hash: int
     waveform: int
     """Points of a set-point table at most."""
-    laws: tuple[str, ...]
-    """Kinds of the control laws that are built in."""
     reset: str
     """What its last reset came from."""
 
@@ -219,13 +218,17 @@ def identified(link: Link, address: str) -> Info:
         raise DeviceError(f"{address}: protocol {told['major']}.{told['minor']}, must be {major}.x", "NO-DEVICE")
     return Info(
         BOARDS.get(told["board"], f"board {told['board']}"),
-        told["revision"].rstrip(b"\0").decode("ascii", "replace"),
+        _text(told["revision"]),
         told["serial"],
-        told["law"],
+        _text(told["law"]),
+        told["law_hash"],
         told["tick_hz"],
         f"{told['major']}.{told['minor']}",
         told["table_hash"],
         told["waveform"],
-        law_names(told["laws"]),
         RESETS.get(told["reset"], f"reset {told['reset']}"),
     )
+
+
+def _text(padded: bytes) -> str:
+    return padded.rstrip(b"\0").decode("ascii", "replace")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +15,7 @@ import xarray as xr
 
 from frictionloop.device.board_info import opened
 from frictionloop.device.device import Device
+from frictionloop.device.recorded_run import carried
 from frictionloop.device.recording import away_from_turns
 from frictionloop.device.waveform import upload_of
 from frictionloop.findings import Finding, Result
@@ -100,8 +101,6 @@ class DevicePlay(DeviceRun):
     words: int
     table_error_n: float
     """Largest difference of its tables from the simulator's."""
-    rounding_n: float
-    """By how much at most words of 16 bit change the force."""
 
     def rows(self) -> list[Row]:
         """Return the run, and what the device was given."""
@@ -159,7 +158,7 @@ def run(
             decimation=decimation,
             progress=_steps(duration_s, decimation / device.info.tick_hz),
         )
-        return DeviceRun(**scored(taken, system, device.address, open_loop))
+        return DeviceRun(**scored(taken, system, device.address, open_loop, _thinned(decimation, device.info.tick_hz)))
 
 
 def play(
@@ -177,13 +176,13 @@ def play(
     """
     check_duration(duration_s, out)
     with opened(where, system) as device:
-        made = upload_of(system.setpoint, system, device.info.waveform)
+        made = upload_of(system.setpoint, system, device.info.waveform, device.info.tick_hz)
         if made is None:
             raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         _load(device, system)
         state, progress = "open" if open_loop else "closed", _steps(duration_s, 1.0 / device.info.tick_hz)
         taken = device.run(made.source, duration_s, path=out, state=state, progress=progress)
-        found = scored(taken, system, device.address, open_loop)
+        found = scored(taken, system, device.address, open_loop, _thinned(1, device.info.tick_hz))
     tables = made.tables
     return DevicePlay(
         **found | {"findings": (*found["findings"], *tables.findings)},
@@ -191,7 +190,6 @@ def play(
         steps=len(tables.program.code),
         words=len(tables.words),
         table_error_n=tables.error_n,
-        rounding_n=tables.rounding_n,
     )
 
 
@@ -203,7 +201,15 @@ def check_duration(duration_s: float, out: str | os.PathLike[str] | None) -> Non
         raise must_be("duration_s", float(duration_s), f"above 0, at most {longest_s:g}{more}", "s")
 
 
-def scored(taken: xr.Dataset, system: System, address: str, open_loop: bool) -> dict[str, Any]:
+def _thinned(decimation: int, tick_hz: int) -> list[Finding]:
+    """Return that a line carries fewer samples than were asked for."""
+    ticks = carried(decimation, tick_hz)
+    return [Finding("LINE-CARRIES", value=ticks, limit=decimation)] if ticks != decimation else []
+
+
+def scored(
+    taken: xr.Dataset, system: System, address: str, open_loop: bool, more: Sequence[Finding] = ()
+) -> dict[str, Any]:
     """Return the fields of `DeviceRun`."""
     recording = last(taken, SCORED_S)
     counts = counted(recording)
@@ -227,6 +233,7 @@ def scored(taken: xr.Dataset, system: System, address: str, open_loop: bool) -> 
     lost = f"lost, in {found['gaps']} gaps"
     told = [
         *board_findings(system),
+        *more,
         *([Finding("SAMPLES-LOST", value=found["lost_samples"], limit=found["samples"], more={"how": lost})]
           if found["lost_samples"] else []),
         *held,

@@ -3,73 +3,69 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from frictionloop.control.laws import NUMBERED
+from frictionloop.control.lookup import LOOKUP_LAW
+from frictionloop.control.pi import PI_LAW
 from frictionloop.device.errors import DeviceError, Refused
-from frictionloop.device.link import Link
-from frictionloop.firmware.built_in import KINDS
+from frictionloop.device.link import Info, Link
+from frictionloop.firmware.board_law import LOOKUP
 from frictionloop.firmware.compiled_core import controller_words
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.quantised import pi_gains
 from frictionloop.firmware.words import accepted, from_words, shown, to_words, word_at, word_of
 from frictionloop.parameters import Model, PiController, System, bench
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.schema import Word, parameter_words, schema, table_hash, word_count
 
 PROTOCOL = schema()["protocol"]
-LONGEST_RAMP = PROTOCOL["ramp_ms"] * PROTOCOL["tick_hz"] / 1000
-"""Ticks from the ceiling to 0 at most."""
-RELATIONS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "law.high_n": lambda value: f"above law.low_n = {value['law.low_n']:g} N",
-    "drive.largest_um": lambda value: "above 0 um",
-    "drive.ceiling_um": lambda value: (
+LONGEST_RAMP_S = PROTOCOL["ramp_ms"] / 1000
+"""From the ceiling to 0 at most."""
+RELATIONS: dict[str, Callable[[dict[str, Any], int], str]] = {
+    "law.high_n": lambda value, _: f"above law.low_n = {value['law.low_n']:g} N",
+    "drive.largest_um": lambda value, _: "above 0 um",
+    "drive.ceiling_um": lambda value, _: (
         f"at most drive.largest_um = {value['drive.largest_um']:g} um, at the image's share"
     ),
-    "drive.ramp_um": lambda value: (
-        f"at least {value['drive.ceiling_um'] / LONGEST_RAMP:.4g} um, ramp {PROTOCOL['ramp_ms']} ms"
+    "drive.ramp_um": lambda value, tick_hz: (
+        f"at least {value['drive.ceiling_um'] / (LONGEST_RAMP_S * tick_hz):.4g} um, ramp {PROTOCOL['ramp_ms']} ms"
     ),
-    "lookup.squares_um2": lambda value: "none above the one before",
+    "lookup.entries": lambda value, _: "0, or at least 2",
+    "lookup.squares_um2": lambda value, _: "none above the one before",
+    "safety.hum_ticks": lambda value, tick_hz: f"at most {tick_hz // 100}",
 }
 """What the firmware asks of a parameter beside its range (firmware/core/app_parameters.c, fl_check_table)."""
 
 
-def in_words(asked: str, refused: Refused, table: np.ndarray, laws: Sequence[str]) -> Refused:
+def in_words(asked: str, refused: Refused, table: np.ndarray, info: Info) -> Refused:
     """Return a refusal of `set` or `commit` that names the parameter, its value and what would be accepted.
-
-    `laws` are those that the device has.
 
     A refusal that has no ``index``, that of the word that is wrong in the table, is returned as it is.
     """
     if refused.index is None or refused.index >= len(table) or refused.reason != "out_of_range":
         return refused
     word = word_at(refused.index)
-    values = np.atleast_1d(from_words(word, table[word.first : word.first + word.words]))
-    entry = (refused.index - word.first) * word.count // word.words
-    number, name = float(values[entry]), f"{word.name}[{entry}]" if word.count > 1 else word.name
+    entry = refused.index - word.first
+    number, name = float(table[refused.index]), f"{word.name}[{entry}]" if word.count > 1 else word.name
     said = f"{asked}: refused, {name} = {shown(word, number)}"
-    must = _law(number, laws) if word.name == "law.number" else _limit(word, number, table)
+    must = _law(info) if word.name == "law.hash" else _limit(word, number, table, info.tick_hz)
     return Refused(f"{said}: must be {must}", refused.reason, refused.index)
 
 
-def _law(number: float, laws: Sequence[str]) -> str:
-    """Return which laws the device has, and how it gets another that the firmware has."""
-    has = ", ".join(f"{1 + KINDS.index(kind)} {kind}" for kind in laws)
-    other = KINDS[int(number) - 1] if 0 < number <= len(KINDS) else None
-    return f"one of {has}" + (f"; firmware build --laws {other}" if other else "")
+def _law(info: Info) -> str:
+    """Return which laws the device has."""
+    return f"{info.law_hash} ({info.law}) or {LOOKUP} (lookup); firmware build FILE has another"
 
 
-def _limit(word: Word, number: float, table: np.ndarray) -> str:
+def _limit(word: Word, number: float, table: np.ndarray, tick_hz: int) -> str:
     """Return what is accepted: the range where that is broken, else how it goes with the others."""
-    inside = (word.low is None or word.low <= number) and (word.high is None or number <= word.high)
-    if not inside or word.name not in RELATIONS:
+    if not word.low <= number <= word.high or word.name not in RELATIONS:
         return accepted(word)
     words = parameter_words().values()
-    values = {other.name: from_words(other, table[other.first : other.first + other.words]) for other in words}
-    return RELATIONS[word.name](values)
+    values = {other.name: from_words(other, table[other.first : other.first + other.count]) for other in words}
+    return RELATIONS[word.name](values, tick_hz)
 
 
 WORDS_A_FRAME = schema()["protocol"]["words_a_frame"]
@@ -78,15 +74,15 @@ WORDS_A_FRAME = schema()["protocol"]["words_a_frame"]
 class Parameters(Mapping[str, Any]):
     """The parameters in force by name, in their units; `set` and `commit` change them."""
 
-    def __init__(self, link: Link, hash_of_device: int, laws: Sequence[str]) -> None:
-        self._link, self._hash, self._laws = link, hash_of_device, laws
+    def __init__(self, link: Link, info: Info) -> None:
+        self._link, self._info = link, info
         self._waiting: np.ndarray | None = None
         """What the device's waiting copy holds as far as we wrote it, and else what is in force."""
 
     def __getitem__(self, name: str) -> float | np.ndarray:
         """Return the value in force, read from the device."""
         word = word_of(name)
-        return from_words(word, self._read(word.first, word.words))
+        return from_words(word, self._read(word.first, word.count))
 
     def __iter__(self) -> Iterator[str]:
         """Return the names."""
@@ -124,7 +120,7 @@ class Parameters(Mapping[str, Any]):
         self._write(first, words)
 
     def words(self) -> np.ndarray:
-        """Return all words in force, int32, read from the device."""
+        """Return all words in force, read from the device."""
         return self._read(0, word_count())
 
     def hold(self, table: np.ndarray) -> bool:
@@ -140,7 +136,7 @@ class Parameters(Mapping[str, Any]):
         """As `write`, with a pause after each frame, for who has to listen to the device meanwhile."""
         if table.shape != (word_count(),):
             raise must_be("table", table.size, str(word_count()), "words")
-        self._waiting = table.astype(np.int32)
+        self._waiting = table.astype(float)
         for at in range(0, len(table), WORDS_A_FRAME):
             self._write(at, table[at : at + WORDS_A_FRAME])
             yield
@@ -148,7 +144,7 @@ class Parameters(Mapping[str, Any]):
     def commit(self) -> None:
         """Put what waits in force; the device checks it as a whole before."""
         waiting = self._mirror()
-        check = zlib.crc32(waiting.astype("<i4").tobytes())
+        check = zlib.crc32(waiting.astype("<f8").tobytes())
         try:
             try:
                 self._link.ask("commit", crc=check)
@@ -159,7 +155,7 @@ class Parameters(Mapping[str, Any]):
                 self._write(0, waiting)
                 self._link.ask("commit", crc=check)
         except Refused as refused:
-            raise in_words("commit", refused, waiting, self._laws) from None
+            raise in_words("commit", refused, waiting, self._info) from None
         finally:
             self._waiting = None
 
@@ -174,7 +170,7 @@ class Parameters(Mapping[str, Any]):
             self._link.ask("get", first=at, count=min(WORDS_A_FRAME, first + count - at))["values"]
             for at in range(first, first + count, WORDS_A_FRAME)
         ]
-        return np.concatenate(parts).astype(np.int32)
+        return np.concatenate(parts).astype(float)
 
     def _write(self, first: int, words: np.ndarray) -> None:
         self._same_table()
@@ -182,42 +178,51 @@ class Parameters(Mapping[str, Any]):
             try:
                 self._link.ask("set", first=first + at, values=words[at : at + WORDS_A_FRAME])
             except Refused as refused:
-                raise in_words("set", refused, self._mirror(), self._laws) from None
+                raise in_words("set", refused, self._mirror(), self._info) from None
 
     def _same_table(self) -> None:
-        if self._hash != table_hash():
-            raise DeviceError(f"layout {self._hash:08x}: must be {table_hash():08x}; flash this version", "NO-DEVICE")
+        if (told := self._info.table_hash) != table_hash():
+            raise DeviceError(f"layout {told:08x}: must be {table_hash():08x}; flash this version", "NO-DEVICE")
 
 
 TOLD = "controller.kp", "controller.ki"
 """Names that a device tells where nobody knows its System."""
-DIGITS = 8
-"""Of a gain that is read back: the device holds 30 bits."""
 ELSE = "give the system, or upload() it"
 
 
-def told_controller(parameters: Parameters, rate_hz: float) -> PiController:
+def table_for(system: System, info: Info) -> np.ndarray:
+    """Return the parameter table of a System for a device, whose ticks are those of its image."""
+    if system.controller.rate_hz != info.tick_hz:
+        raise must_be(
+            "controller.rate_hz", system.controller.rate_hz, f"{info.tick_hz} on this board", "Hz", "BOARD-RATE"
+        )
+    return firmware_words(system)
+
+
+def law_in_force(parameters: Parameters, info: Info) -> str:
+    """Return the kind of the law that a parameter table runs."""
+    return LOOKUP_LAW.kind if parameters["law.hash"] == LOOKUP else info.law
+
+
+def told_controller(parameters: Parameters, info: Info) -> PiController:
     """Return the PI controller that a parameter table holds."""
-    number = int(parameters["law.number"])
-    law = NUMBERED[number - 1].kind if 0 < number <= len(NUMBERED) else "none"
-    if law != "pi":
+    law = law_in_force(parameters, info)
+    if law != PI_LAW.kind:
         raise must_be("law", law, f"pi; {ELSE}")
-    kp, ki_dt = np.asarray(parameters["law.gains"])[:2]
-    kp, ki = (float(f"{gain:.{DIGITS}g}") for gain in (kp, ki_dt * rate_hz))
-    return PiController(kp=kp, ki=ki, rate_hz=rate_hz, model=Model(nominal_n=parameters["law.high_n"]))
+    kp, ki = map(float, np.asarray(parameters["law.gains"])[:2])
+    return PiController(kp=kp, ki=ki, rate_hz=info.tick_hz, model=Model(nominal_n=parameters["law.high_n"]))
 
 
-def tuned_words(base: System | PiController, values: dict[str, Any]) -> dict[str, np.ndarray]:
+def tuned_words(base: System | PiController, values: dict[str, Any], info: Info) -> dict[str, np.ndarray]:
     """Return the words by name of a controller with other values, of a System or as a device tells it."""
     if isinstance(base, System):
         tuned = base.evolve(values)
-        firmware_words(tuned)  # also refuses what of the controller is not the firmware's, such as a rate
+        table_for(tuned, info)  # also refuses what is not the board's, such as a rate
         return controller_words(tuned)
     for name in values:
         if name not in TOLD:
             raise FrictionloopError(f"{name}: accepted {', '.join(TOLD)}; {ELSE}", "NOT-CHECKED")
     controller: Any = bench().model_copy(update={"controller": base}).evolve(values).controller
-    words = np.zeros(word_of("law.gains").words, np.int32)
-    own = np.ravel(pi_gains(controller))
-    words[: own.size] = own
+    words = np.zeros(word_of("law.gains").count)
+    words[:2] = controller.kp, controller.ki
     return {"law.gains": words}

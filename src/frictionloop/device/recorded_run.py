@@ -19,7 +19,7 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.device.codec import Message
+from frictionloop.device.codec import HEADER, LAYOUTS, Message
 from frictionloop.device.errors import (
     DeviceError,
     NoReply,
@@ -31,8 +31,9 @@ from frictionloop.device.errors import (
     reading_of,
 )
 from frictionloop.device.link import RESETS, Link
-from frictionloop.device.recording import ALL, TICK_HZ, Recorder
+from frictionloop.device.recording import ALL, CHANNELS, Recorder
 from frictionloop.device.transport import Pipe
+from frictionloop.loop.growing_file import is_taken
 from frictionloop.quantities import FrictionloopError, must_be, why_unwritable
 from frictionloop.quantities.schema import named, schema
 
@@ -52,12 +53,25 @@ def check_decimation(decimation: Any) -> None:
         raise must_be("decimation", decimation, "whole, 1 to 65535")
 
 
-def rows_of(duration_s: Any, decimation: Any) -> int:
+SHARE = 0.9
+"""Of what a line carries for telemetry; the rest is for answers (assumed)."""
+
+
+def carried(decimation: int, tick_hz: int) -> int:
+    """Return the ticks per sample of a run: so many, or as many more as a line needs to carry every channel."""
+    protocol, telemetry = schema()["protocol"], LAYOUTS["telemetry"]
+    together = protocol["samples_a_frame"]
+    frame = HEADER.size + telemetry.body.size + together * 2 * len(CHANNELS) + 5  # CRC, COBS, zero byte
+    most_hz = SHARE * protocol["baud"] / 10.0 / frame * together
+    return max(int(decimation), math.ceil(tick_hz / most_hz))
+
+
+def rows_of(duration_s: Any, decimation: Any, tick_hz: int) -> int:
     """Return the samples of a run: its duration over theirs, rounded up."""
     check_decimation(decimation)
     if number("duration_s", duration_s, ABOVE) <= 0:
         raise must_be("duration_s", duration_s, ABOVE)
-    rows = duration_s * TICK_HZ / decimation
+    rows = duration_s * tick_hz / decimation
     return max(math.ceil(rows * (1 - 1e-9)), 1)  # 0.3 s are 1500 ticks, whatever the last bit of 0.3 says
 
 
@@ -86,12 +100,13 @@ class Ending:
 
 @contextmanager
 def ending() -> Iterator[Ending]:
-    """Take Ctrl-C, SIGTERM and SIGHUP alike, and put back what took them before; only a main thread can."""
+    """Take Ctrl-C, SIGTERM and SIGHUP alike, those that nohup or a shell had ignored not; only a main thread can."""
     taken = Ending()
     if threading.current_thread() is not threading.main_thread():
         yield taken
         return
-    before = {number: signal.signal(number, taken) for number in ENDING}
+    heeded = [number for number in ENDING if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, taken) for number in heeded}
     try:
         yield taken
     finally:
@@ -154,7 +169,7 @@ class Running:
         live: Callable[[dict[str, float]], Any] | None = None,
     ) -> None:
         """Record until the last row, and have rows kept; raises DeviceError when the device leaves the state."""
-        longest_s = self.recorder.rows * self.recorder.decimation / TICK_HZ + SILENT_S
+        longest_s = self.recorder.rows * self.recorder.decimation / self.recorder.tick_hz + SILENT_S
         while not self.recorder.is_full and self.link.pipe.clock() - self._since < longest_s:
             for message in self._messages():
                 self._hear(message)
@@ -220,10 +235,12 @@ class Running:
 
 
 def check_folder(path: str | os.PathLike[str] | None) -> None:
-    """Refuse a file that could not be written after a run, before it."""
+    """Refuse a file that could not be written after a run, or that is there: what is recorded does not come again."""
     folder = Path.cwd() if path is None else Path(path).absolute().parent
     if why := why_unwritable(folder) if folder.is_dir() else f"no folder {folder}":
         raise FrictionloopError(f"{path or folder}: cannot be written ({why})")
+    if path is not None and is_taken(Path(path)):
+        raise FrictionloopError(f"{path}: exists; name a new file")
 
 
 def free_path() -> Path:

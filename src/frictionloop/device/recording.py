@@ -81,7 +81,6 @@ SCALES = np.array([float(channel["scale"]) for channel in schema()["channel"]])
 ALL = (1 << len(CHANNELS)) - 1
 """Mask of all channels."""
 FLAGS = CHANNELS.index("flags")
-TICK_HZ: int = schema()["protocol"]["tick_hz"]
 SLACK_US = 2_000_000
 """Frames wait for the line at most so long on the device (assumed; its ring holds some ms)."""
 
@@ -96,8 +95,8 @@ class Recorder:
     until somebody takes them.
     """
 
-    def __init__(self, rows: int, decimation: int, state: int) -> None:
-        self.rows, self.decimation, self.state = rows, decimation, state
+    def __init__(self, rows: int, decimation: int, state: int, tick_hz: int) -> None:
+        self.rows, self.decimation, self.state, self.tick_hz = rows, decimation, state, tick_hz
         self.since: int | None = None
         self.taken = 0
         """Rows that were taken."""
@@ -167,7 +166,7 @@ class Recorder:
         ticks = (message["tick"] - self._last[0]) % 2**32
         if not 0 < ticks < 2**31 or ticks % self.decimation:
             return False
-        late_us = (message.stamp - self._last[1] - ticks * (1_000_000 // TICK_HZ) + 2**31) % 2**32 - 2**31
+        late_us = (message.stamp - self._last[1] - ticks * (1_000_000 // self.tick_hz) + 2**31) % 2**32 - 2**31
         return abs(late_us) <= SLACK_US
 
     def _begin(self, tick: int, samples: np.ndarray) -> np.ndarray:
@@ -188,7 +187,7 @@ class Recorder:
             here = slice(begin - self.taken, last - self.taken)
             self._raw[here], self._there[here] = samples[begin - first : last - first], True
             told = zip(CHANNELS, (samples[last - first - 1] * SCALES).tolist(), strict=True)
-            self.newest = {"elapsed_s": last * self.decimation / TICK_HZ, **dict(told)}
+            self.newest = {"elapsed_s": last * self.decimation / self.tick_hz, **dict(told)}
         self.reached = max(self.reached, last)
 
 
@@ -219,13 +218,13 @@ class Recording:
         self._recorder, self._link, self._system = recorder, link, system
         self._lost = self._gaps = 0
         self._ends_there = True
-        self._every = max(round(SPOOL_S * TICK_HZ / recorder.decimation), 1)
+        self._every = max(round(SPOOL_S * recorder.tick_hz / recorder.decimation), 1)
         # A bench that is simulated knows the force on the finger; a device's line knows none.
         self._felt = link.pipe.felt(0, 0, 1) is not None
         names = [name for name in CHANNELS if CHANNELS.index(name) != FLAGS] + ["f_a"] * self._felt
         columns = {name: _column(name, "f8") for name in names} | {name: _column(name, "bool") for name in BOOLS}
         kept = provenance(system, source=link.pipe.source) if system else _without_system(link.pipe.source)
-        self.spool = Spool(path, columns, recorder.decimation / TICK_HZ, kept | attrs, COUNTS)
+        self.spool = Spool(path, columns, recorder.decimation / recorder.tick_hz, kept | attrs, COUNTS)
 
     @property
     def recorded(self) -> int:

@@ -52,7 +52,7 @@ class Pipe(Protocol):
 
 
 BAUD = 2_000_000
-"""Of the Teensy's UART0: 72 MHz / 16 / 2.25, exactly."""
+"""Of the board: 24 MHz / 12, exactly."""
 _BULK = 65536
 _GONE_AFTER_S = 1.0  # a write that does not get through for so long has no one at the other end (assumed)
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from frictionloop.device.link import Link
 from frictionloop.device.recorded_run import number
-from frictionloop.device.recording import TICK_HZ
 from frictionloop.firmware.effect_tables import EffectTables, effect_tables
 from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
 from frictionloop.physics.sources import evaluate, sampler
@@ -59,7 +58,7 @@ def _frames(link: Link, points: np.ndarray, source: str, loops: int, step: int, 
 
 
 def table(
-    force_n: Any, most: int, spacing_s: float | None, spacing_m: float | None, start_m: float, loops: bool
+    force_n: Any, most: int, tick_hz: int, spacing_s: float | None, spacing_m: float | None, start_m: float, loops: bool
 ) -> Table:
     """Return the table of forces at even times or places.
 
@@ -69,6 +68,8 @@ def table(
         Forces in N, 1 to `most` of them, within -3.2768 to 3.2767.
     most : int
         Points the device takes.
+    tick_hz : int
+        Its ticks.
     spacing_s, spacing_m : float, optional
         Time in s or way in m from one to the next; one of the two.
     start_m : float
@@ -89,7 +90,7 @@ def table(
         raise must_be("start_m", start_m, f"{-FURTHEST_M:g} to {FURTHEST_M:g}", "m")
     if (spacing_s is None) == (spacing_m is None):
         raise must_be("spacing_s, spacing_m", (spacing_s, spacing_m), "one of them")
-    spacing, per = (spacing_s, TICK_HZ) if spacing_s is not None else (spacing_m, 1e6)
+    spacing, per = (spacing_s, tick_hz) if spacing_s is not None else (spacing_m, 1e6)
     name = "spacing_s" if spacing_s is not None else "spacing_m"
     step = PHASE / (spacing * per) if spacing is not None and spacing > 0 else 0.0
     if not 1 <= step < 2**32:
@@ -114,15 +115,15 @@ def checked(setpoint: Any) -> Signal | np.ndarray:
     return force
 
 
-def table_of(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Table:
+def table_of(setpoint: Signal | np.ndarray, duration_s: float, most: int, tick_hz: int) -> Table:
     """Return the table of a set-point for a run: a source, or forces at every tick."""
     if isinstance(setpoint, Constant):
-        return table([setpoint.offset_n], most, 1 / TICK_HZ, None, 0.0, False)
+        return table([setpoint.offset_n], most, tick_hz, 1 / tick_hz, None, 0.0, False)
     if isinstance(setpoint, Sine):
         phase = np.arange(most) / most
         force = setpoint.offset_n + setpoint.amplitude_n * np.sin(2 * np.pi * phase)
-        return table(force, most, 1 / (setpoint.frequency_hz * most), None, 0.0, True)
-    return _sampled(setpoint, duration_s, most)
+        return table(force, most, tick_hz, 1 / (setpoint.frequency_hz * most), None, 0.0, True)
+    return _sampled(setpoint, duration_s, most, tick_hz)
 
 
 def with_setpoint(system: System | None, setpoint: Signal | np.ndarray) -> System | None:
@@ -132,12 +133,13 @@ def with_setpoint(system: System | None, setpoint: Signal | np.ndarray) -> Syste
     return system.model_copy(update={"setpoint": setpoint})
 
 
-def _sampled(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Table:
+def _sampled(setpoint: Signal | np.ndarray, duration_s: float, most: int, tick_hz: int) -> Table:
     """Return the table of what does not repeat: at every tick if they are few enough, else spread over the run."""
-    ticks = max(round(duration_s * TICK_HZ), 1)
-    wanted = _at_ticks(setpoint, duration_s, ticks)
+    ticks = max(round(duration_s * tick_hz), 1)
+    wanted = _at_ticks(setpoint, duration_s, ticks, tick_hz)
     places = np.linspace(0.0, ticks, min(most, ticks + 1))
-    found = table(np.interp(places, np.arange(ticks + 1), wanted), most, places[1] / TICK_HZ, None, 0.0, False)
+    forces = np.interp(places, np.arange(ticks + 1), wanted)
+    found = table(forces, most, tick_hz, places[1] / tick_hz, None, 0.0, False)
     played = np.interp(np.arange(ticks + 1), places, found.points * N_PER_POINT)
     error = float(np.sqrt(np.mean((played - wanted) ** 2)))
     if error > LARGEST_ERROR_N:
@@ -146,7 +148,7 @@ def _sampled(setpoint: Signal | np.ndarray, duration_s: float, most: int) -> Tab
     return found._replace(error_n=error)
 
 
-def _at_ticks(setpoint: Signal | np.ndarray, duration_s: float, ticks: int) -> np.ndarray:
+def _at_ticks(setpoint: Signal | np.ndarray, duration_s: float, ticks: int, tick_hz: int) -> np.ndarray:
     """Return the forces at the ticks 0 to `ticks` of a run."""
     if isinstance(setpoint, np.ndarray):
         if setpoint.size < ticks:
@@ -154,10 +156,10 @@ def _at_ticks(setpoint: Signal | np.ndarray, duration_s: float, ticks: int) -> n
         return np.append(setpoint[:ticks], setpoint[ticks] if setpoint.size > ticks else setpoint[-1])
     if duration_s > setpoint.longest_s:
         raise must_be("duration_s", float(duration_s), f"at most {setpoint.longest_s:g}, as the set-point", "s")
-    if (take := sampler(setpoint, TICK_HZ, 0, 0)) is not None:
+    if (take := sampler(setpoint, tick_hz, 0, 0)) is not None:
         return take(0, ticks)
     assert isinstance(setpoint, Constant | Sine | LogSweep)  # what has no sampler
-    return evaluate(setpoint, np.arange(ticks + 1) / TICK_HZ)
+    return evaluate(setpoint, np.arange(ticks + 1) / tick_hz)
 
 
 def _points(force_n: Any, most: int) -> np.ndarray:
@@ -203,14 +205,14 @@ class EffectUpload(NamedTuple):
         return _frames(link, self.tables.words, "effect", 0, 0, 0)
 
 
-def upload_of(effect: Any, system: System | None, most: int) -> EffectUpload | None:
+def upload_of(effect: Any, system: System | None, most: int, tick_hz: int) -> EffectUpload | None:
     """Return an effect or an `EffectSource` for a device of so many words; None for anything else."""
     if isinstance(effect, Effect):
         effect = EffectSource(effect=effect)
     if not isinstance(effect, EffectSource):
         return None
     length_mm = system.touch.load.length_mm if system else PLATE_MM
-    return EffectUpload(effect, effect_tables(effect, length_mm, most))
+    return EffectUpload(effect, effect_tables(effect, length_mm, tick_hz, most))
 
 
 def trigger_effect(link: Link, number: Any) -> None:

@@ -22,8 +22,6 @@ from frictionloop.parameters import System
 
 DRIFT = 2e-4
 """Most by which two clocks run apart, s/s (assumed: crystals of 100 ppm each)."""
-STEP_S = 2e-4
-"""Step of the device's clock: one tick."""
 KEPT = 256
 """Readings that are kept (assumed)."""
 SPAN_S = 5.0
@@ -37,7 +35,7 @@ class ClockMap:
     deviation of a mapped time is the root of the sum of the squares of
 
         trip/sqrt(12)   the device read its clock at any time of the shortest round trip
-        step/sqrt(12)   its clock counts ticks of 0.2 ms
+        step/sqrt(12)   its clock counts ticks
         rms             residuals of the line
         drift           2e-4 times the time to the nearest reading over sqrt(3), while the rate is taken as 1
 
@@ -45,7 +43,8 @@ class ClockMap:
     a device that began anew. The line then starts afresh behind it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, step_s: float) -> None:
+        self._step_s = step_s
         self._readings: deque[tuple[float, float, float]] = deque(maxlen=KEPT)
 
     def add(self, device_s: float, host_s: float, trip_s: float) -> float:
@@ -54,7 +53,7 @@ class ClockMap:
         if self._readings:
             before = self._readings[-1]
             apart = (device_s - before[0]) - (host_s - before[1])
-            if abs(apart) > 0.5 * (trip_s + before[2]) + STEP_S + DRIFT * abs(host_s - before[1]):
+            if abs(apart) > 0.5 * (trip_s + before[2]) + self._step_s + DRIFT * abs(host_s - before[1]):
                 jumped_s = apart
                 self._readings.clear()
         self._readings.append((device_s, host_s, trip_s))
@@ -72,7 +71,7 @@ class ClockMap:
             rate, drift_s = float(np.polyfit(x, y - y[0], 1)[0]), 0.0
         offset = float(np.mean(y - rate * x))
         rms = float(np.sqrt(np.mean((y - offset - rate * x) ** 2)))
-        sd = math.sqrt((float(trip.min()) ** 2 + STEP_S**2) / 12.0 + rms**2 + drift_s**2)
+        sd = math.sqrt((float(trip.min()) ** 2 + self._step_s**2) / 12.0 + rms**2 + drift_s**2)
         return offset + rate * (host_s - float(host[0])), sd
 
 
@@ -95,7 +94,7 @@ class DeviceEngine:
         self._device: Device = connect(address, system)
         self._base, self._keep = system, keep or Path()
         self._loaded: object = None
-        self._clock = ClockMap()
+        self._clock = ClockMap(1.0 / self._device.info.tick_hz)
 
     def present(self, strokes: Sequence[Stroke], timeline: Timeline, shown: Respondent) -> list[Presented]:
         """Play the strokes of a trial."""

@@ -34,8 +34,13 @@ CATALOGUE = _read()
 """Entries by code, such as RING-MOIST."""
 
 
-def entry(code: str) -> Entry:
+def explain(code: str) -> Entry:
     """Return what the catalogue says of a code.
+
+    Parameters
+    ----------
+    code
+        Of a finding or an error, such as RING-MOIST.
 
     Raises
     ------

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from frictionloop.findings.catalogue import SEVERITIES, Severity, entry
+from frictionloop.findings.catalogue import SEVERITIES, Severity, explain
 from frictionloop.findings.shown import Template, shown
 
 Some = float | tuple[float, ...] | None
@@ -78,13 +78,13 @@ class Finding:
     """Further numbers of the template, by name."""
 
     def __post_init__(self) -> None:
-        known = entry(self.code)
+        known = explain(self.code)
         object.__setattr__(self, "severity", self.severity or known.severity)
 
     def __str__(self) -> str:
         """Return it in one line."""
         given = {"value": self.value, "unit": self.unit, "limit": self.limit, "where": self.where, **self.more}
-        said = Template().format(entry(self.code).template, remedy=shown(self.remedy), **given)
+        said = Template().format(explain(self.code).template, remedy=shown(self.remedy), **given)
         return " ".join(said.split()).rstrip(":;, ")
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from frictionloop.findings.catalogue import entry
+from frictionloop.findings.catalogue import explain
 from frictionloop.findings.shown import shown
 
 if TYPE_CHECKING:
@@ -97,8 +97,8 @@ def fragment(result: Result) -> str:
 def findings_html(found: Sequence[Finding]) -> str:
     """Return findings as a table in HTML, the explanation behind each."""
     told = "".join(
-        f'<tr title="{escape(entry(each.code).explanation)}"><td>{each.severity}</td><td><code>{each.code}</code></td>'
-        f"<td>{escape(str(each))}</td></tr>"
+        f'<tr title="{escape(explain(each.code).explanation)}"><td>{each.severity}</td>'
+        f"<td><code>{each.code}</code></td><td>{escape(str(each))}</td></tr>"
         for each in found
     )
     return f"<table>{told}</table>"

@@ -127,7 +127,7 @@ def plain(value: Any) -> Any:  # noqa: PLR0911
         return plain(value._asdict())
     if is_dataclass(value) and not isinstance(value, type):
         return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
-    if isinstance(value, (list, tuple, set, frozenset)):
+    if isinstance(value, (Sequence, set, frozenset)) and not isinstance(value, (str, bytes)):
         return [plain(each) for each in value]
     if hasattr(value, "tolist"):  # NumPy
         return plain(value.tolist())

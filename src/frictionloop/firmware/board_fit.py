@@ -8,17 +8,19 @@ from collections.abc import Iterator
 from frictionloop.analysis.operating import force_band, law_at
 from frictionloop.findings import Condition, Finding
 from frictionloop.firmware.effect_tables import STORE
-from frictionloop.parameters import ResonantPlate, Steps, Strokes, System
+from frictionloop.parameters import ResonantPlate, Steps, Strokes, SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.schema import schema
 
-BUS_HZ = 36e6
+BUS_HZ = 132e6
 """Clock of the carrier's timer."""
-USUAL_TICKS = 783
+USUAL_TICKS = 2870
 """Period of the carrier in an image for no certain plate: 46 kHz, as the paper's."""
 MOST_TICKS = 32766
 """Longest period whose product with a duty the board has room for."""
+CHIP_BITS = 12
+"""Of the converters of a Teensy 4.1."""
 COUNTS, ROOM = 2**15 - 1, 1.1
 """Largest reading of a converter, and what a stroke leaves of it free (chosen)."""
 SCALE = "board.position_m_per_count"
@@ -63,12 +65,20 @@ def board_findings(system: System) -> Iterator[Finding]:
 
 def gain_findings(system: System) -> Iterator[Finding]:
     """Yield of these what takes other gains, or another amplitude."""
-    plate, rate_hz = system.plate, _tick_hz()
-    if system.controller.rate_hz != rate_hz:
-        remedy = {"controller.rate_hz": rate_hz}
-        yield Finding("BOARD-RATE", value=system.controller.rate_hz, unit="Hz", limit=rate_hz, remedy=remedy)
+    plate, wanted = system.plate, system.controller.rate_hz
+    nearest = float(min(schema()["rates"]["hz"], key=lambda rate: abs(rate - wanted)))
+    if wanted != nearest:
+        yield Finding("BOARD-RATE", value=wanted, unit="Hz", limit=nearest, remedy={"controller.rate_hz": nearest})
     if isinstance(plate, ResonantPlate):
         yield from _off_the_carrier(system, plate)
+
+
+def converter_findings(system: System) -> Iterator[Finding]:
+    """Yield that the converters on the chip are coarser than the file's."""
+    sensor = system.sensor
+    if isinstance(sensor, SuspendedSensor) and sensor.adc_bits > CHIP_BITS:
+        remedy = {"sensor.adc_bits": CHIP_BITS}
+        yield Finding("BOARD-BITS", value=sensor.adc_bits, limit=CHIP_BITS, remedy=remedy)
 
 
 def ceiling_findings(system: System) -> Iterator[Finding]:
@@ -94,14 +104,10 @@ def scale_for(stroke_mm: float, system: System) -> dict[str, float]:
     return {SCALE: math.copysign(half_m / COUNTS * ROOM, m_per_count)} if beyond else {}
 
 
-def _tick_hz() -> float:
-    return float(schema()["protocol"]["tick_hz"])
-
-
 def _steps(system: System) -> Iterator[Finding]:
     """Yield that a table of points with straight lines between them has no steps."""
     if isinstance(system.setpoint, Steps) and len(system.setpoint.levels_n) > 1:
-        yield Finding("BOARD-STEPS", value=STORE / _tick_hz(), unit="s", limit=STORE)
+        yield Finding("BOARD-STEPS", value=STORE / system.controller.rate_hz, unit="s", limit=STORE)
 
 
 def _beyond_position(system: System) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""An effect as a device plays it: steps of fixed point and tables of 16 bit, in one store of words, and as a file.
+"""An effect as a device plays it: steps, and tables of 16 bit, in one store of words, and as a file.
 
 The steps are those of `rendering.program`. What a device has no room for is sampled more coarsely.
 """
@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.findings import Finding
-from frictionloop.firmware.quantised import to_gain, to_q28
 from frictionloop.quantities import must_be, replacing
 from frictionloop.quantities.schema import named, schema
 from frictionloop.rendering.effect import Effect
@@ -101,84 +100,15 @@ def shared(needs: Sequence[int], room: int) -> list[int]:
     return given
 
 
-FARTHEST_M = 0.5
-"""Distance from place to place that the firmware can tell."""
-LARGEST_N, FASTEST_M_S = 8.0, 1.0
-"""Force that a word holds; speed with which forces of speed must fit it (assumed)."""
 FULL = 32767
-BIT_N = 2.0**-27
-"""Two steps of a force in the firmware."""
-
-
-class _Force(NamedTuple):
-    """What a step leaves on the stack."""
-
-    largest_n: float
-    error_n: float
-    """By how much the words may be off, N."""
-
-
-def rounded_by_n(program: Program) -> float:
-    """Return by how much the rounding to words may change the force, N, a place being 0.5 nm off at most.
-
-    A value is rounded to 2^-15 of the largest of its table, and a share between two values to 2^-16. A product carries
-    the error of each factor times the other.
-
-    Raises
-    ------
-    FrictionloopError
-        For what the firmware's words do not hold: a force of 8 N, a place half a metre from the others.
-    """
-    stack: list[_Force] = []
-    for do, *numbers in program.code:
-        if do <= Do.WAVE:
-            stack.append(_of_table(program, *map(int, numbers[:2]), repeats=bool(numbers[5 if do == Do.TABLE else 3])))
-        elif do in (Do.DIRECTION, Do.TRIGGER):
-            stack.append(_Force(1.0, 0.0))
-        elif do == Do.SPEED:
-            stack.append(_Force(abs(1e3 * numbers[0]) * FASTEST_M_S, BIT_N))
-        elif do == Do.SCALED:
-            stack.append(_Force(*(abs(numbers[0]) * each for each in stack.pop())))
-        elif do == Do.MIX:
-            share, one, other = (stack.pop(k) for k in (-3, -2, -1))
-            apart = one.largest_n + other.largest_n  # their difference is a word too
-            stack.append(_Force(apart, max(one.error_n, other.error_n) + share.error_n * apart + BIT_N))
-        else:
-            b, a = stack.pop(), stack.pop()
-            stack.append(_mixed(do, a, b))
-        if not stack[-1].largest_n < LARGEST_N:
-            raise must_be("effect: force", stack[-1].largest_n, f"below {LARGEST_N:g}", "N")
-        places = (numbers[2],) if do == Do.TABLE else numbers[2:4] if do == Do.TRIGGER and numbers[1] == 2 else ()
-        for place_mm in places:
-            if not 1e-3 * abs(place_mm) < 0.5 * FARTHEST_M:
-                raise must_be("effect: place", float(place_mm), "-250 to 250", "mm")
-    return stack[0].error_n
-
-
-def _of_table(program: Program, first: int, count: int, *, repeats: bool) -> _Force:
-    values = program.values[first : first + count + repeats]
-    largest = float(np.max(np.abs(values)))
-    rise = float(np.max(np.abs(np.diff(values))))
-    return _Force(largest, 0.5 * largest / FULL + rise * 2.0**-16 + BIT_N)
-
-
-def _mixed(do: float, a: _Force, b: _Force) -> _Force:
-    if do == Do.ADD:
-        return _Force(a.largest_n + b.largest_n, a.error_n + b.error_n)
-    if do == Do.LARGER:
-        return _Force(max(a.largest_n, b.largest_n), max(a.error_n, b.error_n))
-    error_n = a.largest_n * b.error_n + b.largest_n * a.error_n + a.error_n * b.error_n + BIT_N
-    return _Force(a.largest_n * b.largest_n, error_n)
-
-
-FORMATS = {"u8": "u1", "u16": "<u2", "i32": "<i4", "i8": "i1"}
+"""Largest value of 16 bits."""
+FORMATS = {"u8": "u1", "u16": "<u2", "f64": "<f8"}
 STEP = np.dtype([(field["name"], FORMATS[field["format"]]) for field in schema()["effect_step"]])
 """A step as it is sent."""
 STEPS: int = schema()["protocol"]["effect_steps"]
-HEAD = 2
-PLACES = 2.0**32
-"""Steps of a place in a metre."""
-RATE_HZ: int = schema()["protocol"]["tick_hz"]
+HEAD = 4
+"""Words before the steps."""
+TICK_HZ: float = schema()["protocol"]["tick_hz"]
 STORE = 1024
 """Words of the store of the firmware here."""
 
@@ -189,16 +119,14 @@ class EffectTables(NamedTuple):
     words: np.ndarray
     """int16: how many steps, whether at the predicted place, the steps, the values."""
     program: Program
-    """What these words stand for, before they are rounded: `rendering.Player.of` runs it."""
+    """What these words stand for: `rendering.Player.of` runs it."""
     findings: tuple[Finding, ...]
     """What is sampled more coarsely than in the simulator."""
     error_n: float
     """Largest difference of a table from the simulator's, N; at a step of force half of it, over one pitch."""
-    rounding_n: float
-    """By how much at most the firmware's words change the force, N."""
 
 
-def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> EffectTables:
+def effect_tables(source: EffectSource, length_mm: float, rate_hz: float = TICK_HZ, most: int = STORE) -> EffectTables:
     """Return an effect as words for a device.
 
     Parameters
@@ -207,19 +135,21 @@ def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> 
         The effect, its track, and which position it is asked at. A device without y has the row under the track.
     length_mm
         Length of the plate in mm.
+    rate_hz
+        Of the ticks.
     most
         Words that the device has room for.
 
     Raises
     ------
     FrictionloopError
-        For more steps or triggers than a device has, and for a place or a force that fits none of its words.
+        For more steps or triggers than a device has.
     """
     program = source.program(length_mm)
     if len(program.code) > STEPS:
         raise must_be("effect", len(program.code), f"at most {STEPS} on a device", "steps")
     reach = 0.5 * length_mm
-    pieces = {k: _piece(program, step, reach) for k, step in enumerate(program.code) if step[0] <= Do.WAVE}
+    pieces = {k: _piece(program, step, reach, rate_hz) for k, step in enumerate(program.code) if step[0] <= Do.WAVE}
     room = most - HEAD - len(program.code) * STEP.itemsize // 2
     sizes = shared([piece.needs(room) for piece in pieces.values()], room)
     if any(size < 2 for size in sizes):
@@ -227,14 +157,15 @@ def effect_tables(source: EffectSource, length_mm: float, most: int = STORE) -> 
     fewer = {k: piece.resampled(size) for (k, piece), size in zip(pieces.items(), sizes, strict=True)}
     found, errors = list[Finding](), [program.error_n]
     for (k, piece), size in zip(pieces.items(), sizes, strict=True):
-        errors.append(piece.error_n(size) if size < len(piece.values) else 0.0)
+        rounded_n = 0.5 * float(np.max(np.abs(piece.values))) / FULL
+        errors.append((piece.error_n(size) if size < len(piece.values) else 0.0) + rounded_n)
         if size < piece.needs(len(piece.values)):
             found.append(_coarser(k, piece, fewer[k], errors[-1]))
     small = _program(program, fewer)
     if rows := _rows(source.effect):
         found.append(Finding("EFFECT-ROW", value=rows))
-    rounding_n = rounded_by_n(small)
-    return EffectTables(_words(small, source.position == "predicted"), small, tuple(found), max(errors), rounding_n)
+    words, rounded = _words(small, source.position == "predicted", rate_hz)
+    return EffectTables(words, rounded, tuple(found), max(errors))
 
 
 def _rows(effect: Effect) -> int:
@@ -243,7 +174,7 @@ def _rows(effect: Effect) -> int:
     return max([own, *(_rows(part) for part in effect.parts)])
 
 
-def _piece(program: Program, step: Sequence[float], reach_mm: float) -> Piece:
+def _piece(program: Program, step: Sequence[float], reach_mm: float, tick_hz: float) -> Piece:
     if step[0] == Do.TABLE:
         _, first, count, start_mm, per_mm, nearest, repeats = step
         values = program.values[int(first) : int(first + count + repeats)]
@@ -252,8 +183,8 @@ def _piece(program: Program, step: Sequence[float], reach_mm: float) -> Piece:
         return Piece(values, start_mm, per_mm, bool(nearest), bool(repeats)).trimmed(reach_mm)
     _, first, count, rate_hz, loops, *_ = step
     piece = Piece(program.values[int(first) : int(first + count + loops)], 0.0, rate_hz, False, bool(loops))
-    if rate_hz > RATE_HZ:
-        piece = piece.resampled(max(math.floor((len(piece.values) - 1) * RATE_HZ / rate_hz) + 1, 2))
+    if rate_hz > tick_hz:
+        piece = piece.resampled(max(math.floor((len(piece.values) - 1) * tick_hz / rate_hz) + 1, 2))
     return piece
 
 
@@ -280,57 +211,45 @@ def _program(program: Program, pieces: dict[int, Piece]) -> Program:
     return program._replace(code=tuple(code), tables=(values if values.size else np.zeros(1)).tobytes())
 
 
-def _words(program: Program, predicted: bool) -> np.ndarray:
+def _words(program: Program, predicted: bool, tick_hz: float) -> tuple[np.ndarray, Program]:
+    """Return the words of a program, and the program with the values that these hold."""
     steps = np.zeros(len(program.code), STEP)
     from_word = HEAD + len(steps) * STEP.itemsize // 2
-    points = np.zeros(int(program.values.size), "<i2")
+    points, held = np.zeros(int(program.values.size), "<i2"), program.values.copy()
     size = 0
     for step, given in zip(steps, program.code, strict=True):
-        fields = _fields(given, program.values)
+        fields = _fields(given, tick_hz)
         if given[0] <= Do.WAVE:
             first, count = int(given[1]), int(given[2] + fields["repeats"])
             values = program.values[first : first + count]
-            scale = max(to_q28(float(np.max(np.abs(values))) * 2**15 / FULL, "effect"), 1)
-            points[first : first + count] = np.rint(values * 2.0**43 / scale)
+            scale = (float(np.max(np.abs(values))) or 1.0) * 2**15 / FULL
+            points[first : first + count] = np.rint(values * 2**15 / scale)
+            held[first : first + count] = scale * 2.0**-15 * points[first : first + count]
             size = max(size, first + count)
             fields |= {"first": from_word + first, "scale": scale}
         for name, value in fields.items():
             step[name] = value
         step["what"] = int(given[0])
-    head = np.array([len(steps), predicted], "<i2")
-    return np.concatenate([head, steps.view("<i2"), points[:size]]).astype(np.int16)
+    head = np.array([len(steps), predicted, 0, 0], "<i2")
+    words = np.concatenate([head, steps.view("<i2"), points[:size]]).astype(np.int16)
+    return words, program._replace(tables=held.tobytes())
 
 
-def _fields(given: Sequence[float], values: np.ndarray) -> dict[str, Any]:
+def _fields(given: Sequence[float], tick_hz: float) -> dict[str, Any]:
     do, *numbers = given
     if do == Do.TABLE:
         _, count, start_mm, per_mm, nearest, repeats = numbers
-        per = _gain("per", per_mm * 1e3 * 2.0**16 / PLACES)
-        return {"count": int(count), "start": _place(start_mm), "nearest": nearest, "repeats": repeats} | per
+        return {"count": int(count), "start": start_mm, "per": per_mm, "nearest": nearest, "repeats": repeats}
     if do == Do.WAVE:
         _, count, rate_hz, loops, trigger, is_on = numbers
         number = MOST_TRIGGERS if trigger < 0 else int(trigger)
-        per = _gain("per", rate_hz / RATE_HZ * 2.0**16)
-        return {"count": int(count), "number": number, "nearest": is_on, "repeats": loops} | per
+        per = rate_hz / tick_hz
+        return {"count": int(count), "number": number, "nearest": is_on, "repeats": loops, "per": per}
     if do == Do.TRIGGER:
         which, kind, on, off, dead_s = numbers[:5]
-        ends = [_place(end) if kind == 2 else to_q28(1e-3 * end if kind == 1 else end, "trigger") for end in (on, off)]
-        if ends[0] == ends[1]:
-            raise must_be("trigger: on, off", (on, off), "further apart")
-        dead = math.ceil(dead_s * RATE_HZ - 1e-6)
-        return {"number": int(which), "first": int(kind), "start": ends[0], "per": ends[1], "scale": dead}
-    if do == Do.SPEED:
-        return _gain("scale", 1e3 * numbers[0])
-    return _gain("scale", numbers[0]) if do == Do.SCALED else {}
-
-
-def _gain(name: str, value: float) -> dict[str, int]:
-    mantissa, shift = to_gain(value, f"effect: {name}")
-    return {name: mantissa, f"{name}_shift": shift}
-
-
-def _place(place_mm: float) -> int:
-    return round(1e-3 * place_mm * PLACES)
+        dead = math.ceil(dead_s * tick_hz - 1e-6)
+        return {"number": int(which), "first": int(kind), "start": on, "per": off, "scale": dead}
+    return {"scale": numbers[0]} if do in (Do.SPEED, Do.SCALED) else {}
 
 
 def tables_tree(tables: EffectTables) -> dict[str, Any]:
@@ -338,9 +257,9 @@ def tables_tree(tables: EffectTables) -> dict[str, Any]:
     size = STEP.itemsize // 2
     count = len(tables.program.code)
     steps = tables.words[HEAD : HEAD + count * size].copy().view(STEP)
-    names, fields = named("steps"), (STEP.names or ())[1:-1]
+    names, fields = named("steps"), (STEP.names or ())[1:]
     return {
-        "steps": [{"what": names[int(step["what"])]} | {name: int(step[name]) for name in fields} for step in steps],
+        "steps": [{"what": names[int(step["what"])]} | {name: step[name].item() for name in fields} for step in steps],
         "values_n": tables.program.values.tolist(),
         "words": tables.words.tolist(),
         "error_n": tables.error_n,

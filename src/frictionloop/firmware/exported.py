@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -11,16 +11,27 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from frictionloop.analysis.stability import rings_if_linear
-from frictionloop.control.cost import BUDGET_CYCLES, LATE_CYCLES, worst_tick
+from frictionloop.control.cost import BEYOND, highest_rate_hz, worst_tick
+from frictionloop.control.laws import law_of
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.firmware import image
-from frictionloop.firmware.board_fit import amplitude_left, board_findings, carrier_hz, ceiling_findings, period_ticks
+from frictionloop.firmware.board_fit import (
+    amplitude_left,
+    board_findings,
+    carrier_hz,
+    ceiling_findings,
+    converter_findings,
+    period_ticks,
+)
+from frictionloop.firmware.board_law import board_law
+from frictionloop.firmware.compiled_core import tick_hz
 from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.firmware.words import fingerprint, write_table
 from frictionloop.parameters import ResonantPlate, System
 from frictionloop.parameters.summary import gains_said
+from frictionloop.quantities import must_be
 from frictionloop.quantities.extra import all_needed
 from frictionloop.quantities.schema import table_hash
 
@@ -46,9 +57,10 @@ class Exported(Result):
     """From sample to amplitude."""
     whole_delay_us: float
     """With half the hold."""
-    worst_tick_cycles: int | None
-    """Of the law's worst tick on a reference image with two force axes, or of the image built; None if not traced."""
-    tick_cycles: int
+    worst_tick_instructions: int | None
+    """Of the law's worst tick on a reference image with two force axes, or of the image built; None if not counted."""
+    highest_rate_hz: float | None
+    """Of ticks that take so many, at 20 cycles each."""
     stable: bool | None
     """Whether the linear loop is, at the forces asked for, dry and moist; None where that is not known."""
     words: int
@@ -70,12 +82,13 @@ class Exported(Result):
             rows.append(
                 ("carrier", f"{self.carrier_hz:.0f} Hz, {100.0 * (self.carrier_share or 0.0):.3g} % of the resonance")
             )
-        if self.worst_tick_cycles:
-            rows.append(("tick", f"{self.worst_tick_cycles:,} of {self.tick_cycles:,} cycles{self._traced}"))
+        if self.worst_tick_instructions:
+            highest = f"up to {1e-3 * (self.highest_rate_hz or 0.0):.3g} kHz at 20 cycles each"
+            rows.append(("tick", f"{self.worst_tick_instructions:,} instructions, {highest}{self._counted}"))
         return [*rows, ("values", f"{self.values}, {self.words} words, layout {self.layout}")]
 
     @property
-    def _traced(self) -> str:
+    def _counted(self) -> str:
         return ", reference image"
 
 
@@ -111,8 +124,8 @@ def described_table(system: System, words: np.ndarray, folder: Path) -> dict[str
         "carrier_share": amplitude_left(plate, at_hz) if isinstance(plate, ResonantPlate) and at_hz else None,
         "delay_us": 1e6 * controller.delay_s,
         "whole_delay_us": 1e6 * (controller.delay_s + 0.5 / controller.rate_hz),
-        "worst_tick_cycles": worst.cycles if worst else None,
-        "tick_cycles": BUDGET_CYCLES,
+        "worst_tick_instructions": worst,
+        "highest_rate_hz": highest_rate_hz(worst) if worst else None,
         "stable": loop and loop.stable,
         "words": len(words),
         "layout": f"{table_hash():08x}",
@@ -129,9 +142,8 @@ def _findings(system: System, rings: Finding | None) -> Iterator[Finding]:
     yield from ceiling_findings(system)
 
 
-Cycles = Mapping[str, Mapping[str, int]]
-"""What the cycles of a tick period go to, by what is assumed of the waits."""
-PARTS = ["tick", "interrupts", "background", "sum"]
+Counts = Mapping[str, int]
+"""Instructions of a tick period by what they go to."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,37 +159,40 @@ class Built(Exported):
     map: str
     flash_bytes: int
     ram_bytes: int
-    cycles: Cycles | None = None
-    """Of this image: tick, interrupts, background, their sum; with the longest effect, and a host that never stops."""
+    instructions: Counts | None = None
+    """Of this image: tick, law, tick with the longest effect, interrupts of a full line, background."""
 
     def rows(self) -> list[Row]:
         """Return the image, and what the table has beside the delay."""
-        flash, ram = ("", "") if self.board != image.FLASHED else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
+        flash, ram = (
+            ("", "") if not self.board.startswith(image.FLASHED) else (f" of {FLASH_BYTES:,}", f" of {RAM_BYTES:,}")
+        )
         sizes = f"flash {self.flash_bytes:,}{flash}, memory {self.ram_bytes:,}{ram} bytes"
         return [(Path(self.hex).name, sizes), *(row for row in super().rows() if row[0] != "delay")]
 
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Return the cycles of a tick, and what more was traced."""
-        if self.cycles is None:
+        """Return the instructions of a tick period."""
+        if self.instructions is None:
             return {}
         import pandas as pd
 
-        whole = pd.DataFrame(dict(self.cycles)).T.rename_axis(f"cycles of {BUDGET_CYCLES:,}")
-        return {"cycles": whole[PARTS], "more cycles": whole.drop(columns=PARTS)}
+        return {"instructions": pd.DataFrame([dict(self.instructions)], index=["at most"])}
 
     @property
-    def _traced(self) -> str:
-        return ", this image" if self.cycles else super()._traced
+    def _counted(self) -> str:
+        return "" if self.instructions else super()._counted
 
 
 def build(
     system: System,
     out: str | os.PathLike[str],
     board: str = image.FLASHED,
-    laws: Sequence[str] | None = None,
-    trace: Callable[[str], Cycles | None] | None = None,
+    trace: Callable[[str], Counts | None] | None = None,
 ) -> Built:
     """Build the image that runs a System's controller, with its table beside it; the first time takes half a minute.
+
+    The law is translated from its step, one from outside (`fl.register`) like a built-in one. Beside it the image has
+    the lookup: state open, and the law of a table of kind lookup.
 
     Parameters
     ----------
@@ -186,35 +201,37 @@ def build(
     out
         Folder for the files; made if it is missing.
     board
-        teensy31, or mps2 or mps2-scenario for qemu-system-arm.
-    laws
-        Kinds of controller to build in; None: all.
+        teensy41, or teensy41-ads8688 with that converter; mps2 or mps2-scenario for qemu-system-arm.
     trace
-        What traces the cycles of an image to be flashed, such as ``fl.device.cycles``.
+        What counts the instructions of an image to be flashed, such as ``fl.device.instructions``.
 
     Raises
     ------
     FrictionloopError
-        For what the firmware cannot do, an unknown board or law, and sources that do not compile.
+        NO-C for a law with something that has no C; for what the firmware cannot do, an unknown board, sources that do
+        not compile, and a rate above four times that of 20 cycles an instruction.
     """
     all_needed("ziglang", "elftools", "cobs", "fastcrc", "intelhex")
-    words, folder = firmware_words(system), Path(out)
-    made = image.build(board, words.tolist(), folder, laws=laws, carrier_ticks=period_ticks(system))
-    cycles = trace(str(made.elf)) if trace is not None and board == image.FLASHED else None
+    words, folder, law = firmware_words(system), Path(out), board_law(law_of(system.controller))
+    rate_hz = tick_hz(system.controller.rate_hz)
+    made = image.build(board, words.tolist(), law, folder, rate_hz=rate_hz, carrier_ticks=period_ticks(system))
+    counts = trace(str(made.elf)) if trace is not None and board.startswith(image.FLASHED) else None
     write_table(system, words, folder)
     table = described_table(system, words, folder)
-    if cycles:
-        table["worst_tick_cycles"] = next(iter(cycles.values()))["tick"]
-        table["findings"] = (*table["findings"], *_late(cycles))
+    if counts:
+        most = max(counts["tick"], counts["effect"])
+        table |= {"worst_tick_instructions": most, "highest_rate_hz": highest_rate_hz(most)}
+        table["findings"] = (*table["findings"], *_late(system.controller.rate_hz, most))
+    if board == image.FLASHED:
+        table["findings"] = (*table["findings"], *converter_findings(system))
     table |= {"image": str(made.elf), "hex": str(made.hex), "map": str(made.map)}
-    return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes, cycles=cycles)
+    return Built(**table, board=board, flash_bytes=made.flash_bytes, ram_bytes=made.ram_bytes, instructions=counts)
 
 
-def _late(cycles: Cycles) -> Iterator[Finding]:
-    """Yield that tick and interrupts exceed a period, and that an interrupt of the port makes ticks late."""
-    name, worst = max(cycles.items(), key=lambda item: item[1]["tick"] + item[1]["interrupts"])
-    alone, longest = worst["tick"] + worst["interrupts"], next(iter(cycles.values()))["longest_interrupt"]
-    if alone > BUDGET_CYCLES:
-        yield Finding("TICK-LATE", value=alone, limit=BUDGET_CYCLES, more={"waits": f"tick and interrupts, {name}"})
-    if longest > LATE_CYCLES:
-        yield Finding("TICK-LATE", value=longest, limit=LATE_CYCLES, more={"waits": "an interrupt of the port"})
+def _late(rate_hz: float, instructions: int) -> Iterator[Finding]:
+    """Yield that ticks of so many instructions may be late at a rate; refuse where they will be."""
+    highest_hz = highest_rate_hz(instructions)
+    if rate_hz > BEYOND * highest_hz:
+        raise must_be("controller.rate_hz", rate_hz, f"at most {BEYOND * highest_hz:.0f}", "Hz", "TICK-LATE")
+    if rate_hz > highest_hz:
+        yield Finding("TICK-LATE", value=rate_hz, unit="Hz", limit=highest_hz, more={"instructions": instructions})

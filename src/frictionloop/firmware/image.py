@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from frictionloop.firmware.board_fit import USUAL_TICKS
-from frictionloop.firmware.built_in import law_bits, revision_here
+from frictionloop.firmware.board_law import BoardLaw
+from frictionloop.firmware.built_in import revision_here
+from frictionloop.firmware.c_source import literal
 from frictionloop.firmware.compiler import run, zig
 from frictionloop.firmware.image_files import check, memory_map, seal, sizes
 from frictionloop.quantities import must_be
@@ -16,25 +19,31 @@ from frictionloop.quantities.extra import needed
 from frictionloop.quantities.schema import firmware_folder, word_count
 from frictionloop.quantities.whole_files import replacing
 
-BOARDS = {"teensy31": ("main.c",), "mps2": ("main.c", "stimulus.c"), "mps2-scenario": ("scenario.c", "stimulus.c")}
-"""Boards with the files they share with others; a scenario is a program of its own on the same board."""
+BOARDS = {
+    "teensy41": ("main.c",), "teensy41-ads8688": ("main.c",), "mps2": ("main.c", "stimulus.c"),
+    "mps2-scenario": ("scenario.c", "stimulus.c"),
+}  # fmt: skip
+"""Boards with the files they share with others; after the hyphen another converter or program on the same board."""
+_WITHOUT = {"teensy41": "ads8688.c", "teensy41-ads8688": "converters.c", "mps2": "scenario_main.c"}
+"""File of its folder that a board leaves out."""
 CHECK_SUM = "flash_crc"
 """Where a board has the check sum of its flash."""
-FLASHED = "teensy31"
+FLASHED = "teensy41"
 """The board of these whose image is flashed; the others are qemu's."""
 BACKGROUND = frozenset(
     (
         "app_messages.c", "app_replies.c", "app_parameters.c", "app_session.c", "app_start.c", "app_waveform.c",
-        "fl_crc.c", "fl_divide.c", "fl_effect_wrong.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c",
-        "clock.c", "port.c",
+        "fl_crc.c", "fl_effect_wrong.c", "fl_frame.c", "scenario_main.c", "startup.c", "whole.c", "clock.c", "port.c",
+        "protection.c",
     )
 )  # fmt: skip
 """Files of which the tick runs next to nothing: small rather than quick."""
 _COMMON = (
     "-std=c11", "-g", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-fno-unwind-tables", "-ffunction-sections",
-    "-fdata-sections", "-ffp-contract=off",
+    "-fdata-sections", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all",
 )  # fmt: skip
-_ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-fno-sanitize=all")
+_CORTEX_M7 = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16")
+"""Without the unit's name its registers pass arguments, and the arithmetic is soft all the same."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +67,11 @@ class Image:
 
 def build(
     board: str,
-    parameters: Sequence[int],
+    parameters: Sequence[float],
+    law: BoardLaw,
     folder: Path,
     *,
-    laws: Sequence[str] | None = None,
+    rate_hz: int,
     carrier_ticks: int = USUAL_TICKS,
     optimise: str | None = None,
 ) -> Image:
@@ -72,13 +82,15 @@ def build(
     board
         One of `BOARDS`.
     parameters
-        The words in force at reset, int32.
+        The words in force at reset.
+    law
+        Beside the lookup; the table's.
     folder
         Where ``<board>.elf``, ``.hex`` and ``.map`` are written; made if it is missing.
-    laws
-        Kinds of the control laws to build in, the table's among them; all by default.
+    rate_hz
+        Of the ticks.
     carrier_ticks
-        Period of the carrier, `board_fit.period_ticks` of the system; other boards than teensy31 have none.
+        Period of the carrier, `board_fit.period_ticks` of the system; those of qemu have none.
     optimise
         Level of optimisation for all files: 0, 1, 2, 3 or s; the budget of memory is then not held against the image.
         By default 2 for what the tick runs, and s for `BACKGROUND`.
@@ -86,32 +98,32 @@ def build(
     Raises
     ------
     FrictionloopError
-        For an unknown board, laws that the firmware has not, or not the table's, a table of another length, a missing
-        ziglang, sources that do not compile, and an image that fails `image_checks.check`.
+        For an unknown board, a table of another length, a missing ziglang, sources that do not compile, and an image
+        that fails `image_files.check`.
     """
-    if board not in BOARDS:
-        raise must_be("board", board, " or ".join(BOARDS), code="UNKNOWN-NAME")
+    if board not in BOARDS or not _home(board).is_dir():
+        raise must_be("board", board, " or ".join(each for each in BOARDS if _home(each).is_dir()), code="UNKNOWN-NAME")
     needed("ziglang", "ziglang", "image")
     table = _checked(parameters)
-    define = (f"-DFL_LAWS_BUILT_IN={law_bits(laws, table)}u", f"-DFL_CARRIER_TICKS={carrier_ticks}")
+    define = (f"-DFL_TICK_HZ={rate_hz}", f"-DFL_CARRIER_TICKS={carrier_ticks}")
     folder.mkdir(parents=True, exist_ok=True)
     built = folder / "built.c"
     built.write_text(_built(table), encoding="ascii")
+    own = [built.resolve(), law.write(folder).resolve()]
     elf = folder / f"{board}.elf"
     with replacing(elf) as fresh:
-        _compile_and_link(board, built.resolve(), fresh.resolve(), define, optimise)
+        _compile_and_link(board, own, fresh.resolve(), define, optimise)
         seal(fresh, CHECK_SUM)
-        check(fresh, flash_configuration=board == FLASHED, budget=optimise is None)
+        check(fresh, teensy=_home(board).name == FLASHED, budget=optimise is None)
     flash, ram = sizes(elf)
     return Image(elf, _hex(elf), memory_map(elf), flash, ram)
 
 
 def _sources(board: str) -> list[Path]:
     boards, home = firmware_folder() / "boards", _home(board)
-    programs = {"scenario_main.c"} if board == home.name else set()
     return [
         *sorted((firmware_folder() / "core").glob("*.c")),
-        *(path for path in sorted(home.glob("*.c")) if path.name not in programs),
+        *(path for path in sorted(home.glob("*.c")) if path.name != _WITHOUT.get(board)),
         *(boards / name for name in BOARDS[board]),
         boards / "whole.c",
         boards / "freestanding" / "memory.c",
@@ -119,16 +131,16 @@ def _sources(board: str) -> list[Path]:
 
 
 def _home(board: str) -> Path:
-    return firmware_folder() / "boards" / board.removesuffix("-scenario")
+    return firmware_folder() / "boards" / board.partition("-")[0]
 
 
-def _compile_and_link(board: str, built: Path, elf: Path, define: Sequence[str], optimise: str | None) -> None:
-    command = (*zig(), *_ZIG)
+def _compile_and_link(board: str, own: Sequence[Path], elf: Path, define: Sequence[str], optimise: str | None) -> None:
     boards, core, home = firmware_folder() / "boards", firmware_folder() / "core", _home(board)
+    command = (*zig(), *_CORTEX_M7)
     include = [f"-I{path}" for path in (boards / "freestanding", core, boards, home)]
     levels: dict[str, list[Path]] = {}
     fails = f"{board}: does not build"
-    for source in (*_sources(board), built):
+    for source in (*_sources(board), *own):
         levels.setdefault(optimise or ("s" if source.name in BACKGROUND else "2"), []).append(source)
     with TemporaryDirectory() as objects:
         for level, sources in levels.items():
@@ -138,17 +150,17 @@ def _compile_and_link(board: str, built: Path, elf: Path, define: Sequence[str],
         run([*command, "-g", "-O2", script, *made, "-o", str(elf)], fails, Path(objects))
 
 
-def _checked(words: Sequence[int]) -> Sequence[int]:
+def _checked(words: Sequence[float]) -> Sequence[float]:
     if len(words) != word_count():
         raise must_be("parameters", len(words), str(word_count()), "words")
-    wrong = next((k for k, word in enumerate(words) if not -(2**31) <= word < 2**31), None)
+    wrong = next((k for k, word in enumerate(words) if not math.isfinite(word)), None)
     if wrong is not None:
-        raise must_be(f"parameters[{wrong}]", words[wrong], "an int32")
+        raise must_be(f"parameters[{wrong}]", words[wrong], "finite")
     return words
 
 
-def _built(words: Sequence[int]) -> str:
-    numbers = ", ".join("INT32_MIN" if word == -(2**31) else str(word) for word in words)
+def _built(words: Sequence[float]) -> str:
+    numbers = ", ".join(map(literal, map(float, words)))
     return (
         '#include "built.h"\n'
         f"const fl_built fl_built_parameters = {{.words = {{{numbers}}}}};\n"

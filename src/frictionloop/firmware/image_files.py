@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import struct
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, Any
 
@@ -25,15 +27,24 @@ def elf_file(file: IO[bytes]) -> Any:
 
 def symbol_bytes(path: Path, name: str) -> bytes:
     """Return what the image has at a symbol of that name, b"" without one; raises as `loaded`."""
-    segments = loaded(path)
+    loaded(path)  # raises
+    with path.open("rb") as file:
+        elf = elf_file(file)
+        table = elf.get_section_by_name(".symtab")
+        for symbol in (table.get_symbol_by_name(name) or ()) if table else ():
+            for part in elf.iter_segments():
+                offset = symbol["st_value"] - part["p_vaddr"]
+                if part["p_type"] == "PT_LOAD" and 0 <= offset < part["p_filesz"]:
+                    return bytes(part.data()[offset : offset + symbol["st_size"]])
+    return b""
+
+
+def addresses(path: Path, names: Iterable[str]) -> dict[str, int]:
+    """Return where an image has these symbols; without those that it has not."""
     with path.open("rb") as file:
         table = elf_file(file).get_section_by_name(".symtab")
-        symbol = next(iter(table.get_symbol_by_name(name) or ()), None) if table else None
-    for start, content in segments:
-        if symbol is not None and start <= symbol["st_value"] < start + len(content):
-            offset = symbol["st_value"] - start
-            return content[offset : offset + symbol["st_size"]]
-    return b""
+        found = {name: table.get_symbol_by_name(name) for name in names}
+    return {name: symbols[0]["st_value"] for name, symbols in found.items() if symbols}
 
 
 def seal(path: Path, name: str) -> None:
@@ -45,13 +56,14 @@ def seal(path: Path, name: str) -> None:
             return
         at = symbol["st_value"]
         parts = [part for part in elf.iter_segments() if part["p_type"] == "PT_LOAD" and part["p_filesz"]]
-        content = bytearray(b"\xff" * at)
+        first = min(part["p_paddr"] for part in parts)
+        content = bytearray(b"\xff" * (at - first))
         for part in parts:
-            content[part["p_paddr"] : part["p_paddr"] + part["p_filesz"]] = part.data()
+            content[part["p_paddr"] - first : part["p_paddr"] - first + part["p_filesz"]] = part.data()
         last = next(part for part in parts if 0 <= at - part["p_paddr"] < part["p_filesz"])
     with path.open("r+b") as file:
         file.seek(last["p_offset"] + at - last["p_paddr"])
-        file.write(zlib.crc32(content[:at]).to_bytes(4, "little"))
+        file.write(zlib.crc32(content[: at - first]).to_bytes(4, "little"))
 
 
 def loaded(path: Path) -> list[tuple[int, bytes]]:
@@ -78,29 +90,25 @@ def read_hex(path: Path) -> list[tuple[int, bytes]]:
     return [(start, bytes(content.tobinarray(start=start, end=end - 1))) for start, end in content.segments()]
 
 
-FLASH_BYTES, RAM_BYTES = 256 * 1024, 64 * 1024
-"""What the chip has."""
-FLASH_LIMIT, RAM_LIMIT = 32 * 1024, 24 * 1024
+FLASH, FLASH_BYTES, RAM_BYTES = 0x60000000, 7936 * 1024, 512 * 1024
+"""Of a Teensy 4.1: where its flash is, what of it a program may have, and its tightly coupled memory."""
+FLASH_LIMIT, RAM_LIMIT = 128 * 1024, 128 * 1024
 """What an image may take: the rest is for what a lab adds."""
-CONFIGURATION_ADDRESS = 0x400
-CONFIGURATION = bytes(12 * [0xFF] + [0xDE, 0xF9, 0xFF, 0xFF])
-"""Key, protection, FSEC unsecured with mass erase, FOPT without NMI pin (K20P64M72SF1RM, flash
-configuration field): other words can lock
-the chip for good."""
-_RAM = 0x1FFF0000
-_FLOAT = re.compile(r"__aeabi_(c?[fd](?!2)|[a-z]+2[fd]$|f2|d2)|__\w+[sdt]f[0-9i]|sqrtf?$")
+_FLOAT = re.compile(r"__aeabi_(c?[fd](?!2u?lz$)|u?i2[fd]$)|__\w+[sdt]f[23]$|(fma|sqrt|floor|ceil|fabs)[fl]?$")
+"""Arithmetic that is a call where it should be an instruction; those of 64-bit whole numbers to and from doubles have
+none, and are exact."""
 _HEAP = re.compile(r"_?(malloc|calloc|realloc|free|sbrk)(_r)?$")
 
 
-def check(elf: Path, *, flash_configuration: bool, budget: bool = True) -> None:
-    """Refuse an image that calculates in floating point, has a heap, would lock the chip, or is too large.
+def check(elf: Path, *, teensy: bool, budget: bool = True) -> None:
+    """Refuse an image that calculates doubles in software, has a heap, would not start, or is too large.
 
     Parameters
     ----------
     elf
         The image.
-    flash_configuration
-        Whether the board has the words at 0x400.
+    teensy
+        Whether it is for a Teensy 4.1.
     budget
         Whether `FLASH_LIMIT` and `RAM_LIMIT` count.
 
@@ -111,26 +119,25 @@ def check(elf: Path, *, flash_configuration: bool, budget: bool = True) -> None:
     """
     with elf.open("rb") as file:
         names = [symbol.name for symbol in elf_file(file).get_section_by_name(".symtab").iter_symbols()]
-    for pattern, what in ((_FLOAT, "floating point"), (_HEAP, "a heap")):
+    for pattern, what in ((_FLOAT, "soft floating point"), (_HEAP, "a heap")):
         found = sorted({name for name in names if pattern.match(name)})
         if found:
             raise FrictionloopError(f"{elf.name}: must be without {what}: {', '.join(found)}", "BAD-IMAGE")
     for size, limit, name in zip(sizes(elf), (FLASH_LIMIT, RAM_LIMIT), ("flash", "RAM"), strict=True):
         if budget and size > limit:
             raise must_be(f"{elf.name}: {name}", size, f"at most {limit}", "bytes", "BAD-IMAGE")
-    if flash_configuration:
-        words = configuration_of(loaded(elf))
-        if words != CONFIGURATION:
-            raise must_be(f"{elf.name}: configuration", words.hex(), CONFIGURATION.hex(), code="BAD-IMAGE")
+    if teensy:
+        check_teensy(elf.name, loaded(elf))
 
 
 def sizes(elf: Path) -> tuple[int, int]:
-    """Return the bytes of flash, from 0 to the end of what is loaded, and of RAM, stack and all."""
-    flash = max(address + len(content) for address, content in loaded(elf))
+    """Return the bytes of flash, from its begin to the end of what is loaded, and of RAM, stack and all."""
+    parts = loaded(elf)
+    first, last = min(at for at, _ in parts), max(at + len(content) for at, content in parts)
     with elf.open("rb") as file:
         sections = [(part["sh_flags"], part["sh_addr"], part["sh_size"]) for part in elf_file(file).iter_sections()]
     allocated = 2  # SHF_ALLOC
-    return flash, sum(size for flags, address, size in sections if flags & allocated and address >= _RAM)
+    return last - first, sum(size for flags, at, size in sections if flags & allocated and not first <= at < last)
 
 
 def memory_map(elf: Path) -> Path:
@@ -144,17 +151,23 @@ def memory_map(elf: Path) -> Path:
     return path
 
 
-def configuration_of(segments: list[tuple[int, bytes]]) -> bytes:
-    """Return the 16 bytes of the flash configuration in what is loaded, (address, bytes); empty if not there."""
-    count = len(CONFIGURATION)
-    for start, content in segments:
-        at = CONFIGURATION_ADDRESS - start
-        if 0 <= at <= len(content) - count:
-            return content[at : at + count]
-    return b""
+FLASH_TAG, VECTORS_TAG, VECTORS_AT = b"FCFB", 0x432000D1, 0x1000
+"""With what the FlexSPI configuration block and the image vector table begin, and where this is (i.MX RT1060 Reference
+Manual, System Boot)."""
+
+
+def entry_of(segments: list[tuple[int, bytes]]) -> int | None:
+    """Return where the ROM of a Teensy 4.1 enters what is loaded, (address, bytes); None where it would not."""
+    head = dict(segments).get(FLASH, b"")
+    if not head.startswith(FLASH_TAG) or len(head) < VECTORS_AT + 32:
+        return None
+    tag, entry, *_, boot, itself, _, _ = struct.unpack_from("<8I", head, VECTORS_AT)
+    (begin,) = struct.unpack_from("<I", head, boot - FLASH) if 0 <= boot - FLASH <= len(head) - 4 else (0,)
+    starts = tag == VECTORS_TAG and itself == FLASH + VECTORS_AT and begin == FLASH
+    return int(entry) if starts and 0 < entry - FLASH < len(head) else None
 
 
 def check_teensy(name: str, segments: list[tuple[int, bytes]]) -> None:
-    """Refuse what was not built for a Teensy 3.1: it lacks the words at 0x400 that keep the chip open."""
-    if configuration_of(segments) != CONFIGURATION:
-        raise FrictionloopError(f"{name}: is no Teensy image", "BAD-IMAGE")
+    """Refuse what was not built for a Teensy 4.1: its ROM would not start it."""
+    if entry_of(segments) is None:
+        raise FrictionloopError(f"{name}: is no image of a Teensy 4.1", "BAD-IMAGE")

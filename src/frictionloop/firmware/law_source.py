@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import (
     OverdriveGains,
     interpolate_step,
+    inverse_numbers,
     inverse_step,
     lookup_table,
     no_overdrive,
@@ -131,7 +131,7 @@ def _lookup(system: System, within: Translation) -> tuple[str, str]:
     model = system.controller.model
     if model.table_size == 0:
         name, _ = within.function(inverse_step, [REAL, REAL, REAL])
-        return f"return {name}(u, {', '.join(map(literal, _inverse(model)))});", ""
+        return f"return {name}(u, {', '.join(map(literal, inverse_numbers(model)))});", ""
     position, place = within.function(table_position, [REAL, REAL, REAL, REAL])
     between, _ = within.function(interpolate_step, [REAL, REAL, REAL])
     squares = ",\n    ".join(literal(float(each)) for each in lookup_table(model))
@@ -181,14 +181,10 @@ def _drive(controller: Any) -> OverdriveGains:
 
 def _amplitude_um(u: float, model: Model) -> float:
     if model.table_size == 0:
-        return float(inverse_step(u, *_inverse(model)))
+        return float(inverse_step(u, *inverse_numbers(model)))
     below, above, fraction = table_position(u, *_table(model))
     squares = lookup_table(model)
     return float(interpolate_step(fraction, float(squares[below]), float(squares[above])))
-
-
-def _inverse(model: Model) -> tuple[float, float]:
-    return float(np.log2(model.nominal_n)), math.log(2.0) / model.susceptibility_per_um2
 
 
 def _table(model: Model) -> tuple[float, float, float]:

@@ -7,12 +7,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from frictionloop.firmware.compiled_core import check_known, controller_words
+from frictionloop.firmware.compiled_core import check_known, controller_words, tick_hz
 from frictionloop.firmware.words import filled, to_words, word_of
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor
 from frictionloop.quantities import must_be
-from frictionloop.quantities.schema import parameter_words, schema
+from frictionloop.quantities.schema import parameter_words
 from frictionloop.sensing.touch import board_touch
 
 RANGE_N, ADC_BITS = 2.5, 16
@@ -29,25 +29,23 @@ COEFFICIENT = 5.0
 """Largest coefficient of friction (assumed; 0.4 to 2.8 are published): no force without a load is above it."""
 SOFTEST_N_M = 250.0
 """Stiffness of the softest skin: four standard deviations below the median of the population (physics/fingers)."""
-HALF_MAINS_S, LONGEST_HALF_TICKS = 9e-3, 50
-"""Half a period of the mains, between those of 50 and 60 Hz; as many ticks as the firmware remembers."""
+HALF_MAINS_S, LONGEST_HALF_S = 9e-3, 10e-3
+"""Half a period of the mains, between those of 50 and 60 Hz; as long as the firmware remembers."""
 LARGEST = 8.0
-"""Of what a word of these holds."""
+"""Of a limit of these (protocol/frictionloop.toml)."""
 OVERRUN_TICKS = 5
 """Late ticks in a second that are a fault (assumed: 0.1 %)."""
 
 
 def firmware_words(system: System) -> np.ndarray:
-    """Return the whole parameter table of the firmware, int32, in the order of protocol/frictionloop.toml."""
+    """Return the whole parameter table of the firmware, doubles in the order of protocol/frictionloop.toml."""
     return filled(controller_words(system) | device_words(system))
 
 
 def device_words(system: System) -> dict[str, np.ndarray]:
     """Return the words that are not the controller's, by name: drive, force, touch, set-point, safety."""
     check_known(system, "touch", "board")
-    rate_hz = schema()["protocol"]["tick_hz"]
-    if system.controller.rate_hz != rate_hz:
-        raise must_be("controller.rate_hz", system.controller.rate_hz, f"{rate_hz} on this board", "Hz", "BOARD-RATE")
+    tick_hz(system.controller.rate_hz)
     board, setpoint = system.board, cast("Any", system.setpoint)
     if setpoint.kind != "steps" and not hasattr(setpoint, "offset_n"):
         raise must_be("setpoint.kind", setpoint.kind, "constant, sine, steps or recording")
@@ -151,7 +149,7 @@ def _hum_ticks(sensor: Sensor, rate_hz: float) -> int:
     if not isinstance(sensor, SuspendedSensor):
         return round(HALF_MAINS_S * rate_hz)
     ticks = max(round(HALF_MAINS_S * sensor.resonance_hz), 1) * rate_hz / sensor.resonance_hz
-    return round(ticks) if ticks <= LONGEST_HALF_TICKS else round(HALF_MAINS_S * rate_hz)
+    return round(ticks) if ticks <= LONGEST_HALF_S * rate_hz else round(HALF_MAINS_S * rate_hz)
 
 
 def _stuck_ticks(system: System) -> int:

@@ -1,4 +1,4 @@
-"""Parameters of the firmware in their units, the 32-bit words that stand for them, and a table of these as files."""
+"""Parameters of the firmware in their units, all doubles, and a table of them as files."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.firmware.quantised import to_gain
 from frictionloop.parameters import System, write_toml
 from frictionloop.quantities import FrictionloopError, must_be, replacing
-from frictionloop.quantities.schema import BITS, Word, parameter_words, word_count
+from frictionloop.quantities.schema import Word, parameter_words, word_count
 
 
 def word_of(name: str) -> Word:
@@ -31,7 +30,7 @@ def word_of(name: str) -> Word:
 
 def word_at(index: int) -> Word:
     """Return the parameter that has a word of the table."""
-    return next(word for word in parameter_words().values() if word.first <= index < word.first + word.words)
+    return next(word for word in parameter_words().values() if word.first <= index < word.first + word.count)
 
 
 def to_words(word: Word, value: Any) -> np.ndarray:
@@ -44,53 +43,40 @@ def to_words(word: Word, value: Any) -> np.ndarray:
         raise must_be(word.name, numbers.size, str(word.count), "numbers")
     for number in numbers:
         _check(word, float(number))
-    if word.format == "gain":
-        return np.array([part for number in numbers for part in to_gain(float(number), word.name)], np.int32)
-    scaled = np.rint(numbers * 2.0 ** BITS[word.format])
-    return np.clip(scaled, -(2**31), 2**31 - 1).astype(np.int32)  # 8 N is one step more than a word holds
+    return numbers
 
 
 def filled(words: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the parameter table with these words by name, 0 elsewhere, int32."""
-    table = np.zeros(word_count(), dtype=np.int32)
+    """Return the parameter table with these words by name, 0 elsewhere."""
+    table = np.zeros(word_count())
     for name, values in words.items():
         word = word_of(name)
-        table[word.first : word.first + word.words] = values
+        table[word.first : word.first + word.count] = values
     return table
 
 
 def from_words(word: Word, words: np.ndarray) -> float | np.ndarray:
     """Return the value of a parameter's words in its unit; an array where it has several numbers."""
-    raw = np.asarray(words, dtype=float)
-    if word.format == "gain":
-        numbers = raw[::2] * 2.0 ** -raw[1::2]
-    else:
-        numbers = raw / 2.0 ** BITS[word.format]
+    numbers = np.asarray(words, dtype=float)
     return float(numbers[0]) if word.count == 1 else numbers
 
 
 def shown(word: Word, value: float | np.ndarray) -> str:
     """Return a parameter's value as text with its unit; of several numbers how many there are."""
-    number = f"{value:.6g}" if isinstance(value, float) else f"{len(value)} numbers"
+    digits = 10 if word.format == "count" else 6
+    number = f"{value:.{digits}g}" if isinstance(value, float) else f"{len(value)} numbers"
     return f"{number} {word.unit}".rstrip()
 
 
 def accepted(word: Word) -> str:
     """Return in words what a parameter takes."""
     unit = f" {word.unit}" if word.unit else ""
-    if word.format == "gain":
-        return "below 2^31 in magnitude"
     kind = "a whole number" if word.format == "count" else "a number"
-    low = -(2**31) if word.low is None else word.low
-    high = 2**31 - 1 if word.high is None else word.high
-    return f"{kind} from {low:g} to {high:g}{unit}"
+    return f"{kind} from {word.low:.10g} to {word.high:.10g}{unit}"
 
 
 def _check(word: Word, number: float) -> None:
-    low = -(2**31) if word.low is None or word.format == "gain" else word.low
-    high = 2**31 - 1 if word.high is None or word.format == "gain" else word.high
-    whole = word.format != "count" or number == round(number) if np.isfinite(number) else False
-    if not (whole and low <= number <= high):
+    if not word.low <= number <= word.high or (word.format == "count" and number != round(number)):
         raise must_be(word.name, number, accepted(word), word.unit)
 
 
@@ -98,46 +84,40 @@ class Number(NamedTuple):
     """A number of a parameter table; the fields are the columns of parameters.csv."""
 
     word: int
-    """Index of its first word."""
+    """Its index."""
     name: str
     """The parameter's, with the place in brackets where it has several numbers."""
     value: float
     unit: str
-    raw: str
-    """Its words as whole numbers."""
     meaning: str
 
 
 def fingerprint(words: np.ndarray) -> str:
     """Return the CRC-32 of all words of a table, little-endian, in hexadecimal: that of parameters.bin as a file."""
-    return f"{zlib.crc32(words.astype('<i4').tobytes()):08x}"
+    return f"{zlib.crc32(words.astype('<f8').tobytes()):08x}"
 
 
 def numbers(words: np.ndarray) -> Iterator[Number]:
     """Yield every number of a parameter table."""
     for word in parameter_words().values():
-        each = word.words // word.count
-        value = np.atleast_1d(from_words(word, words[word.first : word.first + word.words]))
         for k in range(word.count):
-            first = word.first + k * each
             name = f"{word.name}[{k}]" if word.count > 1 else word.name
-            raw = " ".join(map(str, words[first : first + each].tolist()))
-            yield Number(first, name, float(value[k]), word.unit, raw, word.text)
+            yield Number(word.first + k, name, float(words[word.first + k]), word.unit, word.text)
 
 
 def differing(words: np.ndarray, others: np.ndarray) -> list[tuple[str, str, str]]:
     """Return the name of each number that differs between two tables, with its value in either."""
     pairs = zip(numbers(words), numbers(others), strict=True)
-    return [(one.name, *_apart(one, other)) for one, other in pairs if one.raw != other.raw]
+    return [(one.name, *_apart(one, other)) for one, other in pairs if one.value != other.value]
 
 
 def _apart(one: Number, other: Number) -> tuple[str, str]:
-    """Return two values with as many digits as tell them apart; their words where no digits do."""
-    for digits in (6, 12):
+    """Return two values with as many digits as tell them apart."""
+    for digits in (6, 12, 17):
         texts = f"{one.value:.{digits}g}", f"{other.value:.{digits}g}"
         if texts[0] != texts[1]:
-            return f"{texts[0]} {one.unit}".rstrip(), f"{texts[1]} {other.unit}".rstrip()
-    return f"words {one.raw}", f"words {other.raw}"
+            break
+    return f"{texts[0]} {one.unit}".rstrip(), f"{texts[1]} {other.unit}".rstrip()
 
 
 FINGERPRINT = "values.txt"
@@ -145,7 +125,7 @@ FINGERPRINT = "values.txt"
 
 
 def write_table(system: System, words: np.ndarray, folder: Path) -> None:
-    """Write parameters.bin (little-endian int32), parameters.csv, values.txt and system.toml into a folder."""
+    """Write parameters.bin (little-endian doubles), parameters.csv, values.txt and system.toml into a folder."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(Number._fields)
@@ -155,7 +135,7 @@ def write_table(system: System, words: np.ndarray, folder: Path) -> None:
     except OSError as error:
         raise must_be("out", str(folder), f"a folder ({error.strerror})") from None
     with replacing(folder / "parameters.bin") as fresh:
-        fresh.write_bytes(words.astype("<i4").tobytes())
+        fresh.write_bytes(words.astype("<f8").tobytes())
     with replacing(folder / "parameters.csv") as fresh:
         fresh.write_text(text.getvalue(), encoding="utf-8")
     with replacing(folder / FINGERPRINT) as fresh:

@@ -20,7 +20,8 @@ from frictionloop.identification.identified_bench import BELIEVED, Bench, source
 from frictionloop.identification.project_analysis import Work, analysed_entries, results_of
 from frictionloop.identification.project_file import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
-from frictionloop.quantities import replacing
+from frictionloop.quantities import FrictionloopError, replacing
+from frictionloop.quantities.small_files import json_of
 
 APART = 3.0
 """Two methods contradict each other where they are so many standard errors apart (assumed)."""
@@ -46,8 +47,8 @@ def bench(
     path : path
         Project file (`Project` lists its fields).
     kept : mapping or path, optional
-        Results of an earlier time (`Bench.kept`), or a JSON file of them, which is written anew: an entry whose files
-        and settings are unchanged is not analysed again.
+        Results of an earlier time (`Bench.entry_results`), or a JSON file of them, which is written anew: an entry
+        whose files and settings are unchanged is not analysed again.
     again : bool
         Whether to analyse everything anew; the file is written all the same.
     without_refused : bool
@@ -73,8 +74,8 @@ def bench(
 
 def _read(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the results of the last time, none if there are none that can be read."""
-    with suppress(OSError, ValueError):
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
+    with suppress(FrictionloopError):
+        found = json_of(path)
         if isinstance(found, dict):
             return found
     return {}

@@ -28,7 +28,10 @@ SAYS = {
     "quiet": "finger off, table untouched",
     "friction": "slide both ways, sometimes lift",
 }
-TICK_HZ = 5000
+RIG_HZ = 5000.0
+"""Samples of the simulated rig."""
+TENTH = 500
+"""Of these in a tenth of a second."""
 COLUMNS = {"weights": ("f_m",), "hits": ("f_m",), "quiet": ("f_m",), "friction": ("f_m", "load", "position")}
 UNITS = {"counts": "counts", "f_m": "N", "load": "N", "position": "m", "mass": "kg", "time": "s"}
 
@@ -64,6 +67,7 @@ class Recorded(Result):
     newtons_per_count: float | None
     """By the device's calibration; None where it tells none."""
     columns: Mapping[str, NDArray[np.float64]]
+    rate_hz: float
     project: str = ""
     """The entry of a project file, once it is known where the recording is (`saved_at`)."""
 
@@ -99,7 +103,7 @@ class Recorded(Result):
 
         chart = map_beside(path)
         with replacing(path) as beside, h5py.File(beside, "w") as file:
-            file.attrs["fs"] = float(TICK_HZ)
+            file.attrs["fs"] = self.rate_hz
             for name, values in self.columns.items():
                 file[name] = values
                 file[name].attrs["units"] = UNITS[name]
@@ -153,17 +157,19 @@ def run(
     steps = steps_of(kind, masses_g)
     simulated = device.address.startswith("sim:")
     line: Line = Rig(kind, steps) if simulated and kind != "friction" else device
-    columns = recorded(kind, steps, line, ask or (lambda step: None), watch or (lambda block: None))
+    rate_hz, tick_hz = (RIG_HZ, RIG_HZ) if isinstance(line, Rig) else (device.sample_hz, device.info.tick_hz)
+    columns = recorded(kind, steps, line, ask or (lambda step: None), watch or (lambda block: None), rate_hz, tick_hz)
     unit_n = with_counts(columns, device)
     time = columns["time"]
-    lost = int(np.sum(np.rint(np.diff(time) * TICK_HZ) - 1)) if time.size > 1 else 0
-    row = int(np.argmax(np.diff(time) * TICK_HZ > 1.5)) if lost else 0
+    lost = int(np.sum(np.rint(np.diff(time) * rate_hz) - 1)) if time.size > 1 else 0
+    row = int(np.argmax(np.diff(time) * rate_hz > 1.5)) if lost else 0
     gaps = [Finding("DATA-GAPS", value=lost, where=Condition(recording=kind), more={"row": row})] if lost else []
     return Recorded(
         kind=kind,
         samples=time.size,
         lost_samples=lost,
-        duration_s=time.size / TICK_HZ,
+        duration_s=time.size / rate_hz,
+        rate_hz=rate_hz,
         newtons_per_count=unit_n,
         columns=columns,
         findings=tuple(gaps),
@@ -192,6 +198,8 @@ def recorded(
     line: Line,
     ask: Callable[[Step], object],
     watch: Callable[[Block], object],
+    rate_hz: float,
+    tick_hz: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Return the columns of all steps, one after the other; times of steps follow each other without a gap."""
     parts: list[dict[str, NDArray[np.float64]]] = []
@@ -199,17 +207,17 @@ def recorded(
     for step in steps:
         ask(step)
         blocks = []
-        for block in line.stream(step.lasts_s, 1):
+        for block in line.stream(step.lasts_s, round(tick_hz / rate_hz)):
             watch(block)
             blocks.append(block)
         if not blocks:
             raise must_be("device: samples", 0, "1 or more")
         tick = np.concatenate([block["tick"] for block in blocks])
         part = {name: np.concatenate([block[name] for block in blocks]) for name in COLUMNS[kind]}
-        part["time"] = began_s + ((tick - tick[0]) % 2**32) / TICK_HZ
+        part["time"] = began_s + ((tick - tick[0]) % 2**32) / tick_hz
         if step.mass_kg is not None:
             part["mass"] = np.full(tick.size, step.mass_kg)
-        began_s = float(part["time"][-1]) + 1 / TICK_HZ
+        began_s = float(part["time"][-1]) + 1.0 / rate_hz
         parts.append(part)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
@@ -229,9 +237,9 @@ class Rig:
 
     def stream(self, duration_s: float, decimation: int) -> Iterator[Block]:
         """Yield the next seconds, a tenth of one at a time."""
-        stop = min(self._at + round(duration_s * TICK_HZ), self._reading.size)
-        for first in range(self._at, stop, TICK_HZ // 10):
-            rows = np.arange(first, min(first + TICK_HZ // 10, stop), decimation)
+        stop = min(self._at + round(duration_s * RIG_HZ), self._reading.size)
+        for first in range(self._at, stop, TENTH):
+            rows = np.arange(first, min(first + TENTH, stop), decimation)
             yield {"tick": rows.astype(float), "f_m": self._reading[rows]}
         self._at = stop
 

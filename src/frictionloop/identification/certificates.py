@@ -8,7 +8,6 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from scipy.stats import t as student
@@ -17,7 +16,8 @@ from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification.estimate import Estimate, Measured
 from frictionloop.identification.finger_population import TAU, People
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import must_be
+from frictionloop.quantities.small_files import text_of
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -31,6 +31,7 @@ LOOP = (
 """Measured values on which the loop's margins depend."""
 
 _HELD = re.compile(r'<script type="application/json" id="measured">(.*?)</script>', re.DOTALL)
+CERTIFICATE_BYTES = 10**8
 ACCEPTED = "a certificate (.html), bench (.json)"
 CHANGED = 0.01
 """Chance of so large a difference below which a value is said to have changed (assumed)."""
@@ -43,10 +44,7 @@ def certified(path: str | os.PathLike[str]) -> Any:
 
     Raises ``FrictionloopError`` for a file that cannot be read or holds nothing of the kind.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    text = text_of(path, CERTIFICATE_BYTES)
     held = _HELD.search(text)
     try:
         return json.loads(held.group(1) if held else text)

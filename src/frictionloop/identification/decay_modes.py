@@ -160,7 +160,7 @@ class Modes:
         return drawn_poles(self.diagram, [mode.frequency.value for mode in self.modes])
 
     @property
-    def asked(self) -> tuple[Mode, ...]:
+    def chosen_modes(self) -> tuple[Mode, ...]:
         """The modes that were asked for."""
         return tuple(self.modes[k] for k in self.chosen)
 

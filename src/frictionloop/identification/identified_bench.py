@@ -148,7 +148,7 @@ class Bench(Result):
         more = {"corners": self.corners, "design_flags": self.design_flags, "assumed": self.assumed}
         return own | {"measured": plain(list(self.measured.values()))} | plain(more)
 
-    def kept(self) -> dict[str, Any]:
+    def entry_results(self) -> dict[str, Any]:
         """Return what entries told as plain data, to be handed to `bench` the next time."""
         return results_of(list(zip(self.keys, self.parts, strict=True)))
 

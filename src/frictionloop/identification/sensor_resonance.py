@@ -119,7 +119,7 @@ def same_mode(found: Sequence[Modes]) -> list[tuple[Modes, int]]:
 
     Which mode is the lowest or the strongest may differ from hit to hit; one mode lies within 5 % of itself.
     """
-    asked = sorted(each.asked[0].frequency.value for each in found)
+    asked = sorted(each.chosen_modes[0].frequency.value for each in found)
     hertz = asked[(len(asked) - 1) // 2]
     picked = []
     for each in found:
@@ -214,7 +214,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         rows += [
             (name, str(mode.frequency), str(mode.q), f"{mode.share:.0%}", f"{each.misfit:.1%}") for mode in each.modes
         ]
-    first = [each.asked[0] for each in found]
+    first = [each.chosen_modes[0] for each in found]
     shift_hz = [each.method_hz[k] for each, k in zip(found, chosen, strict=True)]
     shift_q = [each.method_q[k] for each, k in zip(found, chosen, strict=True)]
     values = [

@@ -13,7 +13,6 @@ from frictionloop.device.bench_boards import ENDS, BenchPipe
 from frictionloop.device.codec import Message
 from frictionloop.device.device import Device
 from frictionloop.device.errors import DeviceError, Refused, Unplugged
-from frictionloop.device.recording import TICK_HZ
 from frictionloop.device.waveform import EffectUpload, upload_of
 from frictionloop.live.telemetry import News
 from frictionloop.loop.stepper import Movement
@@ -108,7 +107,7 @@ class SetUp:
         """Make the tables of a System's effect, which takes a second for a rough one; may run in another thread."""
         if self.ready(system):
             return
-        played = upload_of(system.setpoint, system, self._device.info.waveform)
+        played = upload_of(system.setpoint, system, self._device.info.waveform, self._device.info.tick_hz)
         if played is None:
             raise must_be("setpoint.kind", system.setpoint.kind, "effect")
         kept = dict(list(self._played.items())[1 - KEPT_EFFECTS :])
@@ -175,7 +174,7 @@ class DeviceEngine:
     @property
     def rate_hz(self) -> float:
         """Ticks per second."""
-        return float(TICK_HZ)
+        return float(self._device.info.tick_hz)
 
     @property
     def is_paced(self) -> bool:
@@ -276,7 +275,7 @@ class DeviceEngine:
             self._write_on()
             return self._link.poll(0.0)
         self._moves.extend(Movement(*row) for row in path.tolist())
-        until, messages = self._bench.clock() + (len(self._moves) - 0.5) / TICK_HZ, []
+        until, messages = self._bench.clock() + (len(self._moves) - 0.5) / self.rate_hz, []
         while (left := until - self._bench.clock()) > 0:
             messages += self._link.poll(left)
             self._write_on()

@@ -42,9 +42,13 @@ class PointerPath:
         self.reached_ms = math.nan
         """Page time of the newest event that the finger has reached, ms."""
 
-    def add(self, arrived_s: float, events: np.ndarray) -> None:
-        """Take events, rows of page time (ms), x (mm), y (mm) and load (N), that arrived together."""
-        self._offsets_s.append(arrived_s - 1e-3 * float(events[-1, 0]))
+    def heard_s(self, arrived_s: float, page_ms: float) -> float:
+        """Return when a page said what arrives now, in our time: earlier, where it or the network was stopped."""
+        self._offsets_s.append(arrived_s - 1e-3 * page_ms)
+        return 1e-3 * page_ms + min(self._offsets_s)
+
+    def add(self, events: np.ndarray) -> None:
+        """Take events, rows of page time (ms), x (mm), y (mm) and load (N), of a page that was heard."""
         offset_s = min(self._offsets_s)
         for page_ms, *row in events.tolist():
             time_s = 1e-3 * page_ms + offset_s

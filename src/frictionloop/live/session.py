@@ -69,15 +69,19 @@ class Session:
     def touch(self, now_s: float, events: np.ndarray) -> bool:
         """Take pointer events and return whether the finger has landed with them.
 
-        Their rows are page time (ms), x (mm), y (mm) and load (N; NaN where the pointer has none).
+        Their rows are page time (ms), x (mm), y (mm) and load (N; NaN where the pointer has none). What a page said
+        long ago, which was stopped since, moves nothing.
         """
+        heard_s = self.pointer.heard_s(now_s, float(events[-1, 0]))
+        if now_s - heard_s > GONE_S:
+            return False
         events = np.where(np.isnan(events), self.load_n, events)
         landed = not self._down
         if landed:
             self.pointer.clear()
             self.line_mm = float(events[0, 2])
-        self._down, self._heard_s = True, now_s
-        self.pointer.add(now_s, events)
+        self._down, self._heard_s = True, heard_s
+        self.pointer.add(events)
         return landed
 
     def lift(self) -> None:

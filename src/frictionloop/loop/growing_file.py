@@ -52,6 +52,11 @@ class DiskFull(FrictionloopError):
     """The disk takes no more; what was appended is kept."""
 
 
+def is_taken(path: Path) -> bool:
+    """Return whether a file is there that holds something."""
+    return path.is_file() and path.stat().st_size > 0
+
+
 class Spool:
     """The growing file, beside the path that it takes when it is finished.
 
@@ -149,7 +154,7 @@ class Spool:
             self._synced = self._syncs.submit(os.fsync, self._file.id.get_vfd_handle())
 
     def finish(self, attrs: Mapping[str, Any]) -> Path:
-        """Close the file with the attributes known at the end, and give it its name; an old file is whole until then.
+        """Close the file with the attributes known at the end, and give it its name.
 
         Raises
         ------
@@ -167,6 +172,8 @@ class Spool:
             if self.partial.stat().st_size <= SEALED_BYTES:
                 append_seal(self.partial)
             sync(self.partial)
+            if self.path != self.partial and is_taken(self.path):  # another process was faster
+                raise FileExistsError(errno.EEXIST, "exists", str(self.path))
             self.partial.replace(self.path)
             sync(self.path.absolute().parent)
         except (OSError, RuntimeError) as error:

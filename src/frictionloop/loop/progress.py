@@ -109,7 +109,7 @@ def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
     """Write what is under way: nothing for work that is soon done, then a line ever more rarely."""
     ended = threading.Event()
 
-    def tell() -> None:
+    def write_rarely() -> None:
         _so_far_s[0], next_s, wait_s = 0.0, FIRST_S, FIRST_S
         while not ended.wait(LOOK_S):
             _so_far_s[0] += LOOK_S
@@ -119,7 +119,7 @@ def plain_lines(write: Callable[[str], None]) -> Iterator[None]:
                 wait_s *= RARER
                 next_s = _so_far_s[0] + wait_s
 
-    teller = threading.Thread(target=tell, daemon=True)
+    teller = threading.Thread(target=write_rarely, daemon=True)
     teller.start()
     try:
         yield
@@ -148,10 +148,10 @@ def waiting(text: str) -> Iterator[None]:
 
 @contextmanager
 def _steps(tell: Callable[[str], None]) -> Iterator[None]:
-    """Have the steps of what is under way told, and that something is compiled."""
+    """Have the steps of what is under way reported, and that something is compiled."""
     now = ""
 
-    def told(said: str) -> None:
+    def report(said: str) -> None:
         nonlocal now
         now = f": {said}"
         tell(now)
@@ -159,7 +159,7 @@ def _steps(tell: Callable[[str], None]) -> Iterator[None]:
     def compiling(begins: bool) -> None:
         tell(now + COMPILING * begins)
 
-    with _among(on_step, told), _among(on_compiling, compiling):
+    with _among(on_step, report), _among(on_compiling, compiling):
         yield
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.toml_files import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.seal import seal_of
+from frictionloop.quantities.seal import is_sealed, seal_of
 from frictionloop.quantities.version import package_version
 
 if TYPE_CHECKING:
@@ -109,12 +109,12 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
     run : xarray.Dataset
         From ``simulate`` or ``sweep``.
     path : path
-        File to write, replaced if it is there: .h5, .hdf5 or .nc, or .csv.
+        File to write: .h5, .hdf5 or .nc, or .csv. One that this package wrote is replaced, and any .csv.
 
     Raises
     ------
     FrictionloopError
-        For another ending, or a file that cannot be written.
+        For another ending, a file that cannot be written, or one of others.
     """
     if (ending := Path(path).suffix.lower()) not in (*HDF5, ".csv") and str(path):
         raise FrictionloopError(f"{str(path)!r}: must end in {', '.join(HDF5)} or .csv")
@@ -124,6 +124,8 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> None:
         with replacing(path) as beside:
             table.to_csv(beside, index=False)
         return
+    if os.path.isfile(path) and os.path.getsize(path) and not is_sealed(path):
+        raise FrictionloopError(f"{path}: was not written by frictionloop; name another")
     encoding = {name: {"zlib": True, "complevel": 1, "shuffle": True} for name in run.data_vars if run[name].ndim}
     # HDF5 writes to memory: when a disk is full, its own writing leaves handles that crash the interpreter at exit.
     with _without_cluster():

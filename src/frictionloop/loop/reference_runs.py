@@ -15,14 +15,14 @@ from frictionloop.loop import metrics as plain
 from frictionloop.loop.metric import RunMetric, fade_gain, faded_and_filtered
 from frictionloop.loop.metrics import check_run, counted, of_a_run
 from frictionloop.loop.record import system_of
-from frictionloop.loop.simulate import is_finite, traced
+from frictionloop.loop.simulate import is_finite, simulate, traced
 from frictionloop.loop.transients import reversal_metrics
-from frictionloop.parameters import Constant, Recording, System
+from frictionloop.parameters import Constant, Recording, Strokes, System
 from frictionloop.perception.weighting import weighting_sos
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.units import SignalWarning
 
-OPENED = {"controller.kind": "lookup", "controller.form": "float"}
+OPENED = {"controller.kind": "lookup"}
 """What opens a loop: the lookup table alone turns the set-point into an amplitude (paper, Sec. 2.2)."""
 OPEN_ERROR = "open_loop_rms_error"
 """Name of the rms error in open loop beside that of the loop."""
@@ -80,6 +80,39 @@ def steady_of(run: xr.Dataset, mask: Any = None) -> xr.Dataset | None:
     scored = run["d"].values[counted(run, mask)]
     steady = {"disturbance": Constant(offset_n=float(scored.mean()))}
     return _again(run, steady) if float(np.std(scored)) > LEAST_N else None
+
+
+SMOOTH = {
+    "friction": {"roughness_rms": 0.0},
+    "motion": {"tremor_um": 0.0, "tremor_n": 0.0, "load_drift": 0.0, "contact_s": 0.0},
+    "sensor": {"noise_density_n_rthz": 0.0},
+}
+"""What makes a finger smooth, never lifted, and a sensor silent, so that only the loop can make the force swing."""
+
+
+SWING_S, STROKE_S = 10.0, 1.0
+"""Of a run that is looked at for a swing, and the shortest of its strokes."""
+
+
+def swing_n(system: System, force_n: float) -> float:
+    """Return how far the force swings by itself: peak to peak, N, about a line over the second half of a stroke.
+
+    The finger is smooth and is asked for one force, in strokes of a second, so that a stable loop comes to
+    rest. The median of the strokes.
+    """
+    from scipy.signal import detrend
+
+    changes: dict[str, Any] = {"setpoint": Constant(offset_n=force_n), "disturbance": Constant()}
+    for block, each in SMOOTH.items():
+        changes |= {f"{block}.{name}": value for name, value in each.items() if hasattr(getattr(system, block), name)}
+    if isinstance(system.motion, Strokes):
+        longer = min(STROKE_S * system.motion.speed_mm_s, system.touch.load.length_mm)
+        changes["motion.stroke_mm"] = max(system.motion.stroke_mm, longer)
+    run = simulate(system.evolve(changes), SWING_S)
+    force, mask = run["f_a"].values, run["scored"].values if "scored" in run else np.ones(run.sizes["time"], bool)
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]]))).reshape(-1, 2)
+    swings = [np.ptp(detrend(force[(begin + end) // 2 : end])) for begin, end in ends if end - begin > 2]
+    return float(np.median(swings))
 
 
 def _again(run: xr.Dataset, changes: dict[str, Any]) -> xr.Dataset | None:

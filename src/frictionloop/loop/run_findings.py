@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.analysis.levels import OFTEN_N, RECORDED, left_in, too_wide
-from frictionloop.findings import Condition, Finding
+from frictionloop.findings import Finding
 from frictionloop.findings.result import frame
 from frictionloop.loop.metrics import run_reach
 from frictionloop.loop.record import system_of
+from frictionloop.loop.signal_findings import with_longer_stroke
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
-from frictionloop.parameters.motion import one_stroke_a_contact
 from frictionloop.physics.motion import scored_edge_m, stroke_plan
 from frictionloop.recordings.force_shape import SHOWN, stretches
 
@@ -27,8 +27,6 @@ CLAMPED = 0.05
 """Share of the commands that are clamped, and of the time out of reach, from which on that is told (chosen)."""
 UNREACHED = 0.9
 """Share of the time out of reach that is a warning (chosen); less where a recording brings its own mean."""
-SEVERAL = 2.0
-"""Strokes of a contact from which on it is meant to be back and forth (chosen)."""
 STEP_MM = 10.0
 """Strokes are proposed in whole centimetres."""
 
@@ -123,7 +121,7 @@ def of_unscored(run: xr.Dataset) -> Iterator[Finding]:
         return
     parts = unscored_s(run)
     stroke_mm = without_turn_mm(system, run.sizes["time"] / system.controller.rate_hz)
-    remedy = {} if stroke_mm is None else {"motion.stroke_mm": stroke_mm} | beside(stroke_mm, system)
+    remedy = {} if stroke_mm is None else {"motion.stroke_mm": stroke_mm} | with_longer_stroke(stroke_mm, system)
     spans = [f"{start:.3g} to {end:.3g}" for start, end in parts[:SHOWN]]
     yield Finding("NOT-SCORED", value=len(parts), remedy=remedy, more={"spans": spans})
 
@@ -144,29 +142,3 @@ def without_turn_mm(system: System, duration_s: float) -> float | None:
     edge_mm = 1e3 * (stroke_plan(motion).half_stroke_m - scored_edge_m(motion, finger))
     needed_mm = motion.speed_mm_s * duration_s + edge_mm
     return None if motion.stroke_mm >= needed_mm else STEP_MM * math.ceil(needed_mm / STEP_MM)
-
-
-def beside(stroke_mm: float, system: System) -> dict[str, float]:
-    """Return what a stroke takes besides: a longer plate, and for a board the scale that reads all of it."""
-    from frictionloop.firmware.board_fit import scale_for  # what few runs need
-
-    longer = {"touch.load.length_mm": stroke_mm} if stroke_mm > system.touch.load.length_mm else {}
-    return longer | scale_for(stroke_mm, system)
-
-
-def contact_turns(system: System) -> Iterator[Finding]:
-    """Yield that strokes end within contacts, and what makes each contact one stroke.
-
-    Nothing of a finger that stays, goes back and forth within a contact, or turns in the air.
-    """
-    motion = system.motion
-    if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
-        return
-    half_s = 0.5 * motion.cycle_s
-    if one_stroke_a_contact(motion) or motion.contact_s >= SEVERAL * half_s:
-        return
-    changes = motion.in_contacts()
-    changes |= beside(changes["motion.stroke_mm"], system)
-    rounded = {path: float(f"{value:.6g}") for path, value in changes.items()}
-    where = Condition(speed_mm_s=motion.speed_mm_s)
-    yield Finding("TURNS-IN-CONTACT", value=motion.contact_s, unit="s", limit=half_s, where=where, remedy=rounded)

@@ -16,7 +16,7 @@ from frictionloop.findings import Condition, Finding
 from frictionloop.findings.catalogue import Severity
 from frictionloop.loop.metrics import out_of_reach, saturation_index
 from frictionloop.loop.record import system_of
-from frictionloop.loop.reference_runs import steady_of
+from frictionloop.loop.reference_runs import steady_of, swing_n
 from frictionloop.loop.run_findings import CLAMPED
 from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.physics.occlusion import occlusion_at
@@ -24,6 +24,10 @@ from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+SWING_N = 0.02
+"""Swing of the force on a smooth finger, peak to peak, from which a law is said to ring (assumed)."""
 
 
 def run_ringing(run: xr.Dataset, mask: np.ndarray) -> Ringing | None:
@@ -70,19 +74,34 @@ def rings_alone(run: xr.Dataset, mask: np.ndarray, found: Ringing | None) -> boo
     return saturation_index(calm, mask) > CLAMPED
 
 
-def of_ringing(found: Ringing | None, alone: bool) -> Iterator[Finding]:
+def of_ringing(found: Ringing | None, alone: bool, remedy: str = "--advise") -> Iterator[Finding]:
     """Yield that a loop rings or nearly does."""
     if found is None or found.how == "calm":
         return
     if found.how == "unstable":
         severity: Severity | None = "error" if alone else None
         hz = found.frequency_hz
-        yield Finding("LOOP-UNSTABLE", severity, hz, "Hz", where=found.where, remedy="--advise")
+        yield Finding("LOOP-UNSTABLE", severity, hz, "Hz", where=found.where, remedy=remedy)
     elif alone:
         peak: Mapping[str, float] = {"peak": found.sensitivity_peak}
         yield Finding("RING-CLAMP", value=found.frequency_hz, unit="Hz", where=found.where, more=peak)
     else:
         yield Finding("LOOP-NEAR", value=found.sensitivity_peak, limit=NEAR, where=found.where)
+
+
+def of_own_law(system: System, force_n: float) -> Iterator[Finding]:
+    """Yield that a law from outside, whose slope may say nothing of larger steps, makes the force swing."""
+    if type(system.controller).__module__.startswith("frictionloop."):
+        return
+    swing = swing_n(system, force_n)
+    if swing > SWING_N:
+        yield Finding("LAW-CONTRADICTS", value=1e3 * swing, unit="mN", limit=1e3 * SWING_N)
+
+
+def of_loop(rms_error_n: float, open_loop_rms_error_n: float) -> Iterator[Finding]:
+    """Yield that a loop leaves more than the lookup table alone."""
+    if rms_error_n > open_loop_rms_error_n:
+        yield Finding("LOOP-WORSE", value=1e3 * rms_error_n, unit="mN", limit=1e3 * open_loop_rms_error_n)
 
 
 def unseen(run: xr.Dataset, mask: np.ndarray, error: FrictionloopError) -> Iterator[Finding]:

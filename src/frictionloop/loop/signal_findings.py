@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, Strokes, SuspendedSensor, System, bench, feasible, paper
+from frictionloop.parameters.motion import one_stroke_a_contact
 from frictionloop.parameters.presets import stirring
 from frictionloop.quantities.units import SignalWarning
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from frictionloop.recordings.read import Taken
 
 MEASURED = (Recording, Samples)
+SEVERAL = 2.0
+"""Strokes of a contact from which on it is meant to be back and forth (chosen)."""
 
 
 def warn_of_signals(system: System) -> None:
@@ -52,7 +55,6 @@ def doubts(
         As `read_recording`.
     """
     from frictionloop.analysis.levels import misread
-    from frictionloop.loop.run_findings import contact_turns
 
     there = [system.evolve({"motion.speed_mm_s": speed}) for speed in speeds_mm_s] or [system]
     turns = next(filter(None, (tuple(contact_turns(each)) for each in there)), ())
@@ -178,3 +180,29 @@ def _jumps(system: System, taken: Taken, duration_s: float) -> Iterator[Finding]
         more = {"at_s": at_s[:NAMED], "jumps": len(found)}
         where = Condition(recording="disturbance")
         yield Finding("RECORDED-JUMPS", value=1e3 * found[0][1], unit="mN", where=where, more=more)
+
+
+def contact_turns(system: System) -> Iterator[Finding]:
+    """Yield that strokes end within contacts, and what makes each contact one stroke.
+
+    Nothing of a finger that stays, goes back and forth within a contact, or turns in the air.
+    """
+    motion = system.motion
+    if not isinstance(motion, Strokes) or motion.contact_s == 0.0:
+        return
+    half_s = 0.5 * motion.cycle_s
+    if one_stroke_a_contact(motion) or motion.contact_s >= SEVERAL * half_s:
+        return
+    changes = motion.in_contacts()
+    changes |= with_longer_stroke(changes["motion.stroke_mm"], system)
+    rounded = {path: float(f"{value:.6g}") for path, value in changes.items()}
+    where = Condition(speed_mm_s=motion.speed_mm_s)
+    yield Finding("TURNS-IN-CONTACT", value=motion.contact_s, unit="s", limit=half_s, where=where, remedy=rounded)
+
+
+def with_longer_stroke(stroke_mm: float, system: System) -> dict[str, float]:
+    """Return what a stroke takes besides: a longer plate, and for a board the scale that reads all of it."""
+    from frictionloop.firmware.board_fit import scale_for  # what few runs need
+
+    longer = {"touch.load.length_mm": stroke_mm} if stroke_mm > system.touch.load.length_mm else {}
+    return longer | scale_for(stroke_mm, system)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,12 +23,14 @@ from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
 from frictionloop.loop.signal_findings import warn_of_signals
 from frictionloop.loop.simulate import lanes_without_number, no_number, periods_in, run_tile, traced
-from frictionloop.loop.sweep_checkpoint import CLOCK, Result, Timely, check_not_unfinished, computing, resumed
+from frictionloop.loop.sweep_checkpoint import CLOCK, Result, Timely, check_free, computing, resumed
 from frictionloop.loop.sweep_points import fingerprint, points_of, structures_of
+from frictionloop.loop.sweep_shards import ShardResult, points_of_shard, shard_file, shard_values
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError, must_be, trees
 from frictionloop.quantities.blame import place, theirs
 from frictionloop.quantities.brief import Brief
+from frictionloop.quantities.whole_files import only_writer
 
 
 class SweepInterrupted(KeyboardInterrupt, metaclass=Brief):
@@ -48,6 +52,8 @@ def sweep(
     n_jobs: int | None = None,
     path: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    force: bool = False,
+    shard: tuple[int, int] | None = None,
     progress: bool | None = None,
     clock: Callable[[], float] = CLOCK,
 ) -> xr.Dataset:
@@ -59,7 +65,7 @@ def sweep(
         The base system.
     points : mapping or sequence of mappings
         ``{"controller.kp": kps, "controller.ki": kis}`` for their grid (one dim per path), or a list of overrides
-        ``[{...}, {...}]`` (dim ``point``).
+        ``[{...}, {...}]`` (dim ``point``). `fingers` may be a list or, as ``{"finger": people, ...}``, an axis.
     duration_s : float
         Duration of each run in s.
     seeds : int or sequence of int
@@ -73,9 +79,14 @@ def sweep(
         Parallel workers, by default one per core. Threads, unless a joblib back end is active: inside
         ``joblib.parallel_config(backend="dask")`` the same call runs on a Dask cluster.
     path : path, optional
-        HDF5 file that keeps what is done, also on Ctrl-C: saved every few seconds.
+        HDF5 file that keeps what is done, also on Ctrl-C: saved every few seconds, and written by no other meanwhile.
     resume : bool
         Continue the sweep in ``path`` instead of starting over; refused if other code computed its points.
+    force : bool
+        Start over in ``path`` whatever it holds.
+    shard : (int, int), optional
+        Part i of n, from 1 on, whose file goes into the folder ``path``; `open_sweep` reads them all. A part that is
+        there is gone on with.
     progress : bool, optional
         Show a progress bar; by default on a terminal.
     clock : callable
@@ -103,28 +114,40 @@ def sweep(
     check_system(system)
     names, workers = _metrics(metrics), worker_count(n_jobs)
     grid = points_of(points, seeds)
-    structures = structures_of(system, grid, duration_s, score_from_s, names)
+    own = range(len(grid.overrides)) if shard is None else points_of_shard(shard, grid.shape[:-1])
+    structures = structures_of(system, grid, own, duration_s, score_from_s, names)
     warn_of_signals(system)
     key = fingerprint(system, grid, duration_s, score_from_s, names, outside_digest())
-    code, values = computing(), np.full((len(names), int(np.prod(grid.shape))), np.nan)
-    if resume:
-        values = resumed(path, key, code, names, grid)
-    else:
-        check_not_unfinished(path)
-    attrs = provenance(system, duration_s=duration_s, score_from_s=score_from_s, fingerprint=key, code=code)
-    result = Result(values, names, grid, attrs, path)
-    result.keep()
-    save = Timely(result.keep, clock)
-    wanted = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
-    tiles = list(tiles_of(structures, wanted, len(grid.seeds)))
-    of = list(grid.lanes())
-    outside = registered()
-    calls = ((outside, system, tile, [of[lane] for lane in tile], duration_s, score_from_s, names) for tile in tiles)
-    done = shared_out(_run, calls, workers)
+    attrs = provenance(system, duration_s=duration_s, score_from_s=score_from_s, fingerprint=key, code=computing())
+    file = None if shard is None else shard_file(path, shard)
+    target = path if file is None else file
+    with only_writer(target):
+        values = np.full((len(names), len(own) * len(grid.seeds)), np.nan)
+        if force and target is not None:
+            Path(target).unlink(missing_ok=True)
+        elif file is not None:
+            values = shard_values(file, attrs, names, values)
+        elif resume:
+            values = resumed(path, key, attrs["code"], names, grid.shape)
+        else:
+            check_free(path, key)
+        kind = Result if shard is None else partial(ShardResult, own=own, shard=shard)
+        result = kind(values, names, grid, attrs, target)
+        result.keep()
+        wanted = np.flatnonzero(np.isnan(values).all(axis=0)).tolist()
+        tiles = list(tiles_of(structures, wanted, len(grid.seeds)))
+        first, how = own.start * len(grid.seeds), (duration_s, score_from_s, names)
+        calls = ((registered(), system, tile, grid.runs(first + lane for lane in tile), *how) for tile in tiles)
+        _fill(result, tiles, shared_out(_run, calls, workers), Timely(result.keep, clock), progress)
+    return result.dataset()
+
+
+def _fill(result: Result, tiles: Sequence[Any], done: Any, save: Timely, progress: bool | None) -> None:
+    """Put the values of tiles into a result as they are done, and keep it."""
     with progress_bar("sweep", len(tiles), progress) as advance, closing(done):
         try:
             for lanes, numbers in done:
-                values[:, lanes] = numbers
+                result.values[:, lanes] = numbers
                 result.done += len(lanes)
                 advance()
                 save()
@@ -132,7 +155,6 @@ def sweep(
             raise SweepInterrupted(result.dataset()) from None
         finally:
             result.keep()
-    return result.dataset()
 
 
 def _metrics(metrics: Sequence[str] | None) -> tuple[str, ...]:

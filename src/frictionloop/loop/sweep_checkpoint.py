@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from frictionloop.loop.record import HDF5, load, save
 from frictionloop.loop.sweep_points import Points
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.schema import firmware_folder
+from frictionloop.quantities.seal import is_sealed
 from frictionloop.quantities.version import code_version
 
 SAVE_EVERY_S = 5.0
@@ -52,20 +54,20 @@ class Timely:
 
 
 def resumed(
-    path: str | os.PathLike[str] | None, key: str, code: str, names: tuple[str, ...], grid: Points
+    path: str | os.PathLike[str] | None, key: str, code: str, names: tuple[str, ...], shape: tuple[int, ...]
 ) -> np.ndarray:
     """Return the values already done in a file, NaN for the rest."""
     if path is None:
         raise FrictionloopError("resume: needs a path")
     if not Path(path).exists():
-        return np.full((len(names), int(np.prod(grid.shape))), np.nan)
+        return np.full((len(names), math.prod(shape)), np.nan)
     kept = load(path)
     if kept.attrs.get("fingerprint") != key:
         raise FrictionloopError(f"{path}: holds another sweep")
     if kept.attrs.get("code") != code:
         raise FrictionloopError(f"{path}: is of other code, frictionloop {kept.attrs.get('version')}; start over")
     for name in names:
-        if name not in kept or kept[name].shape != grid.shape or kept[name].dtype.kind != "f":
+        if name not in kept or kept[name].shape != shape or kept[name].dtype.kind != "f":
             raise FrictionloopError(f"{path}: is damaged (metric {name})")
     return np.array([kept[name].values.ravel() for name in names])
 
@@ -78,15 +80,14 @@ def runs_done(result: xr.Dataset) -> int:
     return int(np.any(~np.isnan(numbers), axis=0).sum()) if numbers else 0
 
 
-def check_not_unfinished(path: str | os.PathLike[str] | None) -> None:
-    """Refuse to start over in a file that keeps an unfinished sweep."""
-    if path is None or not Path(path).is_file():
+def check_free(path: str | os.PathLike[str] | None, key: str) -> None:
+    """Refuse to start over in a file that keeps anything but the same sweep, finished."""
+    if path is None or not Path(path).is_file() or not Path(path).stat().st_size:
         return
-    try:
-        there = load(path)
-    except FrictionloopError:
-        return
-    if "fingerprint" in there.attrs and runs_done(there) < np.prod(list(there.sizes.values())):
+    there = load(path) if is_sealed(path) else None
+    if there is None or there.attrs.get("fingerprint") != key:
+        raise FrictionloopError(f"{path}: holds something else; --force")
+    if runs_done(there) < np.prod(list(there.sizes.values())):
         raise FrictionloopError(f"{path}: unfinished; --resume or resume=True")
 
 
@@ -103,14 +104,14 @@ class Result:
 
     def dataset(self) -> xr.Dataset:
         """Return the metrics over the sweep's axes, NaN where nothing has run."""
-        dims = (*self.grid.axes, "seed")
-        data = {
-            name: xr.Variable(
-                dims, row.reshape(self.grid.shape), {"units": METRICS[name].units, "long_name": METRICS[name].long_name}
-            )
-            for name, row in zip(self.names, self.values, strict=True)
-        }
+        data = self.variables((*self.grid.axes, "seed"), self.grid.shape)
         return xr.Dataset(data, self.grid.coordinates(), self.attrs | {RUNS_DONE: self.done})
+
+    def variables(self, dims: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, xr.Variable]:
+        """Return the metrics over dimensions."""
+        about = {name: {"units": METRICS[name].units, "long_name": METRICS[name].long_name} for name in self.names}
+        rows = zip(self.names, self.values, strict=True)
+        return {name: xr.Variable(dims, row.reshape(shape), about[name]) for name, row in rows}
 
     def keep(self) -> None:
         """Save what is there, if the sweep has a file."""

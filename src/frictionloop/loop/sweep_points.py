@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,8 +17,35 @@ from frictionloop.loop.metrics import METRICS
 from frictionloop.loop.simulate import check_seed, is_finite, periods_in
 from frictionloop.loop.transients import STEP_TIMES
 from frictionloop.parameters import Recording, System
+from frictionloop.parameters.population import read_population
+from frictionloop.physics.fingers import DrawnFingers, Fingers
 from frictionloop.physics.sources import sampler
 from frictionloop.quantities import FrictionloopError, must_be, unit_of
+
+
+class Grid(Sequence[dict[str, Any]]):
+    """Every combination of values on axes, the last axis fastest, made where it is asked for."""
+
+    def __init__(self, axes: dict[str, Sequence[Any]]) -> None:
+        self.axes = axes
+        self._count = math.prod(map(len, axes.values()))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return [self[k] for k in range(*place.indices(self._count))]
+        left, found = range(self._count)[place], dict[str, Any]()
+        for path, values in reversed(self.axes.items()):
+            left, at = divmod(left, len(values))
+            found = override_of(path, values[at]) | found
+        return found
+
+
+def override_of(path: str, value: Any) -> dict[str, Any]:
+    """Return the override of a value on an axis; that of a finger is one already."""
+    return dict(value) if isinstance(value, Mapping) else {path: value}
 
 
 @dataclass(frozen=True)
@@ -26,7 +53,7 @@ class Points:
     """Every override of a sweep in order, and the axes they lie on."""
 
     axes: dict[str, np.ndarray]
-    overrides: tuple[dict[str, Any], ...]
+    overrides: Sequence[dict[str, Any]]
     seeds: tuple[int, ...]
     gridded: bool
 
@@ -35,32 +62,63 @@ class Points:
         """Lengths of the axes, seeds last."""
         return (*(len(axis) for axis in self.axes.values()), len(self.seeds))
 
-    def lanes(self) -> Iterator[tuple[dict[str, Any], int]]:
-        """Yield (override, seed) in the order of the flattened result."""
-        return itertools.product(self.overrides, self.seeds)
+    def runs(self, lanes: Iterable[int]) -> list[tuple[dict[str, Any], int]]:
+        """Return override and seed of lanes, numbered as the flattened result; one object for lanes of one point."""
+        made: dict[int, dict[str, Any]] = {}
+        found = []
+        for lane in lanes:
+            point, seed = divmod(lane, len(self.seeds))
+            if point not in made:
+                made = {point: self.overrides[point]}
+            found.append((made[point], self.seeds[seed]))
+        return found
 
-    def probes(self) -> Iterator[dict[str, Any]]:
-        """Yield overrides that try every value once: those of a list, and each axis of a grid by itself."""
-        if not self.gridded:
-            yield from self.overrides
+    def probes(self, own: range) -> Iterator[dict[str, Any]]:
+        """Yield overrides that try every value of some points once: of a grid each axis by itself, else all of them."""
+        if not isinstance(self.overrides, Grid):
+            yield from self.overrides[own.start : own.stop]
             return
-        for path, axis in self.axes.items():
-            for value in axis.tolist():
-                yield self.overrides[0] | {path: value}
+        first, stride = self.overrides[own.start], len(self.overrides)
+        for path, values in self.overrides.axes.items():
+            stride //= len(values)
+            reached = range(own.start // stride, (own.stop - 1) // stride + 1)
+            for at in dict.fromkeys(each % len(values) for each in reached[: len(values)]):
+                yield first | override_of(path, values[at])
 
     def coordinates(self) -> dict[str, xr.Variable]:
         """Return the coordinates of the result."""
-        found = {name: xr.Variable(name, axis, _units(name)) for name, axis in self.axes.items()}
+        found = {name: xr.Variable(name, axis, units_of(name)) for name, axis in self.axes.items()}
         if not self.gridded:
             (dim,) = self.axes
-            for path in dict.fromkeys(path for override in self.overrides for path in override):
-                values = [override.get(path, np.nan) for override in self.overrides]
-                if all(isinstance(v, (int, float, str, np.number)) for v in values):
-                    found[path] = xr.Variable(dim, np.array(values), _units(path))
+            found |= self.columns(dim, range(len(self.overrides)))
         return found | {"seed": xr.Variable("seed", np.array(self.seeds))}
 
+    def columns(self, dim: str, points: Iterable[int]) -> dict[str, xr.Variable]:
+        """Return what some points of a list have of each path, over a dimension, where all are numbers or names."""
+        some = [self.overrides[k] for k in points]
+        found = {}
+        for path in dict.fromkeys(path for override in some for path in override):
+            values = [override.get(path, np.nan) for override in some]
+            if all(isinstance(v, (int, float, str, np.number)) for v in values):
+                found[path] = xr.Variable(dim, np.array(values), units_of(path))
+        return found
 
-def _units(path: str) -> dict[str, str]:
+    def asked(self) -> Any:
+        """Return what tells these points from others, as JSON holds it: axes of a grid, and how fingers were drawn."""
+        if not isinstance(self.overrides, Grid):
+            return _identity(self.overrides)
+        return [(path, _identity(values)) for path, values in self.overrides.axes.items()]
+
+
+def _identity(values: Sequence[Any]) -> Any:
+    if not isinstance(values, DrawnFingers):
+        return [*values]
+    population = values.drawn["population"]
+    return {**values.drawn, "population": population and read_population(population).model_dump()}
+
+
+def units_of(path: str) -> dict[str, str]:
+    """Return the attributes that say the unit of a path."""
     return {"units": unit_of(path)} if unit_of(path) else {}
 
 
@@ -78,21 +136,22 @@ def _seeds(seeds: int | Sequence[int]) -> tuple[int, ...]:
 def points_of(points: Mapping[str, Any] | Sequence[Mapping[str, Any]], seeds: int | Sequence[int]) -> Points:
     """Return the points of ``{path: values, ...}`` (their grid) or of a list of overrides (one dim, ``point``).
 
-    A list may name its dimension with an attribute ``dim``.
+    A list may name its dimension with an attribute ``dim``; fingers may be one of the axes of a grid.
     """
     if not isinstance(points, (Mapping, Sequence)):
         raise must_be("points", points, "{path: values, ...} or a list")
     if len(points) == 0:
         raise FrictionloopError("points: needs one at least")
     if isinstance(points, Mapping):
-        axes = {path: np.atleast_1d(np.asarray(values)) for path, values in points.items()}
+        fingers = {path: values for path, values in points.items() if isinstance(values, Fingers) and len(values)}
+        axes = {path: np.atleast_1d(np.asarray(values)) for path, values in points.items() if path not in fingers}
         for path, axis in axes.items():
             if axis.ndim != 1 or axis.size == 0:
                 raise FrictionloopError(f"{path}: needs a list, got shape {axis.shape}")
-        values = itertools.product(*(axis.tolist() for axis in axes.values()))
-        overrides = tuple(dict(zip(axes, point, strict=True)) for point in values)
-        return Points(axes, overrides, _seeds(seeds), gridded=True)
-    overrides = tuple(dict(point) for point in points)
+        values = {path: fingers[path] if path in fingers else axes[path].tolist() for path in points}
+        axes = {path: axes.get(path, np.arange(len(each))) for path, each in values.items()}
+        return Points(axes, Grid(values), _seeds(seeds), gridded=True)
+    overrides = points if isinstance(points, Fingers) else tuple(dict(point) for point in points)
     dim = getattr(points, "dim", "point")
     return Points({dim: np.arange(len(overrides))}, overrides, _seeds(seeds), gridded=False)
 
@@ -107,15 +166,18 @@ def fingerprint(
     """
     described = system.model_dump(exclude={"board"})
     # A grid is told by its axes, in their order: they are a few dozen numbers where the points are thousands.
-    asked_of = [(path, axis.tolist()) for path, axis in points.axes.items()] if points.gridded else points.overrides
-    asked = [described, asked_of, points.seeds, duration_s, score_from_s, list(metrics), outside]
+    asked = [described, points.asked(), points.seeds, duration_s, score_from_s, list(metrics), outside]
     return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()
 
 
+def _has_fingers(grid: Points) -> bool:
+    return isinstance(grid.overrides, Grid) and any(isinstance(each, Fingers) for each in grid.overrides.axes.values())
+
+
 def structures_of(
-    system: System, grid: Points, duration_s: float, score_from_s: float, names: Sequence[str]
-) -> list[object]:
-    """Try every value of a sweep before anything runs and return the structure of each point."""
+    system: System, grid: Points, own: range, duration_s: float, score_from_s: float, names: Sequence[str]
+) -> Sequence[object]:
+    """Try every value of some points before anything runs and return the structure of each point."""
     read: set[tuple[Recording, float]] = set()
 
     def tried(override: dict[str, Any]) -> object:
@@ -138,7 +200,7 @@ def structures_of(
         return structure(changed)
 
     # Systems are not kept: thousands of small objects would cost the garbage collector more than the kernel takes.
-    probed = [tried(override) for override in grid.probes()]
+    probed = [tried(override) for override in grid.probes(own)]
     if not grid.gridded:
         return probed
     # Whatever describes the plate may change how many segments a period has, and an effect is a program of its own.
@@ -146,6 +208,6 @@ def structures_of(
         path.startswith(("plate.", "setpoint.effect", "setpoint.track")) or path.endswith(STRUCTURAL)
         for path in grid.axes
     )
-    plain = plain and all(axis.dtype.kind in "if" for axis in grid.axes.values())
+    plain = plain and all(axis.dtype.kind in "if" for axis in grid.axes.values()) and not _has_fingers(grid)
     plain = plain and sum(path.endswith(COUPLED) for path in grid.axes) < 2
-    return probed[:1] * len(grid.overrides) if plain else [tried(override) for override in grid.overrides]
+    return probed[:1] * len(own) if plain else [tried(grid.overrides[k]) for k in own]

@@ -84,8 +84,6 @@ class Timing(Kinded):
 
     A device is opened and closed by message instead, as the linear analysis has the loop closed.
     """
-    form: Literal["float", "firmware"] = "float"
-    """The float64 law, or the fixed-point C that runs on the microcontroller (firmware/compiled)."""
     model: Model = Model()
     """What the controller believes of the plant."""
 
@@ -103,7 +101,7 @@ LONGEST_DELAY = 3
 
 
 def _stable(section: tuple[float, ...]) -> tuple[float, ...]:
-    """Refuse a section that is unstable or does not fit a Q31 core with a shift by one bit."""
+    """Refuse a section that is unstable or whose coefficients are beyond 2."""
     *_, a1, a2 = section
     largest = max(section, key=abs)
     if abs(largest) > 2.0:

@@ -8,7 +8,7 @@ from typing import Any, Self
 from pydantic import BaseModel, ValidationError
 
 from frictionloop.parameters.block import Block
-from frictionloop.parameters.refusals import explain, known_names, refusal, registry_of
+from frictionloop.parameters.refusals import MOST_NAMED, explain, known_names, refusal, registry_of
 from frictionloop.quantities import FrictionloopError
 
 
@@ -34,7 +34,7 @@ class Description(Block):
         FrictionloopError
             For unknown paths, naming near ones, or a value outside its range.
         """
-        overrides = {**(overrides or {}), **blocks}
+        overrides = self.resolved({**(overrides or {}), **blocks})
         # Blocks that no path enters stay as they are: sweeps evolve thousands of systems.
         tree = {name: getattr(self, name) for name in type(self).model_fields}
         for block in {path.split(".", 1)[0] for path in overrides} & tree.keys():
@@ -47,6 +47,10 @@ class Description(Block):
             raise FrictionloopError(refusal(strangers, type(self), tree))
         return self.from_tree(tree)
 
+    def resolved(self, overrides: Mapping[str, Any]) -> dict[str, Any]:
+        """Return overrides with those that other values follow from in these values; there are none here."""
+        return dict(overrides)
+
     @classmethod
     def from_tree(cls, tree: Mapping[str, Any], where: str = "") -> Self:
         """Return what a nested mapping describes; ``where`` (a file) is named in errors."""
@@ -54,6 +58,14 @@ class Description(Block):
             return cls.model_validate(tree)
         except ValidationError as error:
             raise FrictionloopError(where + explain(cls, error, tree)) from None
+
+
+def flat(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted names, also those in a block within a block."""
+    found: dict[str, Any] = {}
+    for name, value in changes.items():
+        found |= {f"{name}.{key}": each for key, each in value.items()} if isinstance(value, Mapping) else {name: value}
+    return found
 
 
 def _values(block: BaseModel) -> dict[str, Any]:
@@ -75,7 +87,8 @@ def _place(whole: type[Description], tree: dict[str, Any], path: str, value: Any
             node[name] = _values(node[name])
         node = node.get(name) if isinstance(node, dict) else None
     # A new kind may need a value that nothing has given yet: the path of a recording.
-    if not isinstance(node, dict) or (leaf not in node and path not in known_names(whole, tree)):
+    many = len(strangers) > MOST_NAMED
+    if not isinstance(node, dict) or (leaf not in node and (many or path not in known_names(whole, tree))):
         strangers[path] = value
     elif leaf == "kind" and len(parents) > 1:
         if value != node["kind"]:

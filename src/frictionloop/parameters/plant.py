@@ -48,7 +48,7 @@ class LowpassPlate(Block):
     max_amplitude_um: Positive = 2.5
     """Largest amplitude the drive reaches, zero-to-peak (paper, Sec. 2.2; zero-to-peak is assumed)."""
     pulse_ticks: PulseTicks = 0
-    """Clock ticks of a carrier period: pulses are whole ticks wide; 783 on a Teensy 3.1 at 46 kHz, 0 is any width."""
+    """Clock ticks of a carrier period: pulses are whole ticks wide; 2870 on a Teensy 4.1 at 46 kHz, 0 is any width."""
 
 
 class ResonantPlate(Block):
@@ -62,7 +62,7 @@ class ResonantPlate(Block):
     max_amplitude_um: Positive = 2.5
     """Largest amplitude the drive reaches, zero-to-peak (paper, Sec. 4.1; zero-to-peak is assumed)."""
     pulse_ticks: PulseTicks = 0
-    """Clock ticks of a carrier period: pulses are whole ticks wide; 783 on a Teensy 3.1 at 46 kHz, 0 is any width."""
+    """Clock ticks of a carrier period: pulses are whole ticks wide; 2870 on a Teensy 4.1 at 46 kHz, 0 is any width."""
 
     @property
     def cutoff_hz(self) -> float:

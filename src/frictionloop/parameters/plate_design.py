@@ -86,7 +86,7 @@ class Carrier(Block):
     """How the carrier is made: pulse width modulation by a timer, then a band-pass."""
 
     timer_hz: Positive = 36e6
-    """Clock of the timer: bus of a Teensy 3.1 at 72 MHz (forum.pjrc.com/threads/25164)."""
+    """Clock of the timer: the paper's Teensy 3.1 (forum.pjrc.com/threads/25164); 132e6 on a Teensy 4.1."""
     control_hz: Positive = 5000.0
     """Rate at which the amplitude command changes (paper, Sec. 4.1)."""
     band_low_hz: Positive = 10e3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
+from itertools import islice
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -152,13 +153,20 @@ def _shown(value: Any) -> str:
     return given if len(given) <= LONGEST else given[:LONGEST] + " ..."
 
 
+MOST_NAMED = 20
+"""Unknown names that are told."""
+
+
 def refusal(strangers: Mapping[str, Any], system: type[BaseModel], tree: Mapping[str, Any]) -> str:
-    """Return one line for a name that is unknown, a line each below a heading for several."""
-    believed = _believed(strangers, system, tree)
-    hints = {path: _hint(path, given, system, believed) for path, given in strangers.items()}
-    if len(hints) == 1:
+    """Return one line for a name that is unknown, a line each below a heading for several, of many the first."""
+    first = dict(islice(strangers.items(), MOST_NAMED))
+    believed = _believed(first, system, tree)
+    hints = {path: _hint(path, given, system, believed) for path, given in first.items()}
+    if len(strangers) == 1:
         return "".join(f"unknown parameter {path!r}; {hint}" for path, hint in hints.items())
-    return "\n".join([f"{len(hints)} unknown parameters:", *(f"  {path!r}: {hint}" for path, hint in hints.items())])
+    more = [f"  and {len(strangers) - MOST_NAMED} more"] * (len(strangers) > MOST_NAMED)
+    lines = [f"  {path!r}: {hint}" for path, hint in hints.items()]
+    return "\n".join([f"{len(strangers)} unknown parameters:", *lines, *more])
 
 
 def _believed(strangers: Mapping[str, Any], system: type[BaseModel], tree: Mapping[str, Any]) -> dict[str, Any]:

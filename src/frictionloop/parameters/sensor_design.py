@@ -150,7 +150,7 @@ class Adc(Block):
     """The converter; the gain before it makes its span the range in newtons."""
 
     bits: Annotated[Whole, Field(ge=4, le=32)] = 16
-    """Effective bits (assumed; the Teensy 3.1's own converter has about 13)."""
+    """Effective bits (assumed; the converter of a Teensy 4.1 has 12, about 11 of them effective)."""
     range_n: Positive = 2.5
     """Force at the end of its span, in either direction (the paper's range)."""
     rate_hz: Positive = 5000.0

@@ -22,15 +22,17 @@ def own_values(system: System) -> dict[str, Any]:
 
 
 def gains_said(system: System) -> str:
-    """Return the values of a law for a person: kp 7.26   ki 64.7 1/s   notch 132 Hz."""
-    told = []
+    """Return the values of a law for a person: kp 7.26   ki 64.7 1/s   notch 132 Hz   no overdrive."""
+    told, without = [], []
     for name, value in own_values(system).items():
         if isinstance(value, (list, tuple)):
             told.append(f"{len(value)} {name}")
-        elif value is not False:
-            said, unit = "" if value is True else shown(value, 4), unit_of(name).replace("N/N", "")
-            told.append(" ".join(filter(None, (name.removesuffix("_hz").replace("_", " "), said, unit))))
-    return "   ".join(told)
+        elif not isinstance(value, bool):
+            word = name.removesuffix("_hz").removeprefix("notch_").replace("_", " ")
+            told.append(" ".join(filter(None, (word, shown(value, 4), unit_of(name).replace("N/N", "")))))
+        elif not value:
+            without.append(f"no {name}")
+    return "   ".join([*told, *without])
 
 
 PROPOSED = 3

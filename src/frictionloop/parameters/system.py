@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import reprlib
+from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.controller import Controller
-from frictionloop.parameters.description import Description
+from frictionloop.parameters.description import Description, flat
 from frictionloop.parameters.motion import Motion, Sliding, Touch
 from frictionloop.parameters.plant import AnyFriction, Finger, FrictionLaw, Plate, RigidFinger, Sensor, SuspendedSensor
 from frictionloop.parameters.sources import Source, largest_n
 from frictionloop.quantities import must_be
+from frictionloop.quantities.checks import ABOVE_0, number
 
 
 def _is_there(value: float) -> float:
@@ -66,6 +67,8 @@ class Board(Block):
     """
 
 
+COEFFICIENT = "friction.coefficient"
+"""Friction over load: taken in place of ``friction.nominal_n``, and told to the controller's model."""
 _STEEPEST = 700.0
 """Largest tau a_max^2: g(a_max) = f0 e^-700 is still a normal number."""
 
@@ -94,12 +97,20 @@ class System(Description):
     board: Board = Board()
     """How a device is wired; nothing of it enters a simulation."""
 
-    @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Return the System a TOML file describes; `read_toml` has the errors."""
-        from frictionloop.parameters.toml_files import read_toml
-
-        return read_toml(path)  # type: ignore[return-value]
+    def resolved(self, overrides: Mapping[str, Any]) -> dict[str, Any]:
+        """Return overrides with a friction coefficient as the friction at the reference load: f0 = mu N0."""
+        if COEFFICIENT not in overrides and not isinstance(overrides.get("friction"), Mapping):
+            return dict(overrides)
+        own = flat(overrides)
+        if COEFFICIENT not in own:
+            return dict(overrides)
+        if "friction.nominal_n" in own:
+            raise must_be(COEFFICIENT, own[COEFFICIENT], "without friction.nominal_n, which it sets")
+        mu = number(COEFFICIENT, own.pop(COEFFICIENT), "", ABOVE_0)
+        load_n = own.get("friction.reference_load_n", getattr(self.friction, "reference_load_n", None))
+        if load_n is None:
+            raise must_be("friction.kind", self.friction.kind, '"finger" for a coefficient')
+        return {"friction.nominal_n": mu * load_n, "controller.model.nominal_n": mu * load_n} | own
 
     @model_validator(mode="after")
     def _some_friction_is_left(self) -> Self:

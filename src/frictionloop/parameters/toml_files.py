@@ -13,6 +13,7 @@ from frictionloop.parameters import presets
 from frictionloop.parameters.description import Description
 from frictionloop.parameters.system import System
 from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities.small_files import text_of
 
 if TYPE_CHECKING:
     pass
@@ -64,8 +65,8 @@ SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
 DESIGNED = "designed"
 """Table of what was asked and found of a controller: no part of a System."""
-LARGEST_BYTES, DEEPEST = 10**6, 32
-"""Of a parameter file; all keys of all blocks, and arrays of thousands of samples, fit (assumed)."""
+DEEPEST = 32
+"""Parts of a key (assumed)."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP = re.compile(rf"(?<![\w-]){_PART}(?:\.[ \t]*+{_PART}){{{DEEPEST},}}")
 """A dotted key that the parser takes the square, or more, of its length for."""
@@ -147,8 +148,13 @@ def read_design(path: str | os.PathLike[str], default: Design) -> Design:
 def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:
     if not tree:
         raise FrictionloopError(f'{path}: is empty; accepted: preset = "paper"')
+    friction = tree.get("friction")
+    own = friction if isinstance(friction, dict) and "coefficient" in friction else {}
+    named = {f"friction.{name}": own[name] for name in ("coefficient", "nominal_n") if name in own}
+    own.pop("coefficient", None)
     try:
-        return System.from_tree(tree)
+        whole = System.from_tree(tree)
+        return whole.evolve(named) if named else whole
     except FrictionloopError as error:
         raise FrictionloopError(f"{path}: {with_line(path, str(error))}") from None
 
@@ -163,19 +169,12 @@ def _evolved(path: str | os.PathLike[str], base: Callable[[], Design], tree: dic
 def read_tree(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the values of a readable TOML file of this schema, without its version."""
     where = f"{path}: "
+    text = text_of(path)
+    if _DEEP.search(text):
+        raise FrictionloopError(f"{where}has a key of over {DEEPEST} parts")
     try:
-        if Path(path).stat().st_size > LARGEST_BYTES:
-            raise FrictionloopError(f"{where}has more than {LARGEST_BYTES:,} bytes")
-        text = Path(path).read_text(encoding="utf-8-sig")
-        if _DEEP.search(text):
-            raise FrictionloopError(f"{where}has a key of over {DEEPEST} parts")
         tree = tomllib.loads(text)
-    except OSError as error:
-        raise FrictionloopError(f"{where}cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError as error:
-        said = f"is no UTF-8 (byte {error.start})"
-        raise FrictionloopError(f"{where}{said}") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # a number of thousands of digits too
         twice = "; each [block] stands once" * ("twice" in str(error))
         raise FrictionloopError(f"{where}is not TOML: {with_line(path, str(error))}{twice}") from None
     except RecursionError:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tomlkit.items import Table
 
 _RARE = """
-    touch board pulse_ticks jitter_s lost_ticks open_until_s form table_size table_um2
+    touch board pulse_ticks jitter_s lost_ticks open_until_s table_size table_um2
     slow_mm_s static_ratio static_s static_um drying_s roughness_longest_mm
     start load_drift_s tremor_width_hz landing_s contact_s lifted_s person unscored_n
 """

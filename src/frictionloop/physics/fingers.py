@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from operator import eq
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,8 @@ from frictionloop.quantities.normals import normals
 
 POPULATION_STREAM = 21
 """Stream of the counter-based noise that fingers are drawn from."""
+BLOCK = 1024
+"""Fingers that are drawn at a time."""
 SLOTS = 16
 """Numbers kept for each finger, used or not: finger i is the same whatever the size of the population."""
 UNIFORM = {
@@ -51,10 +55,52 @@ MOIST_LOSS = 0.3
 """Share of tau that a dry finger loses on its way to a wet one (direction: Gueorguiev 2017; assumed)."""
 
 
-class Fingers(list[dict[str, float]]):
+class Fingers(Sequence[dict[str, float]]):
     """Overrides of a `System`, one finger each; a sweep over them has the dimension ``finger``."""
 
     dim = "finger"
+    drawn: Mapping[str, Any] = MappingProxyType({})
+    """What `fingers` was given for them."""
+
+    def __init__(self, people: Iterable[Mapping[str, float]] = ()) -> None:
+        self._people = [dict(each) for each in people]
+
+    def __len__(self) -> int:
+        return len(self._people)
+
+    def __getitem__(self, place: Any) -> Any:
+        return self._people[place]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and len(self) == len(other) and all(map(eq, self, other))
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class DrawnFingers(Fingers):
+    """Fingers that are drawn where they are asked for, so that a million of them take no memory."""
+
+    def __init__(
+        self, count: int, drawn: Mapping[str, Any], block: Callable[[int, int], list[dict[str, float]]]
+    ) -> None:
+        self._count, self.drawn, self._draw = count, drawn, block
+        self._first, self._block = 0, list[dict[str, float]]()
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return [self[k] for k in range(*place.indices(self._count))]
+        at = range(self._count)[place]
+        if not self._first <= at < self._first + len(self._block):
+            first = at - at % BLOCK
+            self._first, self._block = first, self._draw(first, min(BLOCK, self._count - first))
+        return self._block[at - self._first]
+
+    def __iter__(self) -> Iterator[dict[str, float]]:
+        for first in range(0, self._count, BLOCK):
+            yield from self._draw(first, min(BLOCK, self._count - first))
 
 
 def fingers(
@@ -97,20 +143,27 @@ def fingers(
     """
     whole("n", n, 1, 2**32)
     whole("seed", seed, 0, 2**64 - 1)
-    z = normals(seed, POPULATION_STREAM, 0, n * SLOTS).reshape(n, SLOTS)
-    found = Fingers(_finger(row) | DRAWN_AT | {"motion.person": i} for i, row in enumerate(z))
-    if population is not None:
-        measured = read_population(population)
-        found = _as_measured(found, z, measured)
-        if any(each.path == "friction.nominal_n" for each in measured.value):
-            found = Fingers({path: value for path, value in each.items() if path not in DRAWN_AT} for each in found)
-    if loads_n is not None:
-        drawn = _between("loads_n", loads_n, z, "motion.load_n", "N")
-        found = Fingers(each | {"motion.load_n": load} for each, load in zip(found, drawn, strict=True))
-    if coefficients is not None:
-        drawn = _between("coefficients", coefficients, z, "friction.nominal_n")
-        found = Fingers(_with_coefficient(each, value) for each, value in zip(found, drawn, strict=True))
-    return found
+    measured = None if population is None else read_population(population)
+    for name, ends in (("loads_n", loads_n), ("coefficients", coefficients)):
+        _check_ends(name, ends)
+    if measured is not None:
+        _check_measured(measured)
+
+    def block(first: int, count: int) -> list[dict[str, float]]:
+        z = normals(seed, POPULATION_STREAM, first * SLOTS, (first + count) * SLOTS).reshape(count, SLOTS)
+        found = [_finger(row) | DRAWN_AT | {"motion.person": first + k} for k, row in enumerate(z)]
+        if measured is not None:
+            _as_measured(found, z, measured)
+        if loads_n is not None:
+            drawn = _between(loads_n, z, "motion.load_n")
+            found = [each | {"motion.load_n": load} for each, load in zip(found, drawn, strict=True)]
+        if coefficients is not None:
+            drawn = _between(coefficients, z, "friction.nominal_n")
+            found = [_with_coefficient(each, value) for each, value in zip(found, drawn, strict=True)]
+        return found
+
+    whose = {"n": n, "seed": seed, "population": population, "loads_n": loads_n, "coefficients": coefficients}
+    return DrawnFingers(n, whose, block)
 
 
 def fingers_for(
@@ -193,27 +246,38 @@ def _with_coefficient(finger: dict[str, float], coefficient: float) -> dict[str,
     return found | {"friction.nominal_n": found["friction.nominal_n"] * coefficient / coefficient_of(found)}
 
 
-def _between(name: str, ends: tuple[float, float], z: np.ndarray, path: str, unit: str = "") -> list[float]:
+def _check_ends(name: str, ends: tuple[float, float] | None) -> None:
+    if ends is not None and not 0 < ends[0] <= ends[1] < math.inf:
+        raise must_be(name, tuple(ends), "above 0, the least before the largest", "N" if name == "loads_n" else "")
+
+
+def _between(ends: tuple[float, float], z: np.ndarray, path: str) -> list[float]:
     """Return values that are uniform between two, each by its own column of the noise."""
     low, high = ends
-    if not 0 < low <= high < math.inf:
-        raise must_be(name, tuple(ends), "above 0, the least before the largest", unit)
     return (low + (high - low) * ndtr(z[:, COLUMNS.index(path)])).tolist()
 
 
-def _as_measured(found: Fingers, z: np.ndarray, population: Population) -> Fingers:
-    """Return fingers whose measured values are drawn from the population: median e^(spread R z)."""
+def _check_measured(population: Population) -> None:
     drawn = [*UNIFORM, *LOG_UNIFORM, *LOG_NORMAL]
     for each in population.value:
         if each.path not in drawn or UNIFORM.get(each.path, (0.0,))[0] < 0:
             known = ", ".join(path for path in drawn if UNIFORM.get(path, (0.0,))[0] >= 0)
             raise FrictionloopError(f"population: path = {each.path!r}: accepted: {known}")
+
+
+def _as_measured(found: list[dict[str, float]], z: np.ndarray, population: Population) -> None:
+    """Draw the values that were measured from the population, in their places: median e^(spread R z).
+
+    Friction is then at the load and speed of the system.
+    """
     # Each value keeps its own column of the noise, so a finger changes in what was measured alone.
+    brought = DRAWN_AT if any(each.path == "friction.nominal_n" for each in population.value) else ()
     own = z[:, [COLUMNS.index(each.path) for each in population.value]] @ population.root().T
     for finger, row in zip(found, own, strict=True):
         for each, normal in zip(population.value, row.tolist(), strict=True):
             finger[each.path] = each.median * math.exp(each.spread * normal)
-    return found
+        for path in brought:
+            del finger[path]
 
 
 def _finger(z: np.ndarray) -> dict[str, float]:

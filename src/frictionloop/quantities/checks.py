@@ -41,10 +41,10 @@ def numbers(
 
 def number(name: str, value: Any, unit: str, least: float = -math.inf, most: float = math.inf, why: str = "") -> float:
     """Return one value as a float, refusing the same and whatever is more than one."""
-    found = numbers(name, value, unit, least, most, why)
-    if found.size != 1:
-        raise FrictionloopError(f"{name} has shape {found.shape}: must be one number in {unit}")
-    return float(found.reshape(()))
+    given = as_numbers(name, value, unit)
+    if given.size != 1:
+        raise FrictionloopError(f"{name} has shape {given.shape}: must be one number{unit and f' in {unit}'}")
+    return float(numbers(name, given, unit, least, most, why).reshape(()))
 
 
 def whole(name: str, value: Any, least: int, most: float = math.inf) -> int:

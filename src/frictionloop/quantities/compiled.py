@@ -101,7 +101,8 @@ def keep_compiled(function: Any, name: str) -> None:
     name
         What its file is called, besides the digest.
     """
-    function._cache = DigestCache(function.py_func, name, code_digest(function))
+    if (found := _cache_of(function.py_func, name, code_digest(function))) is not None:
+        function._cache = found
 
 
 def compile_c(signature: Any, function: Any, name: str) -> Any:
@@ -120,11 +121,18 @@ def compile_c(signature: Any, function: Any, name: str) -> Any:
     # Functions from the disk that have one name would be one function to the linker.
     function.__qualname__ = f"{name}_{digest}".replace("-", "_")
     compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
+    if (found := _cache_of(function, name, digest)) is not None:
+        compiled._cache = found
+    compiled.compile()
+    return compiled
+
+
+def _cache_of(function: Any, name: str, digest: str) -> DigestCache | None:
+    """Return where compiled code is kept, None where no folder can be written."""
     try:
-        compiled._cache = DigestCache(function, name, digest)
+        return DigestCache(function, name, digest)
     except RuntimeError:  # Numba found no folder
         folder = Path(function.__code__.co_filename).parent / "__pycache__"
         asked = f"NUMBA_CACHE_DIR = {config.CACHE_DIR}, " if config.CACHE_DIR else ""
         _warn_of_no_cache(f"no cache of compiled code: {asked}{folder} cannot be written")
-    compiled.compile()
-    return compiled
+        return None

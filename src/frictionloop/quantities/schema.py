@@ -11,15 +11,10 @@ from typing import Any
 
 from frictionloop.quantities.units import FrictionloopError
 
-WORDS = {"gain": 2}
-"""Words a number takes; other formats take one."""
-BITS = {"q28": 28, "q25": 25, "count": 0}
-"""Binary places of the formats that have a fixed number of them."""
-
 
 @dataclass(frozen=True)
 class Word:
-    """A parameter of the firmware: `count` numbers from word `first` on."""
+    """A parameter of the firmware: `count` doubles from word `first` on; of the format count they are whole numbers."""
 
     name: str
     first: int
@@ -27,13 +22,8 @@ class Word:
     text: str
     count: int = 1
     unit: str = ""
-    low: float | None = None
-    high: float | None = None
-
-    @property
-    def words(self) -> int:
-        """Words that all its numbers take."""
-        return self.count * WORDS.get(self.format, 1)
+    low: float = 0.0
+    high: float = 0.0
 
 
 def firmware_folder() -> Path:
@@ -66,14 +56,14 @@ def parameter_words() -> dict[str, Word]:
         given = {{"min": "low", "max": "high"}.get(key, key): value for key, value in entry.items()}
         word = Word(first=first, **given)
         words[word.name] = word
-        first += word.words
+        first += word.count
     return words
 
 
 def word_count() -> int:
     """Return how many words the table has."""
     last = list(parameter_words().values())[-1]
-    return last.first + last.words
+    return last.first + last.count
 
 
 def table_hash() -> int:

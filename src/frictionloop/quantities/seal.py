@@ -12,6 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 
 MARK = b"\nfrictionloop sha256:"
+LEAST_OF_MARK = 4
+"""Bytes of a mark at the end of a file by which a seal is known that was cut off."""
 SEAL_BYTES = len(MARK) + hashlib.sha256().digest_size
 
 
@@ -27,16 +29,23 @@ def append_seal(path: str | os.PathLike[str]) -> None:
         file.write(MARK + digest)
 
 
+def is_sealed(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file ends in a seal, whole or not."""
+    with open(path, "rb") as file:
+        file.seek(max(Path(path).stat().st_size - SEAL_BYTES, 0))
+        return file.read(len(MARK)) == MARK
+
+
 def is_whole(path: str | os.PathLike[str]) -> bool | None:
-    """Return whether the content of a file is what was sealed, None for a file without a seal."""
+    """Return whether the content of a file is what was sealed, None for a file without a seal; cut in it, it is not."""
     size = Path(path).stat().st_size - SEAL_BYTES
     with open(path, "rb") as file:
-        if size < 0:
-            return None
-        file.seek(size)
-        mark, told = file.read(len(MARK)), file.read()
-        if mark != MARK:
-            return None
+        file.seek(max(size, 0))
+        end = file.read()
+        if not end.startswith(MARK):
+            is_cut = MARK in end or any(end.endswith(MARK[:k]) for k in range(LEAST_OF_MARK, len(MARK)))
+            return False if is_cut else None
+        told = end[len(MARK) :]
         digest, left = hashlib.sha256(), size
         file.seek(0)
         while block := file.read(min(left, 1 << 20)):

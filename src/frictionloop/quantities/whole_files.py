@@ -20,6 +20,10 @@ else:
     import fcntl
 
 
+TAKEN = (errno.EWOULDBLOCK, errno.EACCES)
+"""What a lock says that another process has."""
+
+
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a path beside ``path`` to write to; on success it takes the old file's place, on failure it goes.
@@ -112,10 +116,50 @@ def alone(path: Path) -> int | None:
             import msvcrt
 
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
-    except OSError:
-        os.close(descriptor)
-        return None
+    except OSError as error:
+        if fcntl is None or error.errno in TAKEN:
+            os.close(descriptor)
+            return None  # else the file system has no locks
     return descriptor
+
+
+@contextmanager
+def only_writer(path: str | os.PathLike[str] | None) -> Iterator[None]:
+    """Keep a file from other writers by a lock beside it, which goes at the end; nothing without a file.
+
+    Raises
+    ------
+    FrictionloopError
+        While another process, or thread, writes the file, or where its folder cannot be written to.
+    """
+    if path is None:
+        yield
+        return
+    lock = lock_of(Path(path))
+    try:
+        while (handle := alone(lock)) is not None and not _is_there(handle, lock):
+            os.close(handle)  # its last owner took it away meanwhile
+    except OSError as error:
+        raise FrictionloopError(f"{path}: cannot be written ({error.strerror or error})") from None
+    if handle is None:
+        raise FrictionloopError(f"{path}: is written by another process")
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # Windows removes nothing that is open
+            lock.unlink()
+        os.close(handle)
+
+
+def lock_of(path: Path) -> Path:
+    """Return the lock beside a file that `only_writer` holds."""
+    return path.with_name(f".{path.name}.lock")
+
+
+def _is_there(handle: int, path: Path) -> bool:
+    with suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(handle), path.stat())
+    return False
 
 
 def is_held(path: Path) -> bool:
@@ -126,7 +170,7 @@ def is_held(path: Path) -> bool:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        return error.errno in (errno.EWOULDBLOCK, errno.EACCES)
+        return error.errno in TAKEN
     finally:
         os.close(descriptor)
     return False

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError, must_be, replacing
+from frictionloop.quantities.small_files import json_of
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.force_tables import MOST_CELLS, Map
 from frictionloop.rendering.images import rasterise
-from frictionloop.rendering.recorded import read_json
 from frictionloop.rendering.shapes import Constant, Grating
 
 MODALITY = "Friction"
@@ -60,7 +60,7 @@ def read_hjif(path: str | os.PathLike[str]) -> Haptics:
     FrictionloopError
         For a file that is none, has no perception of friction, or uses what is not known.
     """
-    tree = read_json(path)
+    tree = json_of(path)
     try:
         left: list[str] = []
         _unread("file", tree, left)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import struct
 from functools import lru_cache
@@ -17,6 +16,7 @@ from frictionloop.parameters.sources import Recording
 from frictionloop.quantities import FrictionloopError, must_be, replacing
 from frictionloop.quantities.checks import ABOVE_0, number, numbers, whole
 from frictionloop.quantities.normals import normals
+from frictionloop.quantities.small_files import json_of
 from frictionloop.recordings.read import scaled
 from frictionloop.recordings.straight_lines import resampled
 from frictionloop.recordings.wav import COMMENT
@@ -128,7 +128,7 @@ def read_envelope(path: str | os.PathLike[str], full_n: float, rate_hz: float = 
     FrictionloopError
         For a file that cannot be read, or that has no envelope.
     """
-    tree = read_json(path)
+    tree = json_of(path)
     kind = Path(path).suffix.lower()
     if kind not in (".haptic", ".ahap"):
         raise must_be(f"{path}: format", kind, ".haptic or .ahap")
@@ -143,16 +143,6 @@ def read_envelope(path: str | os.PathLike[str], full_n: float, rate_hz: float = 
         raise FrictionloopError(f"{path}: lasts {times[-1]:g} s; at most {MOST_CELLS / rate_hz:g} s at {rate_hz:g} Hz")
     values = full_n * np.interp(np.arange(max(count, 2)) / rate_hz, times, levels)
     return Carried(Wave(values_n=values.tolist(), rate_hz=rate_hz), tuple(left))
-
-
-def read_json(path: str | os.PathLike[str]) -> Any:
-    """Return what a JSON file holds."""
-    try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FrictionloopError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise FrictionloopError(f"{path}: is not JSON ({error})") from None
 
 
 def _of_haptic(tree: Any) -> tuple[list[float], list[float], list[str]]:

@@ -50,8 +50,8 @@ class Beyond:
     ``sensitivity_peak`` is Ms around 0.6 N, ``sensitivity_peak_10`` the worst with the resonance 10 % off,
     ``median_finger_rms_n`` what is left on the sines.
     """
-    tick_cycles: Mapping[str, int | None]
-    """Cycles of the worst tick on a Cortex-M4, by law."""
+    tick_instructions: Mapping[str, int | None]
+    """Instructions of the worst tick on a Teensy 4.1, by law."""
     limit_n: Mapping[float, float]
     """Bound on the residual of any linear controller of force and load with Ms at most 2 there, by slip length."""
     steps: xr.Dataset
@@ -90,7 +90,7 @@ def stored() -> Beyond:
             {"law": laws, "speed_mm_s": [found["speed_mm_s"]], "slip_length_um": list(map(float, lengths))},
         ),
         cells={(law, float(z)): found["laws"][law][z] for law in laws for z in lengths},
-        tick_cycles={law: found["laws"][law]["tick_cycles_m4"] for law in laws},
+        tick_instructions={law: found["laws"][law]["tick_instructions"] for law in laws},
         limit_n={float(z): limit for z, limit in found["limit_n"].items()},
         steps=_steps(),
     )
@@ -119,7 +119,7 @@ def _row(found: Beyond, law: str, length_um: float) -> dict[str, str]:
     def both(score: str) -> str:
         return " / ".join(_mn(found.value(law, length_um, score, key)) for key in (MEDIAN, WORST))
 
-    cell, cycles = found.cells[law, length_um], found.tick_cycles[law]
+    cell, tick = found.cells[law, length_um], found.tick_instructions[law]
     levels = [found.value(law, length_um, f"r2_identity_{level:g}_n") for level in LEVELS_N]
     fall, rise = (
         "–" if law == OPEN else _ms(found.value(law, length_um, score))  # whose force goes elsewhere
@@ -137,7 +137,7 @@ def _row(found: Beyond, law: str, length_um: float) -> dict[str, str]:
         "felt": _plain(found.value(law, length_um, "relative_index"), 2),
         "peak": _plain(float(cell["sensitivity_peak"]), 2),
         "peak_10": _plain(float(cell["sensitivity_peak_10"]), 2),
-        "tick": "–" if cycles is None else f"{cycles:,}",
+        "tick": "–" if tick is None else f"{tick:,}",
         "oracle": "1" if law == ORACLE else _plain(found.value(law, length_um, "over_oracle"), 2),
     }
 

@@ -89,8 +89,8 @@ class Reproduction(Result):
     def rows(self) -> list[tuple[str, str]]:
         """Return the statements and where the page is; of claims alone each of them."""
         if self.page is not None:
-            said = [(f"{k}", f"{each.said}: {each.title} ({each.number})") for k, each in enumerate(self.statements, 1)]
-            return [*said, ("page", str(self.page))]
+            texts = (f"{each.verdict_text}: {each.title} ({each.number})" for each in self.statements)
+            return [*((f"{k}", text) for k, text in enumerate(texts, 1)), ("page", str(self.page))]
         found = [row for claim in self.claims for row in _claim_rows(claim)]
         return found + [row for figure in self.figures for row in _figure_rows(figure)]
 
@@ -109,7 +109,7 @@ class Reproduction(Result):
 
 def _claim_rows(claim: Claim) -> Iterator[tuple[str, str]]:
     paper, ours = claim.paper_and_ours
-    yield claim.id, f"{claim.said}: {claim.title} ({claim.place})"
+    yield claim.id, f"{claim.verdict_text}: {claim.title} ({claim.place})"
     yield "paper", f"{paper}; here {ours}, {claim.quantity}; accepted {claim.accepts}"
     yield "cite", " · ".join(cited(claim.command, claim.seeds))
 
@@ -127,7 +127,7 @@ def _verdicts(judged: Mapping[str, Iterable[Claim | Statement]]) -> pd.DataFrame
 
 
 def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
-    rows = {claim.id: (*claim.paper_and_ours, claim.accepts, claim.said) for claim in claims}
+    rows = {claim.id: (*claim.paper_and_ours, claim.accepts, claim.verdict_text) for claim in claims}
     return frame(rows, "", ["paper", "here", "accepted", "verdict"])
 
 

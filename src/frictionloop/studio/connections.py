@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import urlsplit
 
 from starlette.requests import HTTPConnection
 from starlette.responses import Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.studio.frames import CROWD_FRAME, FRAME
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 POLICY = "; ".join(
@@ -62,7 +62,7 @@ class Doors(NamedTuple):
         if self.hosts and _name(host) not in self.hosts:
             return ""
         origin = request.headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if origin is not None and origin not in (f"http://{host}", f"https://{host}"):
             return ""
         if not self.token:
             return "drive"
@@ -81,8 +81,10 @@ def open_to_network() -> Doors:
     return Doors((), secrets.token_urlsafe(16), secrets.token_urlsafe(16))
 
 
-WAITING = 64
-"""Messages that wait for a slow page; the oldest frames are then dropped (a third of a second)."""
+WAITING, MOST_WAITING = 64, 4096
+"""Frames that wait for a slow page, a third of a second, before the oldest goes; messages before the page is let go."""
+RENEWED = ("status", "numbers", "crowd")
+"""Messages of which the newest says all that the one before it did."""
 
 
 class Guest:
@@ -100,28 +102,39 @@ class Guest:
         self._there = asyncio.Event()
 
     def put(self, message: bytes | dict[str, Any]) -> None:
-        """Let a message wait to be sent; the oldest frame goes when too many wait."""
-        if len(self._waiting) >= WAITING:
-            for place, old in enumerate(self._waiting):
-                if isinstance(old, bytes):
-                    del self._waiting[place]
-                    self.lost += 1
-                    break
-            else:
-                self._waiting.popleft()
+        """Let a message wait to be sent: the oldest frame goes when many wait, and nothing else ever does."""
+        if _is_frame(message):
+            frames = [k for k, each in enumerate(self._waiting) if _is_frame(each)]
+            if len(frames) >= WAITING:
+                del self._waiting[frames[0]]
+                self.lost += 1
+        elif isinstance(message, dict) and message["type"] in RENEWED:
+            older = [each for each in self._waiting if isinstance(each, dict) and each["type"] == message["type"]]
+            for each in older:
+                self._waiting.remove(each)
         self._waiting.append(message)
         self._there.set()
 
     async def next(self) -> bytes | dict[str, Any]:
-        """Return the next message to send."""
+        """Return the next message to send; a page for which too many wait is let go, and comes anew."""
         while not self._waiting:
             self._there.clear()
             await self._there.wait()
+        if len(self._waiting) > MOST_WAITING:
+            raise WebSocketDisconnect
         return self._waiting.popleft()
 
 
+def _is_frame(message: bytes | dict[str, Any]) -> bool:
+    return isinstance(message, bytes) and message[0] in (FRAME, CROWD_FRAME)
+
+
+BACKLOG = 128
+"""Connections that wait until the server is up."""
+
+
 def listening(host: str, port: int) -> socket.socket:
-    """Return a socket that is bound, so that its address is known before the server is up.
+    """Return a socket that listens: its address is known, and may be opened, before the server is up.
 
     It sends at once what is written: asyncio asks for that only where a socket names TCP as its protocol. Else a frame
     waits until the page acknowledges the one before it, which it does with its next pointer event.
@@ -131,6 +144,7 @@ def listening(host: str, port: int) -> socket.socket:
     made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         made.bind((host.strip("[]"), port))
+        made.listen(BACKLOG)
     except OSError as error:
         made.close()
         raise FrictionloopError(f"host {host}, port {port}: cannot listen there ({error.strerror})") from None
@@ -206,3 +220,5 @@ async def _send(guest: Guest, socket: WebSocket) -> None:
             else:
                 await socket.send_text(json.dumps(message))
             await asyncio.sleep(0)  # a page that has gone is noticed between two messages, however many wait
+    with suppress(RuntimeError):  # it has gone, or it is let go
+        await socket.close(1013)

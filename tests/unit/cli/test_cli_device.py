@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 
@@ -60,10 +61,10 @@ def test_ports_are_listed_by_the_address_that_others_take(frictionloop, monkeypa
 
 def test_who_answers(frictionloop):
     model, found = fl.bench().controller.model, fl.device.info("sim:")
-    assert (found.board, found.law, found.tick_hz, found.protocol) == ("host", "pi", 5000, "4.0")
+    assert (found.board, found.law, found.tick_hz, found.protocol) == ("host", "pi", 5000, "5.0")
     assert (found.layout, found.values) == (f"{table_hash():08x}", fingerprint(firmware_words(fl.bench())))
     assert found.clamp_n[1] == pytest.approx(model.nominal_n, abs=2**-28)
-    assert found.ceiling_um == model.max_amplitude_um and found.laws["filtered_pi"] == ("notch_pi",)
+    assert found.ceiling_um == model.max_amplitude_um and found.laws == {"lookup": (), "pi": ()}
     assert found.counts["ticks"] > 0 and found.counts["frames"] > 0
     assert found.counts["broken"] == found.counts["missed"] == found.counts["dropped"] == found.counts["overruns"] == 0
     said = frictionloop("device", "info", "sim:", "--json").json()
@@ -93,9 +94,9 @@ def test_a_file_that_is_not_there_is_refused_before_the_device_is_looked_for(fri
 
 def test_a_folder_stands_for_the_image_in_it(frictionloop, tmp_path):
     said = refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
-    assert "teensy31.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
-    (tmp_path / "teensy31.elf").write_text("no image")
-    assert "teensy31.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
+    assert "teensy41.elf: no such file; firmware build makes one  [BAD-IMAGE]" in said
+    (tmp_path / "teensy41.elf").write_text("no image")
+    assert "teensy41.elf: no ELF file" in refused(frictionloop("device", "info", f"emulated:{tmp_path}"))
 
 
 def test_an_address_is_refused_before_what_drives_a_device_is_loaded():
@@ -201,7 +202,7 @@ def test_gains_of_a_board_that_nobody_described_are_read_from_it_and_set_uncheck
     assert found.after == pytest.approx({"controller.ki": 100.0, "controller.kp": 0.04})
     assert [each.code for each in found.findings] == ["NOT-CHECKED"]
     with fl.connect("sim:") as device:
-        assert device.parameters["law.gains"][:2] == pytest.approx([0.04, 100.0 / 5000.0], rel=1e-6)
+        assert device.parameters["law.gains"][:2] == pytest.approx([0.04, 100.0])
         assert device.parameters["law.low_n"] == pytest.approx(0.2)  # all else stays
     fl.write_toml(fl.bench(), "mine.toml")
     assert frictionloop("device", "set", "sim:", "--system", "mine.toml", *HOLD).code == 0
@@ -213,7 +214,7 @@ def test_what_a_board_that_nobody_described_cannot_tell_needs_its_system(frictio
     assert said.startswith("controller.kind: accepted controller.kp, controller.ki; ")
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=-1"))
     assert said == "controller.kp = -1 N/N: must be greater than or equal to 0"
-    assert frictionloop("device", "set", "sim:", "law.number=2").code == 0
+    assert frictionloop("device", "set", "sim:", "law.hash=0").code == 0
     said = refused(frictionloop("device", "set", "sim:", "controller.kp=1"))
     assert said.startswith("law = 'lookup': must be pi; ")
 
@@ -466,18 +467,32 @@ def record(address, content):
     return f":{(body + bytes([-sum(body) % 256])).hex().upper()}\n"
 
 
-# Twelve times FF, then FSEC, FOPT and two more: what the manual of the chip asks for at 0x400.
-OPEN_CHIP = bytes.fromhex("ffffffffffffffffffffffffdef9ffff")
+# What the ROM of the chip looks for: the tag of the flash's words, 4 KB further the image's, which say where they are.
+def head(tag=b"FCFB", entry=0x6000_1030, itself=0x6000_1000, begin=0x6000_0000):
+    vectors = struct.pack("<8I", 0x432000D1, entry, 0, 0, 0x6000_1020, itself, 0, 0)
+    return tag.ljust(0x1000, b"\xff") + vectors + struct.pack("<3I", begin, 0x1040, 0).ljust(32, b"\xff")
+
+
+def upper(address):
+    """Return the record that gives the upper half of the addresses that follow."""
+    body = bytes([2, 0, 0, 4]) + address.to_bytes(2, "big")
+    return f":{(body + bytes([-sum(body) % 256])).hex().upper()}\n"
+
+
+def records(content):
+    return upper(0x6000) + "".join(record(k, content[k : k + 16]) for k in range(0, len(content), 16))
+
+
 ENDS = ":00000001FF\n"
-TEENSY = record(0, bytes(16)) + record(0x400, OPEN_CHIP) + ENDS
+TEENSY = records(head()) + ENDS
 
 
 @pytest.mark.parametrize("name", ["teensy_loader_cli", "teensy-loader-cli"])
 def test_the_loader_is_told_the_board_and_the_image(frictionloop, loader, name):
     arguments = loader(name)
     answer = frictionloop("device", "flash", "image.hex")
-    assert (answer.code, answer.out) == (0, "flashed  image.hex, 32 bytes\n")
-    assert arguments.read_text().split("\n") == ["--mcu=TEENSY31", "-w", "-v", "image.hex"]
+    assert (answer.code, answer.out) == (0, "flashed  image.hex, 4,160 bytes\n")
+    assert arguments.read_text().split("\n") == ["--mcu=TEENSY41", "-w", "-v", "image.hex"]
 
 
 def test_a_loader_that_fails_is_said(frictionloop, loader):
@@ -500,23 +515,23 @@ def test_an_image_that_is_none_never_reaches_the_loader(frictionloop, loader, im
     assert not arguments.exists()
 
 
-LOCKED_CHIP = OPEN_CHIP[:12] + b"\xdc" + OPEN_CHIP[13:]
-
-
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (record(0, bytes(64)) + ENDS, "is no Teensy image"),
-        (record(0x400, LOCKED_CHIP) + ENDS, "is no Teensy image"),
-        (record(0x400, OPEN_CHIP[:8]) + ENDS, "is no Teensy image"),
-        (record(0x400, OPEN_CHIP), "cut off"),
-        (TEENSY.replace("DEF9", "DEF8"), "no Intel hex (Record at line 2 has invalid checksum)"),
+        (records(bytes(0x1040)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(tag=b"FCFA")) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(entry=0x2000_0000)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(itself=0x6000_0000)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head(begin=0)) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head()[:0x1000]) + ENDS, "is no image of a Teensy 4.1"),
+        (records(head()), "cut off"),
+        (TEENSY.replace("46434642", "46434643"), "no Intel hex (Record at line 2 has invalid checksum)"),
         ("not hex\n", "no Intel hex (Hex file contains invalid record at line 1)"),
         ("", "cut off"),
         ("\u00b5", "no Intel hex"),
     ],
 )
-def test_an_image_that_is_no_teensys_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
+def test_an_image_of_another_board_never_reaches_the_loader(frictionloop, loader, tmp_path, content, says):
     arguments = loader()
     (tmp_path / "image.hex").write_text(content, encoding="utf-8")
     assert says in refused(frictionloop("device", "flash", "image.hex"))

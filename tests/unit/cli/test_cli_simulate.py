@@ -215,7 +215,8 @@ def test_a_system_that_is_not_designed_for_costs_no_design(frictionloop, monkeyp
 @pytest.mark.parametrize("option", ["--out=run.h5", "--plot=run.svg"])
 def test_full_disk_leaves_the_old_file(frictionloop, monkeypatch, option):
     target = Path(option.partition("=")[2])
-    target.write_bytes(b"old")
+    frictionloop("simulate", "--duration-s", "0.01", option)
+    old = target.read_bytes()
 
     def full(*_, **__):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -225,5 +226,5 @@ def test_full_disk_leaves_the_old_file(frictionloop, monkeypatch, option):
     answer = frictionloop("simulate", "--duration-s", "0.01", option)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err == f"error: {target}: cannot be written (No space left on device); the old file is untouched\n"
-    assert target.read_bytes() == b"old"
+    assert target.read_bytes() == old
     assert [path.name for path in Path().iterdir()] == [target.name]

@@ -6,6 +6,7 @@ import os
 import select
 import threading
 import tty
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 import frictionloop as fl
 from frictionloop.cli import main
 from frictionloop.device.transport import opener
-from frictionloop.identification.calibration_wizard import LASTS_S, TICK_HZ
+from frictionloop.identification.calibration_wizard import LASTS_S, RIG_HZ
 
 
 def run(capsys, *words):
@@ -64,13 +65,14 @@ class Board:
     """A device that loses samples, as a cable does."""
 
     address = "serial://none"
+    info, sample_hz = SimpleNamespace(tick_hz=RIG_HZ), RIG_HZ
 
     @property
     def parameters(self):
         return {"force.axes": 2}
 
     def stream(self, duration_s, decimation):
-        rows = np.arange(int(duration_s * TICK_HZ), dtype=float)
+        rows = np.arange(int(duration_s * RIG_HZ), dtype=float)
         yield {"tick": np.delete(rows, [100, 101]), "f_m": np.ones(rows.size - 2)}
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import half_law
 import pytest
 
+from frictionloop.control.lookup import LOOKUP_LAW
 from frictionloop.firmware import image
 from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image_files import read_hex
@@ -92,8 +93,8 @@ def test_what_draws_needs_the_report(frictionloop, monkeypatch, tmp_path, tokens
 @pytest.mark.parametrize(
     ("library", "extra", "call"),
     [
-        ("cffi", "firmware", lambda folder: host_library.__wrapped__()),
-        ("ziglang", "image", lambda folder: image.build("teensy31", [], folder / "made")),
+        ("cffi", "firmware", lambda folder: host_library.__wrapped__(LOOKUP_LAW, 5000)),
+        ("ziglang", "image", lambda folder: image.build("teensy41", [], None, folder / "made", rate_hz=5000)),
         ("intelhex", "device", lambda folder: read_hex(folder / "image.hex")),
     ],
 )

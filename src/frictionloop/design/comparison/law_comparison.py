@@ -23,6 +23,7 @@ from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.quantities import check_known
+from frictionloop.quantities.whole_files import only_writer
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -43,7 +44,7 @@ MARGINS = {
     "sensitivity_peak_gain": "2.7 x",
     "sensitivity_peak_gain_low": "2.7 x, -10 %",
     "phase_margin_deg": "phase, deg",
-    "tick_cycles_m4": "tick, cycles",
+    "tick_instructions": "tick, instructions",
 }
 """Margins of the table of them, and their heads; those of the first table are the first four."""
 FIRST = 4
@@ -194,7 +195,8 @@ def compare(
     trial_protocol.check_free(given)
     recorded = system.setpoint.kind in RECORDED
     bench = system.evolve({"setpoint": at_levels(system).setpoint}) if recorded else system
-    ran = run_laws(bench, laws, count, seed, speeds_mm_s, **options)
+    with only_writer(options.get("path")):
+        ran = run_laws(bench, laws, count, seed, speeds_mm_s, **options)
     scored = scores(ran)
     with progress_bar("margins of laws", len(ran.laws), options.get("progress")) as bar:
         rows, margins = score_rows(scored), margin_rows(ran, bar)

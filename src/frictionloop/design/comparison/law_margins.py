@@ -163,7 +163,7 @@ def sensitivities(
 
 
 Row = dict[str, Any]
-MARGINS = dict.fromkeys((*Robustness._fields, "tick_cycles_m4"), "1")
+MARGINS = dict.fromkeys((*Robustness._fields, "tick_instructions"), "1")
 """What the margins of a law are, with units."""
 MARGINS |= {"phase_margin_deg": "deg", "delay_margin_s": "s"}
 
@@ -190,14 +190,14 @@ def _spread(name: str, values: np.ndarray) -> Row:
 
 
 def margin_rows(comparison: LawRuns, done: Callable[[], Any] = lambda: None) -> list[Row]:
-    """Return a row for each law, speed and slip length: margins for small signals, and cycles a tick.
+    """Return a row for each law, speed and slip length: margins for small signals, and instructions a tick.
 
     ``done()`` is called after each law.
     """
     found = []
     for law, overrides in comparison.laws.items():
         worst = worst_tick(comparison.system.evolve(overrides).controller.kind)
-        cost = {"tick_cycles_m4": worst.cycles if worst else None}
+        cost = {"tick_instructions": worst}
         for speed in comparison.speeds_mm_s:
             for z in comparison.cells["slip_length_um"].values:
                 where = {"law": law, "speed_mm_s": speed, "slip_length_um": float(z)}

@@ -287,7 +287,7 @@ class _Trial:
         """Refuse a condition that no law could run under, without one."""
         one = points_of(self.people[:1], [trial_protocol.noise_seed(self.seed, at.task)])
         bench = self.bench({"controller.kind": "lookup"}, at)
-        structures_of(bench, one, self.duration_s, self.start_s, trial_protocol.metrics_of(at.task))
+        structures_of(bench, one, range(1), self.duration_s, self.start_s, trial_protocol.metrics_of(at.task))
 
     def digest(self, law: Overrides | None, at: Condition) -> str:
         points = points_of(self.people, [trial_protocol.noise_seed(self.seed, at.task)])

@@ -1,20 +1,17 @@
-"""What the cycles of a tick period go to: strokes and edges traced on an image, and held against what there is."""
+"""What the instructions of a tick period go to: strokes and edges counted on an image."""
 
 from __future__ import annotations
 
 import os
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 
 from frictionloop.device.codec import encode
-from frictionloop.device.emulator.peripherals import QUEUE
 from frictionloop.device.emulator.teensy import BACKGROUND, PORT, TICK, TeensyEmulator
-from frictionloop.device.emulator.trace import NOTHING, OTHERWISE, CycleTrace, Spent, Waits
+from frictionloop.device.emulator.trace import InstructionTrace, Spent
 from frictionloop.firmware.effect_tables import HEAD, STEP, STEPS
 from frictionloop.quantities.schema import schema
 from frictionloop.rendering.program import Do
@@ -87,8 +84,8 @@ def costliest() -> np.ndarray:
     """Return the words of an effect of as many steps as there may be, most of them of the kind that takes longest."""
     steps = np.zeros(STEPS, STEP)
     first = HEAD + STEPS * STEP.itemsize // 2
-    tables = {"what": Do.TABLE, "nearest": 1, "repeats": 1, "first": first, "count": 32, "start": 2**20}
-    tables |= {"per": 2**29 + 1, "per_shift": 34, "scale": 2**28 + 1}
+    tables = {"what": Do.TABLE, "nearest": 1, "repeats": 1, "first": first, "count": 32, "start": 0.3}
+    tables |= {"per": 8.7, "scale": 1.1}
     tables_first = (2 * STEPS + 1) // 3
     mixes = STEPS - tables_first - 1
     shape = [Do.TABLE] * tables_first + [Do.MIX] * mixes + [Do.ADD]
@@ -96,7 +93,7 @@ def costliest() -> np.ndarray:
         for name, value in (tables if do == Do.TABLE else {"what": do}).items():
             step[name] = value
     values = np.rint(20000 * np.cos(np.arange(33) / 5))
-    return np.concatenate([np.array([STEPS, 1]), steps.view("<i2"), values]).astype("<i2")
+    return np.concatenate([np.array([STEPS, 1, 0, 0]), steps.view("<i2"), values]).astype("<i2")
 
 
 def hello() -> bytes:
@@ -113,77 +110,46 @@ SAMPLES, FLOODED = 400, 200
 BEAT = TICK_HZ * schema()["protocol"]["beat_ms"] // 1000
 LINE_BYTES = 40
 """What the line takes in a tick, either way: 2 Mbaud."""
-PROMPT = 4
-"""Bytes at which the port asks for its interrupt; twice as many wait where something kept it waiting."""
 
 
-@dataclass(frozen=True)
-class Budget:
-    """What an image was seen to take.
+class Instructions(NamedTuple):
+    """What an image was seen to take of instructions, in a tick period of 5 kHz.
 
     Attributes
     ----------
-    ticks, backgrounds
-        Each tick's interrupt, and the background until the next, while everything is told at every tick.
+    tick, law
+        The most of a tick's interrupt, and of the law with lookup and overdrive in it.
+    effect
+        The most of a tick with the effect that takes longest in the place of a set-point table.
     interrupts
-        Each of the port's, while besides the host never stops to ask.
-    ports, floods
-        All interrupts of the port and the background of each tick, likewise.
-    effects
-        Each tick's interrupt again, with the effect that takes longest in the place of a set-point table.
+        The most of all interrupts of the port, while the line is full both ways.
+    background
+        On average, while everything is told at every tick: what it does not get to in a period it does in the next.
     """
 
-    ticks: list[Spent]
-    backgrounds: list[Spent]
-    interrupts: list[Spent]
-    ports: list[Spent]
-    floods: list[Spent]
-    effects: list[Spent]
-
-    @property
-    def worst(self) -> Spent:
-        """The tick that takes the most cycles."""
-        return max(self.ticks, key=lambda spent: spent.cycles)
-
-    def rows(self, waits: Waits) -> dict[str, int]:
-        """Return the cycles of a tick period by what they go to.
-
-        The longest tick, the most that a full line interrupts in a tick, the background on average: what it does not
-        get to in a period it does in the next. ``flood`` is what the background would take while the host never stops
-        to ask; ``longest_interrupt`` is what a tick may have to wait for; ``effect`` is the longest tick of any effect.
-        """
-        tick, port, longest = (_most(part, waits) for part in (self.ticks, self.ports, self.interrupts))
-        effect = _most(self.effects, waits)
-        background, flood = (_mean(part, waits) for part in (self.backgrounds, self.floods))
-        whole = tick + port + background
-        return {
-            "tick": tick, "interrupts": port, "background": background, "sum": whole, "flood": flood,
-            "longest_interrupt": longest, "effect": effect,
-        }  # fmt: skip
-
-    def table(self) -> dict[str, dict[str, int]]:
-        """Return `rows` for each of the waits of `OTHERWISE`."""
-        return {name: self.rows(waits) for name, waits in OTHERWISE.items()}
+    tick: int
+    law: int
+    effect: int
+    interrupts: int
+    background: int
 
 
-def traced(image_path: str | os.PathLike[str]) -> Budget:
+def traced(image_path: str | os.PathLike[str]) -> Instructions:
     """Run an image of a Teensy on strokes of a finger and on edges, then on a line that is full both ways."""
-    interrupts, ports, floods = _flooded(image_path, PROMPT)
-    longest = _told(image_path, effect=True)[0]
-    return Budget(*_told(image_path), interrupts + _flooded(image_path, QUEUE)[0], ports, floods, longest)
+    ticks, backgrounds = _told(image_path)
+    longest, _ = _told(image_path, effect=True)
+    return Instructions(
+        tick=max(spent.instructions for spent in ticks),
+        law=max(spent.law for spent in ticks),
+        effect=max(spent.instructions for spent in longest),
+        interrupts=max(_flooded(image_path)),
+        background=round(sum(backgrounds) / len(backgrounds)),
+    )
 
 
-def _most(part: list[Spent], waits: Waits) -> int:
-    return max(round(spent.under(waits)) for spent in part)
-
-
-def _mean(part: list[Spent], waits: Waits) -> int:
-    return round(sum(spent.under(waits) for spent in part) / len(part))
-
-
-def _told(image_path: str | os.PathLike[str], effect: bool = False) -> tuple[list[Spent], list[Spent]]:
+def _told(image_path: str | os.PathLike[str], effect: bool = False) -> tuple[list[Spent], list[int]]:
     """Return what ticks take, and the background: slow and quick strokes, and edges among them, in a closed loop."""
-    trace = CycleTrace(emulator := TeensyEmulator(image_path))
+    trace = InstructionTrace(emulator := TeensyEmulator(image_path))
     emulator.receive(opening(effect=effect))
     samples = [*strokes(SAMPLES, seed=1), *strokes(SAMPLES, seed=1, speed_mm_s=80.0)]
     samples[50::37] = edges(len(samples[50::37]), seed=1)
@@ -193,17 +159,15 @@ def _told(image_path: str | os.PathLike[str], effect: bool = False) -> tuple[lis
             emulator.receive(heartbeat(9 + k))
         parts = trace.parts(force, load, position)
         ticks += parts[TICK]
-        backgrounds.append(reduce(Spent.plus, parts[BACKGROUND], NOTHING))
+        backgrounds.append(sum(spent.instructions for spent in parts[BACKGROUND]))
     return ticks, backgrounds
 
 
-def _flooded(image_path: str | os.PathLike[str], burst: int) -> tuple[list[Spent], list[Spent], list[Spent]]:
-    """Return what the port and the background take while all is told at every tick and the host never stops."""
-    trace = CycleTrace(emulator := TeensyEmulator(image_path))
-    emulator.bursts(burst)
+def _flooded(image_path: str | os.PathLike[str]) -> list[int]:
+    """Return what the port takes a tick while all is told at every tick and the host never stops."""
+    trace = InstructionTrace(emulator := TeensyEmulator(image_path))
     emulator.receive(opening())
-    asked, waiting = _requests(), bytearray()
-    interrupts, ports, floods = [], [], []
+    asked, waiting, ports = _requests(), bytearray(), []
     for k, (force, load, position) in enumerate(strokes(FLOODED + 50, seed=2)):
         if k >= 20:
             while len(waiting) < LINE_BYTES:
@@ -212,14 +176,12 @@ def _flooded(image_path: str | os.PathLike[str], burst: int) -> tuple[list[Spent
             del waiting[:LINE_BYTES]
         parts = trace.parts(force, load, position)
         if k >= 50:
-            interrupts += parts.get(PORT, [])
-            ports.append(reduce(Spent.plus, parts.get(PORT, []), NOTHING))
-            floods.append(reduce(Spent.plus, parts[BACKGROUND], NOTHING))
-    return interrupts, ports, floods
+            ports.append(sum(spent.instructions for spent in parts.get(PORT, [])))
+    return ports
 
 
 def _requests() -> Iterator[bytes]:
     """Yield the shortest frames that are answered, and now and then one that is answered at length."""
     for sequence in range(100, 2**16):
-        name, fields = ("get", {"first": 0, "count": 64}) if sequence % 16 == 0 else ("heartbeat", {})
+        name, fields = ("get", {"first": 0, "count": 32}) if sequence % 16 == 0 else ("heartbeat", {})
         yield encode(name, sequence, SESSION, **fields)

@@ -1,4 +1,4 @@
-"""Peripherals behind the registers: clocks, converters with the block that starts them, serial port, watchdog."""
+"""Peripherals behind the registers: clocks, converters with what starts them, serial port, watchdog."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ from typing import NamedTuple
 from frictionloop.device.emulator.registers import Bank
 from frictionloop.quantities import FrictionloopError, must_be
 
-CRYSTAL_HZ = 16_000_000
-INTERNAL_HZ = 20_971_520
-"""Of the FLL after reset: 32.768 kHz times 640."""
-HIGHEST_HZ = {"core": 72_000_000, "bus": 50_000_000, "flash": 25_000_000}
-"""K20P64M72SF1 data sheet, device clock specifications."""
-FLL, INTERNAL, EXTERNAL, PLL = range(4)
-"""Source of the clock as MCG_S.CLKST has it."""
+CRYSTAL_HZ = 24_000_000
+CORE_HZ = 396_000_000
+"""As the ROM leaves it, with the fuse BOOT_FREQ 0 (i.MX RT1060 Reference Manual, System Boot)."""
+HIGHEST_BUS_HZ = 150_000_000
+"""i.MX RT1060 data sheet, operating ranges."""
 
 
 class Frequencies(NamedTuple):
@@ -22,101 +20,115 @@ class Frequencies(NamedTuple):
 
     core: float
     bus: float
-    flash: float
+    timer: float
+    port: float
 
 
 class Clocks:
-    """Multipurpose clock generator (K20P64M72SF1RM): modes follow at once, a wrong order shows in the status."""
+    """Clock controller: what the ROM has set, with the dividers and sources that an image may change."""
 
     def __init__(self, bank: Bank) -> None:
         self._values = bank.values
-        bank.on_read["MCG_S"] = self._status
-        bank.on_write["MCG_C1"] = bank.on_write["SIM_CLKDIV1"] = lambda _: self._refuse_too_fast()
-
-    def _status(self) -> int:
-        crystal = self._crystal()
-        pll = crystal and self._values["MCG_C6"] >> 6 & 1
-        internal = self._values["MCG_C1"] >> 2 & 1
-        return crystal << 1 | self._source() << 2 | internal << 4 | pll << 5 | pll << 6
-
-    def _crystal(self) -> int:
-        """1 when the oscillator runs: EREFS, and a range for 16 MHz."""
-        range_and_source = self._values["MCG_C2"] & 0x34
-        return int(range_and_source in {0x14, 0x24, 0x34})
-
-    def _source(self) -> int:
-        wanted = self._values["MCG_C1"] >> 6
-        if wanted == 2 and self._crystal():
-            return EXTERNAL
-        if wanted == 0 and self._values["MCG_C6"] >> 6 & 1 and self._crystal():
-            return PLL
-        return INTERNAL if wanted == 1 else FLL
 
     def frequencies(self) -> Frequencies:
-        """Return the frequencies of core, bus and flash now."""
-        source = {FLL: INTERNAL_HZ, INTERNAL: 32_768.0, EXTERNAL: CRYSTAL_HZ}.get(self._source(), 0.0) or self._pll()
-        dividers = self._values["SIM_CLKDIV1"]
-        return Frequencies(*(source / ((dividers >> shift & 15) + 1) for shift in (28, 24, 16)))
-
-    def _pll(self) -> float:
-        reference = CRYSTAL_HZ / ((self._values["MCG_C5"] & 31) + 1)
-        if not 2e6 <= reference <= 4e6:
-            raise must_be("MCG_C5: PLL input", reference / 1e6, "2 to 4", "MHz", "BAD-IMAGE")
-        return reference * ((self._values["MCG_C6"] & 31) + 24)
-
-    def _refuse_too_fast(self) -> None:
-        for name, hz in self.frequencies()._asdict().items():
-            if hz > HIGHEST_HZ[name]:
-                raise must_be(name, hz / 1e6, f"at most {HIGHEST_HZ[name] / 1e6:g}", "MHz", "BAD-IMAGE")
+        """Return the frequencies of core, bus, tick timer and port now."""
+        values = self._values
+        bus = CORE_HZ / ((values["CCM_CBCDR"] >> 8 & 3) + 1)
+        if bus > HIGHEST_BUS_HZ:
+            raise must_be("bus", bus / 1e6, f"at most {HIGHEST_BUS_HZ / 1e6:g}", "MHz", "BAD-IMAGE")
+        timer, port = values["CCM_CSCMR1"], values["CCM_CSCDR1"]
+        return Frequencies(
+            CORE_HZ,
+            bus,
+            (CRYSTAL_HZ if timer >> 6 & 1 else bus) / ((timer & 63) + 1),
+            (CRYSTAL_HZ if port >> 6 & 1 else 80e6) / ((port & 63) + 1),
+        )
 
 
-CALIBRATE, DONE = 1 << 7, 1 << 7
-INPUTS = {("ADC0", 8): 0, ("ADC1", 9): 1, ("ADC0", 12): 2, ("ADC1", 0): 3}
+CALIBRATE, MEAN = 1 << 7, 1 << 5
+CFG_HARDWARE, CFG_12_BIT, BY_ETC = 1 << 13, 2 << 2, 16
+FROM_PIT0 = 56
+INPUTS = {("ADC1", 12): 0, ("ADC2", 11): 1, ("ADC1", 5): 2, ("ADC2", 3): 3}
 """What the bench connects to which channel: force along and across the motion, load, position (docs: wiring)."""
-HALF = 32768
-PDB_ON, PDB_TIMER_0 = 1 << 7 | 1 << 0, 4
-"""PDBEN, and LDOK that takes modulus and delays over; TRGSEL: the timer PIT0."""
+TRIGGERS = {"ADC1": (0, "XBARA1_SEL51"), "ADC2": (4, "XBARA1_SEL53")}
+"""Number of the external trigger that starts a converter, and what its upper byte connects it to."""
+CLOCKS = 25 + 8
+"""Of a converter in a conversion."""
+HALF, STEP_BITS = 32768, 4
+
+
+def converted(counts: int) -> int:
+    """Return what the image reads, from a converter on the chip of 12 bits, where one of 16 would give these counts."""
+    raw = (counts + HALF) >> STEP_BITS
+    return HALF - 1 if raw == 0xFFF else (raw << STEP_BITS) - HALF
 
 
 class Converters:
-    """ADC0, ADC1 and PDB: a conversion gives what the bench has at the input it is set to."""
+    """ADC1, ADC2, the external trigger control, and LPSPI4 with an ADS8688: what the bench has at the inputs."""
 
-    def __init__(self, bank: Bank) -> None:
-        self._bank = bank
-        for adc in ("ADC0", "ADC1"):
-            bank.on_write[f"{adc}_SC3"] = lambda value, adc=adc: self._calibrated(adc, value)  # type: ignore[misc]
+    def __init__(self, bank: Bank, clocks: Clocks) -> None:
+        self._values, self._clocks = bank.values, clocks
+        self.counts = (0, 0, 0, 0)
+        """Force along and across, load, position; 0 in the middle of the range."""
+        self._started: list[tuple[str, list[int]]] = []
+        for adc in TRIGGERS:
+            bank.on_write[f"{adc}_GC"] = lambda value, adc=adc: self._calibrated(adc, value)  # type: ignore[misc]
+        self._asked, self._answers = 0, deque[int]()
+        bank.on_write["LPSPI4_TDR"] = self._frame
+        bank.on_read["LPSPI4_RDR"] = lambda: self._answers.popleft() if self._answers else 0
+        bank.on_read["LPSPI4_SR"] = lambda: 1 | bool(self._answers) << 1
 
     def _calibrated(self, adc: str, value: int) -> None:
-        if value & CALIBRATE:
-            hertz = self._bank.values[f"{adc}_CFG1"]
-            if hertz & 0x60 != 0x60:  # ADIV by 8: 36 MHz / 2 / 8 is below the 4 MHz that calibrating takes
-                raise FrictionloopError(f"{adc}: calibrated above 4 MHz", "BAD-IMAGE")
-            self._bank.values[f"{adc}_SC3"] = value & ~CALIBRATE
+        if value & CALIBRATE and self._values[f"{adc}_CFG"] & CFG_HARDWARE:
+            raise FrictionloopError(f"{adc}: calibrated with a hardware trigger", "BAD-IMAGE")
+        self._values[f"{adc}_GC"] = value & ~CALIBRATE
 
-    def convert(self, counts: tuple[int, int, int, int]) -> None:
-        """Convert force along and across, load, position (0 counts in the middle), if the delay block starts it."""
-        values = self._bank.values
-        if values["PDB_SC"] & PDB_ON != PDB_ON or values["PDB_SC"] >> 8 & 15 != PDB_TIMER_0:
-            return
-        for channel, adc in enumerate(("ADC0", "ADC1")):
-            started = values[f"PDB_CH{channel}C1"]
-            if not values[f"PDB_CH{channel}DLY0"] <= values["PDB_MOD"] <= values["PIT_LDVAL0"]:
-                raise FrictionloopError(f"PDB_CH{channel}DLY0, PDB_MOD: {adc} not done in a tick", "BAD-IMAGE")
-            for pretrigger, (control, result) in enumerate((("SC1A", "RA"), ("SC1B", "RB"))):
-                if started >> pretrigger & 1:
-                    source = INPUTS.get((adc, values[f"{adc}_{control}"] & 0x3F))
-                    if source is None:
-                        raise FrictionloopError(f"{adc}_{control} = {values[f'{adc}_{control}']:#x}: nothing connected")
-                    values[f"{adc}_{result}"] = counts[source] + HALF
+    def start(self) -> None:
+        """Look up which inputs the timer starts on the chip, and refuse what is not done when a tick reads it."""
+        values, self._started = self._values, []
+        for adc, (number, connection) in TRIGGERS.items():
+            if not values["ADC_ETC_CTRL"] >> number & 1 or values[connection] >> 8 & 0x7F != FROM_PIT0:
+                continue
+            trigger = f"ADC_ETC_TRIG{number}"
+            chain, sources = values[f"{trigger}_CHAIN_1_0"], []
+            for place in range((values[f"{trigger}_CTRL"] >> 8 & 7) + 1):
+                segment = chain >> 16 * place
+                source = INPUTS.get((adc, segment & 15))
+                if source is None or values[f"{adc}_HC{place}"] != BY_ETC or segment >> 4 & 0xFF != 1 << place:
+                    raise FrictionloopError(f"{trigger}_CHAIN_1_0 = {chain:#x}: nothing connected", "BAD-IMAGE")
+                sources.append(source)
+            self._check_done(adc, values[f"{trigger}_COUNTER"] & 0xFFFF, len(sources))
+            self._started.append((f"{trigger}_RESULT_1_0", sources))
+
+    def _check_done(self, adc: str, delay: int, conversions: int) -> None:
+        values, (_, bus, timer, _) = self._values, self._clocks.frequencies()
+        config = values[f"{adc}_CFG"]
+        means = 4 << (config >> 14 & 3) if values[f"{adc}_GC"] & MEAN else 1
+        clock = bus / (1, 2)[config & 1] / (1 << (config >> 5 & 3))
+        wait = delay * ((values["ADC_ETC_CTRL"] >> 16 & 0xFF) + 1) / bus
+        period = (values["PIT_LDVAL0"] + 1) / timer
+        if config & 0xC != CFG_12_BIT or wait + conversions * means * CLOCKS / clock > period:
+            raise FrictionloopError(f"{adc}: not done in a tick", "BAD-IMAGE")
+
+    def convert(self) -> None:
+        """Convert what is at these inputs."""
+        for result, sources in self._started:
+            raw = [(self.counts[source] + HALF) >> STEP_BITS for source in sources]
+            self._values[result] = raw[0] | raw[-1] << 16
+
+    def _frame(self, value: int) -> None:
+        """One frame of the ADS8688: the answer to the command before this one (its data sheet, 8.4)."""
+        self._answers.append(self.counts[self._asked >> 10 & 3] + HALF if self._asked >> 14 == 3 else 0)
+        self._asked = value >> 16
 
 
-QUEUE = 8
-SEND_INTERRUPT, RECEIVE_INTERRUPT, SENDS, RECEIVES = 1 << 7, 1 << 5, 1 << 3, 1 << 2
-EMPTY_RECEIVER = 1 << 6
+QUEUE = 4
+SEND_INTERRUPT, RECEIVE_INTERRUPT, SENDS, RECEIVES = 1 << 23, 1 << 21, 1 << 19, 1 << 18
+EMPTY_RECEIVER = 1 << 14
 
 
 class SerialPort:
-    """UART0 with its queues of eight bytes; 2 Mbaud are 40 bytes a tick either way."""
+    """LPUART6 with its queues of four bytes; 2 Mbaud are 40 bytes either way in a tick of 5 kHz."""
 
     def __init__(self, bank: Bank) -> None:
         self._values = bank.values
@@ -124,19 +136,16 @@ class SerialPort:
         self._wire: deque[int] = deque()
         self._sent = bytearray()
         self._room = self._coming = 0
-        self.burst = QUEUE
-        """Bytes that wait when the interrupt comes: half a queue where it is served at once, a whole one where not."""
-        bank.on_read["UART0_D"] = lambda: self._queue.popleft() if self._queue else 0
-        bank.on_read["UART0_RCFIFO"] = lambda: len(self._queue)
-        bank.on_read["UART0_TCFIFO"] = lambda: QUEUE - min(QUEUE, self._room)
-        bank.on_read["UART0_S1"] = lambda: 0xC0 | (len(self._queue) >= self._values["UART0_RWFIFO"]) << 5
-        bank.on_write["UART0_D"] = self._send
-        bank.on_write["UART0_CFIFO"] = lambda value: self._queue.clear() if value & EMPTY_RECEIVER else None
+        bank.on_read["LPUART6_DATA"] = lambda: self._queue.popleft() if self._queue else 1 << 12
+        bank.on_read["LPUART6_WATER"] = self._water
+        bank.on_read["LPUART6_STAT"] = lambda: 3 << 22 | self._has_enough() << 21
+        bank.on_write["LPUART6_DATA"] = self._send
+        bank.on_write["LPUART6_FIFO"] = lambda value: self._queue.clear() if value & EMPTY_RECEIVER else None
 
     def baud(self, clock_hz: float) -> float:
-        """Return the bits a second at a clock of the core."""
-        divider = (self._values["UART0_BDH"] & 31) << 8 | self._values["UART0_BDL"]
-        return clock_hz / (16 * (divider + (self._values["UART0_C4"] & 31) / 32))
+        """Return the bits a second at a clock of the port."""
+        baud = self._values["LPUART6_BAUD"]
+        return clock_hz / (((baud >> 24 & 31) + 1) * (baud & 0x1FFF))
 
     def feed(self, data: bytes) -> None:
         """Put bytes on the wire to the device."""
@@ -154,62 +163,60 @@ class SerialPort:
 
     def arrive(self) -> bool:
         """Move bytes from the wire into the queue; returns whether there were any."""
-        if not self._wire or not self._coming or not self._values["UART0_C2"] & RECEIVES:
+        if not self._wire or not self._coming or not self._values["LPUART6_CTRL"] & RECEIVES:
             return False
         before = self._coming
-        while self._wire and self._coming and len(self._queue) < self.burst:
+        while self._wire and self._coming and len(self._queue) < QUEUE:
             self._queue.append(self._wire.popleft())
             self._coming -= 1
         return self._coming < before
 
     def interrupts(self) -> bool:
         """Return whether the port asks for its interrupt."""
-        control = self._values["UART0_C2"]
-        receives = control & RECEIVE_INTERRUPT and len(self._queue) >= self._values["UART0_RWFIFO"]
+        control = self._values["LPUART6_CTRL"]
+        receives = control & RECEIVE_INTERRUPT and self._has_enough()
         return bool(receives or (control & SEND_INTERRUPT and self._room > 0))
 
+    def _has_enough(self) -> bool:
+        return len(self._queue) > (self._values["LPUART6_WATER"] >> 16 & 3)
+
+    def _water(self) -> int:
+        return self._values["LPUART6_WATER"] | (QUEUE - min(QUEUE, self._room)) << 8 | len(self._queue) << 24
+
     def _send(self, value: int) -> None:
-        if self._room > 0 and self._values["UART0_C2"] & SENDS:  # a byte beyond the queue is lost
+        if self._room > 0 and self._values["LPUART6_CTRL"] & SENDS:  # a byte beyond the queue is lost
             self._room -= 1
             self._sent.append(value & 0xFF)
 
 
-UNLOCK_WORDS = (0xC520, 0xD928)
-REFRESH_WORDS = (0xA602, 0xB480)
-ENABLED, BUS_CLOCK = 1 << 0, 1 << 1
-OSCILLATOR_HZ = 1000
+UNLOCK_WORD, REFRESH_WORD = 0xD928C520, 0xB480A602
+ENABLED, CLOCK, TAKEN, UNLOCKED, BY_256 = 1 << 7, 3 << 8, 1 << 10, 1 << 11, 1 << 12
+OSCILLATOR_HZ, NOT_MASKED = 32_768, 0xA
 
 
 class Watchdog:
-    """WDOG on its own 1 kHz oscillator."""
+    """RTWDOG on its own oscillator."""
 
     def __init__(self, bank: Bank) -> None:
-        self._bank = bank
-        self._last = 0
+        self._values = bank.values
+        self._unlocked = False
         self._now_s = self._refreshed_s = 0.0
-        self._unlocked: list[int] = []
-        self._first = False
-        bank.on_write["WDOG_REFRESH"] = self._refresh
-        bank.on_write["WDOG_UNLOCK"] = self._unlock
+        bank.on_write["RTWDOG_CNT"] = self._command
+        bank.on_write["RTWDOG_CS"] = self._configure
+        bank.on_read["RTWDOG_CS"] = lambda: self._values["RTWDOG_CS"] & ~UNLOCKED | self._unlocked * UNLOCKED
 
     def check_started(self) -> None:
-        """Refuse an image that did not unlock the watchdog first, or does not use it.
-
-        The two words must come within 256 cycles of reset, else the watchdog resets: the model has no cycles,
-        so they must come before anything else is written.
-        """
-        if not self._first:
-            raise FrictionloopError("image: watchdog not unlocked first", "BAD-IMAGE")
-        if not self._bank.values["WDOG_STCTRLH"] & ENABLED:
+        """Refuse an image that does not use the watchdog."""
+        if not (status := self._values["RTWDOG_CS"]) & TAKEN or not status & ENABLED:
             raise FrictionloopError("image: watchdog off", "BAD-IMAGE")
-        if self._bank.values["WDOG_STCTRLH"] & BUS_CLOCK:
+        if self._values["SRC_SCR"] >> 28 != NOT_MASKED:
+            raise FrictionloopError("image: watchdog masked", "BAD-IMAGE")
+        if not status & CLOCK:
             raise FrictionloopError("image: watchdog's clock can stop", "BAD-IMAGE")
 
     def timeout_s(self) -> float:
         """Return how long it waits."""
-        values = self._bank.values
-        counts = values["WDOG_TOVALH"] << 16 | values["WDOG_TOVALL"]
-        return counts * ((values["WDOG_PRESC"] >> 8 & 7) + 1) / OSCILLATOR_HZ
+        return self._values["RTWDOG_TOVAL"] * (256 if self._values["RTWDOG_CS"] & BY_256 else 1) / OSCILLATOR_HZ
 
     def check(self, now_s: float) -> None:
         """Take the time; refuse to go on when the image was silent for too long."""
@@ -217,11 +224,14 @@ class Watchdog:
         if now_s - self._refreshed_s > self.timeout_s():
             raise FrictionloopError(f"watchdog: not refreshed for {now_s - self._refreshed_s:g} s")
 
-    def _unlock(self, value: int) -> None:
-        self._unlocked.append(value)
-        self._first = self._first or (tuple(self._unlocked) == UNLOCK_WORDS and self._bank.untouched(but="WDOG_UNLOCK"))
-
-    def _refresh(self, value: int) -> None:
-        if (self._last, value) == REFRESH_WORDS:
+    def _command(self, value: int) -> None:
+        if value not in {UNLOCK_WORD, REFRESH_WORD}:  # it resets at once
+            raise FrictionloopError(f"watchdog: 0x{value:08x} is none of its words", "BAD-IMAGE")
+        self._unlocked = value == UNLOCK_WORD
+        if value == REFRESH_WORD:
             self._refreshed_s = self._now_s
-        self._last = value
+
+    def _configure(self, value: int) -> None:
+        if not self._unlocked:
+            raise FrictionloopError("image: watchdog not unlocked first", "BAD-IMAGE")
+        self._values["RTWDOG_CS"], self._unlocked = value | TAKEN, False

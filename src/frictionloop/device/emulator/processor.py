@@ -1,4 +1,4 @@
-"""A Cortex-M4 in unicorn: memory, registers behind callbacks, reset, interrupts, rest, and an end to what has none."""
+"""A Cortex-M7 in unicorn: memory, registers behind callbacks, reset, interrupts, rest, and an end to what has none."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from frictionloop.device.emulator.registers import FLASH, PAGE, PAGES, RAM, Bank
-from frictionloop.firmware.image_files import FLASH_BYTES, RAM_BYTES, check_teensy, loaded
+from frictionloop.device.emulator.registers import PAGE, PAGES, Bank
+from frictionloop.firmware.image_files import FLASH, FLASH_BYTES, RAM_BYTES, check_teensy, entry_of, loaded
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.extra import needed
 
@@ -67,67 +67,89 @@ def _watch(patience: weakref.ref[Patience], closed: threading.Event, longest_s: 
 
 RETURN = 0x10000000
 """Where an interrupt returns to, an address without memory: unicorn does not know the hardware's 0xFFFFFFF9."""
-HARD_FAULT, VECTORS = 3, 16 + 95
-FRAME_BYTES = 32
-"""Eight registers on the stack (ARMv7-M B1.5.6)."""
-FRAME = bytes(range(1, FRAME_BYTES + 1))
-"""Put there in their place, to be found again: unicorn keeps the registers themselves."""
+HARD_FAULT = 3
+FRAME_BYTES = 104
+"""Eight registers and eighteen of floating point on the stack (ARMv7-M B1.5.7)."""
+INSTRUCTIONS, DATA = 0, 0x20000000
+"""Tightly coupled memories."""
+BY_REGISTER = 1 << 2
+"""Of GPR16: FlexRAM is shared out by GPR17, not by fuses."""
+FLOATING_POINT = 0xF << 20
+"""Of CPACR: coprocessors 10 and 11."""
+
+
+def is_floating_point(code: bytes) -> bool:
+    """Return whether an instruction is one of coprocessor 10 or 11 (ARMv7-M A5.3.18)."""
+    first, second = struct.unpack("<2H", code.ljust(4, b"\0")[:4])
+    return len(code) == 4 and first & 0xEC00 == 0xEC00 and second >> 9 & 7 == 5
 
 
 class Processor:
-    """Runs an image from its reset vector; interrupts come when they are asked for, and run to their end.
+    """Runs an image from where the ROM enters it; interrupts come when they are asked for, and run to their end.
 
     Unicorn has no interrupt controller, so `interrupt` does what the hardware does: registers kept, room for them on
-    the stack, the vector, and back. The background runs until it waits for an interrupt (WFI).
+    the stack, the vector, and back. The background runs until it waits for an interrupt (WFI). Unicorn's floating-point
+    unit is on from the first instruction, the hardware's is not: an image that does not switch it on is refused.
+
+    In unicorn's mode MCLASS any processor is a Cortex-M33; without it a Cortex-M7 is one (2.1.4).
     """
 
     def __init__(self, image_path: Path, bank: Bank) -> None:
         unicorn = needed("unicorn", "unicorn", "emulator")
-        arm = self._arm = needed("unicorn.arm_const", "unicorn", "emulator")
-        self._error = unicorn.UcError
-        self._read_register, self._write_register = bank.read, bank.write
+        arm = self.arm = needed("unicorn.arm_const", "unicorn", "emulator")
+        self._error, self.image = unicorn.UcError, image_path
+        self._bank = bank
         self.failure: Exception | None = None
-        self.on_access: Callable[[], None] | None = None
-        uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
+        uc = self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB)
         self._patience = Patience(uc.emu_stop)
-        uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
-        uc.mem_map(FLASH, FLASH_BYTES, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
-        uc.mem_map(RAM, RAM_BYTES, unicorn.UC_PROT_ALL)
+        uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M7)
+        self._shares = ((INSTRUCTIONS, 0b11, unicorn.UC_PROT_ALL), (DATA, 0b10, 3))
+        uc.mem_map(FLASH, 2**23, unicorn.UC_PROT_READ | unicorn.UC_PROT_EXEC)
         for page in PAGES:
             uc.mmio_map(page, PAGE, self._read, page, self._write, page)
         uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)  # erased
-        segments = loaded(image_path)
-        check_teensy(str(image_path), segments)
-        for address, content in segments:
-            if address + len(content) > FLASH_BYTES:
-                raise FrictionloopError(f"{image_path}: 0x{address:08x} outside the flash", "BAD-IMAGE")
-            uc.mem_write(address, content)
+        self._load(loaded(image_path))
         self._background = uc.context_save()
-        self._vectors = struct.unpack(f"<{VECTORS}I", uc.mem_read(FLASH, 4 * VECTORS))
+        self._without = uc.hook_add(unicorn.UC_HOOK_CODE, self._step)
+        bank.on_write["SCB_CPACR"] = self._switched
+        bank.on_write["IOMUXC_GPR_GPR16"] = self._share
+
+    def _load(self, segments: list[tuple[int, bytes]]) -> None:
+        check_teensy(str(self.image), segments)
+        for address, content in segments:
+            if not FLASH <= address <= FLASH + FLASH_BYTES - len(content):
+                raise FrictionloopError(f"{self.image}: 0x{address:08x} outside the flash", "BAD-IMAGE")
+            self.uc.mem_write(address, content)
+        self._entry = entry_of(segments) or 0
 
     def vector(self, number: int) -> int:
         """Return an entry of the vector table."""
-        return self._vectors[number]
+        (place,) = struct.unpack("<I", self.uc.mem_read(self._bank.values["SCB_VTOR"] + 4 * number, 4))
+        return int(place)
 
     def reset(self) -> None:
         """Begin as after power comes, and go on until the background first rests."""
-        self.uc.reg_write(self._arm.UC_ARM_REG_SP, self.vector(0))
-        self._run(self.vector(1))
+        with self.stretch():
+            self._run(self._entry)
+        if self._bank.values["SCB_CPACR"] & FLOATING_POINT != FLOATING_POINT:
+            raise FrictionloopError(f"{self.image}: floating point not switched on, CPACR", "BAD-IMAGE")
 
     def rest(self) -> None:
         """Go on in the background until it rests."""
-        self._run(self.uc.reg_read(self._arm.UC_ARM_REG_PC))
+        self._run(self.uc.reg_read(self.arm.UC_ARM_REG_PC))
 
-    def interrupt(self, number: int) -> None:
-        """Run an exception from entry to return; 16 and up are interrupts."""
-        uc, arm = self.uc, self._arm
+    def interrupt(self, number: int, pending: Callable[[], bool] = lambda: False) -> None:
+        """Run an exception from entry to return, again while it is pending; 16 and up are interrupts."""
+        uc, arm = self.uc, self.arm
         uc.context_update(self._background)
         stack = (uc.reg_read(arm.UC_ARM_REG_SP) - FRAME_BYTES) & ~7
-        uc.mem_write(stack, FRAME)
         uc.reg_write(arm.UC_ARM_REG_SP, stack)
-        uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
-        self._run(self.vector(number))
-        if uc.reg_read(arm.UC_ARM_REG_SP) != stack or uc.mem_read(stack, FRAME_BYTES) != FRAME:
+        begin, again = self.vector(number), True
+        while again:
+            uc.reg_write(arm.UC_ARM_REG_LR, RETURN | 1)
+            self._run(begin)
+            again = pending()
+        if uc.reg_read(arm.UC_ARM_REG_SP) != stack:
             raise FrictionloopError("image: another stack after an interrupt", "BAD-IMAGE")
         uc.context_restore(self._background)
 
@@ -136,12 +158,17 @@ class Processor:
         self.failure = self.failure or why
         self.uc.emu_stop()
 
-    def _run(self, begin: int) -> None:
+    @contextmanager
+    def stretch(self) -> Iterator[None]:
+        """Let what runs within be whole, and end it where it does not come to an end."""
         with _whole(), self._patience.stretch():
-            try:
-                self.uc.emu_start(begin | 1, RETURN)
-            except self._error as error:
-                self._fault(str(error))
+            yield
+
+    def _run(self, begin: int) -> None:
+        try:
+            self.uc.emu_start(begin | 1, RETURN)
+        except self._error as error:
+            self._fault(str(error))
         if self._patience.lost:
             self.failure = self.failure or FrictionloopError(f"image: does not come to rest within {LONGEST_S:g} s")
         if self.failure is not None:
@@ -149,26 +176,39 @@ class Processor:
 
     def _fault(self, what: str) -> None:
         """Run the handler of the hard fault, whose end is an endless loop that `stop` leaves."""
-        place = self.uc.reg_read(self._arm.UC_ARM_REG_PC)
+        place = self.uc.reg_read(self.arm.UC_ARM_REG_PC)
         reason = FrictionloopError(f"the image faults at 0x{place:08x}: {what}")
         with suppress(self._error):
             self.uc.emu_start(self.vector(HARD_FAULT) | 1, RETURN)
         self.failure = reason
 
+    def _step(self, uc: Any, address: int, size: int, _: Any) -> None:
+        """Look at an instruction before floating point is on."""
+        if is_floating_point(bytes(uc.mem_read(address, size))):
+            self.stop(FrictionloopError(f"{self.image}: 0x{address:08x} before CPACR is written", "BAD-IMAGE"))
+
+    def _share(self, value: int) -> None:
+        """Put the banks of memory where GPR17 says, two bits each; before, there are none."""
+        banks = [self._bank.values["IOMUXC_GPR_GPR17"] >> 2 * k & 3 for k in range(16)]
+        for place, kind, rights in self._shares:
+            if value & BY_REGISTER and kind in banks:
+                self.uc.mem_map(place, banks.count(kind) * RAM_BYTES // 16, rights)
+
+    def _switched(self, value: int) -> None:
+        if self._without is not None and value & FLOATING_POINT == FLOATING_POINT:
+            self.uc.hook_del(self._without)
+            self._without = None
+
     def _read(self, uc: Any, offset: int, width: int, page: int) -> int:
-        if self.on_access:
-            self.on_access()
         try:
-            return self._read_register(page + offset, width)
+            return self._bank.read(page + offset, width)
         except FrictionloopError as error:
             self.stop(error)
             return 0
 
     def _write(self, uc: Any, offset: int, width: int, value: int, page: int) -> None:
-        if self.on_access:
-            self.on_access()
         try:
-            self._write_register(page + offset, width, value)
+            self._bank.write(page + offset, width, value)
         except FrictionloopError as error:
             self.stop(error)
 

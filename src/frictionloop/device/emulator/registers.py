@@ -1,8 +1,8 @@
-"""The registers of the MK20DX256 that the firmware may touch: name, address, width, value, and what an access does.
+"""The registers of the MIMXRT1062 that the firmware may touch: name, address, width, value, and what an access does.
 
-Written after the K20 Sub-Family Reference Manual, K20P64M72SF1RM, and compared with the vendor's SVD file by
-firmware/boards/teensy31/check_registers.py. What is not in that file (DEMCR, DWT): the ARMv7-M Architecture Reference
-Manual.
+Written after the i.MX RT1060 Processor Reference Manual, and compared with the vendor's SVD file by
+firmware/boards/teensy41/check_registers.py. What is not in that file (MPU, DEMCR, DWT): the ARMv7-M Architecture
+Reference Manual.
 """
 
 from __future__ import annotations
@@ -24,71 +24,78 @@ class Register(NamedTuple):
     @property
     def block(self) -> str:
         """The peripheral that it belongs to."""
-        return self.name.partition("_")[0]
+        return self.name.rpartition("_TRIG")[0] or self.name.partition("_")[0]
 
 
-def _block(prefix: str, base: int, width: int, names: dict[str, int], resets: dict[str, int]) -> list[Register]:
-    return [Register(f"{prefix}_{name}", base + offset, width, resets.get(name, 0)) for name, offset in names.items()]
+def _block(
+    prefix: str, base: int, width: int, names: dict[str, int], resets: dict[str, int] | None = None
+) -> list[Register]:
+    at_reset = resets or {}
+    return [Register(f"{prefix}_{name}", base + offset, width, at_reset.get(name, 0)) for name, offset in names.items()]
 
 
-_ADC = {
-    "SC1A": 0x00, "SC1B": 0x04, "CFG1": 0x08, "CFG2": 0x0C, "RA": 0x10, "RB": 0x14, "SC2": 0x20, "SC3": 0x24,
-    "PG": 0x2C, "MG": 0x30, "CLPD": 0x34, "CLPS": 0x38, "CLP4": 0x3C, "CLP3": 0x40, "CLP2": 0x44, "CLP1": 0x48,
-    "CLP0": 0x4C,
+_CCM = {
+    "CBCDR": 0x14, "CBCMR": 0x18, "CSCMR1": 0x1C, "CSCDR1": 0x24, "CLPCR": 0x54, "CCGR1": 0x6C, "CCGR2": 0x70,
+    "CCGR3": 0x74, "CCGR4": 0x78, "CCGR5": 0x7C,
 }  # fmt: skip
-_ADC_RESET = {
-    "SC1A": 0x1F, "SC1B": 0x1F, "PG": 0x8200, "MG": 0x8200, "CLPD": 0x0A, "CLPS": 0x20, "CLP4": 0x200, "CLP3": 0x100,
-    "CLP2": 0x80, "CLP1": 0x40, "CLP0": 0x20,
+_CCM_RESET = {
+    "CBCDR": 0xA8300, "CBCMR": 0x2DAE8324, "CSCMR1": 0x04900000, "CSCDR1": 0x06490B00, "CLPCR": 0x79,
+    "CCGR1": 0xFFFFFFFF, "CCGR2": 0xFC3FFFFF, "CCGR3": 0xFFFFFFCF, "CCGR4": 0xFFFFFFFF, "CCGR5": 0xFFFFFFFF,
 }  # fmt: skip
-_UART = {
-    "BDH": 0x00, "BDL": 0x01, "C1": 0x02, "C2": 0x03, "S1": 0x04, "D": 0x07, "C4": 0x0A, "PFIFO": 0x10, "CFIFO": 0x11,
-    "TWFIFO": 0x13, "TCFIFO": 0x14, "RWFIFO": 0x15, "RCFIFO": 0x16,
+_ADC, _ADC_RESET = {"HC0": 0, "HC1": 4, "CFG": 0x44, "GC": 0x48, "GS": 0x4C}, {"HC0": 0x1F, "HC1": 0x1F, "CFG": 0x200}
+_TRIGGER = {"CTRL": 0x00, "COUNTER": 0x04, "CHAIN_1_0": 0x08, "RESULT_1_0": 0x18}
+_PWM = {
+    "SM0INIT": 0x02, "SM0CTRL2": 0x04, "SM0CTRL": 0x06, "SM0VAL1": 0x0E, "SM0VAL2": 0x12, "SM0VAL3": 0x16,
+    "OUTEN": 0x180, "MCTRL": 0x188, "FCTRL0": 0x18C, "FSTS0": 0x18E,
 }  # fmt: skip
-_PDB = {
-    "SC": 0x00, "MOD": 0x04, "IDLY": 0x0C, "CH0C1": 0x10, "CH0S": 0x14, "CH0DLY0": 0x18, "CH1C1": 0x38, "CH1S": 0x3C,
-    "CH1DLY0": 0x40,
-}  # fmt: skip
-_FTM = {"SC": 0x00, "CNT": 0x04, "MOD": 0x08, "C0SC": 0x0C, "C0V": 0x10, "CNTIN": 0x4C}
 _PIT = {"MCR": 0x00, "LDVAL0": 0x100, "CVAL0": 0x104, "TCTRL0": 0x108, "TFLG0": 0x10C}
-_SIM = {"SCGC3": 0x1030, "SCGC4": 0x1034, "SCGC5": 0x1038, "SCGC6": 0x103C, "CLKDIV1": 0x1044, "UIDL": 0x1060}
-_WDOG = {"STCTRLH": 0x00, "TOVALH": 0x04, "TOVALL": 0x06, "REFRESH": 0x0C, "UNLOCK": 0x0E, "PRESC": 0x16}
-_WDOG_RESET = {
-    "STCTRLH": 0x01D3, "TOVALH": 0x4C, "TOVALL": 0x4B4C, "REFRESH": 0xB480, "UNLOCK": 0xD928, "PRESC": 0x0400,
+_LPUART = {"BAUD": 0x10, "STAT": 0x14, "CTRL": 0x18, "DATA": 0x1C, "FIFO": 0x28, "WATER": 0x2C}
+_LPUART_RESET = {"BAUD": 0x0F000004, "STAT": 0x00C00000, "DATA": 0x1000, "FIFO": 0x00C00011}
+_LPSPI = {"CR": 0x10, "SR": 0x14, "CFGR1": 0x24, "CCR": 0x40, "TCR": 0x60, "TDR": 0x64, "RDR": 0x74}
+_MUX = {
+    "AD_B0_02": 0xC4, "AD_B0_03": 0xC8, "AD_B1_08": 0x11C, "B0_00": 0x13C, "B0_01": 0x140, "B0_02": 0x144,
+    "B0_03": 0x148,
 }  # fmt: skip
+_PAD = {"AD_B0_03": 0x2B8, "AD_B1_00": 0x2EC, "AD_B1_06": 0x304, "AD_B1_07": 0x308, "AD_B1_14": 0x324}
+_SCB = {"VTOR": 0x08, "CCR": 0x14, "SHCSR": 0x24, "CPACR": 0x88, "ICIALLU": 0x250}
 
 REGISTERS = (
-    *_block("SIM", 0x40047000, 4, _SIM, {"SCGC4": 0xF0100030, "SCGC5": 0x40182, "SCGC6": 0x40000001}),
-    *_block("MCG", 0x40064000, 1, {"C1": 0, "C2": 1, "C5": 4, "C6": 5, "S": 6}, {"C1": 0x04, "C2": 0x80, "S": 0x10}),
-    Register("OSC_CR", 0x40065000, 1),
-    *_block("RCM", 0x4007F000, 1, {"SRS0": 0, "SRS1": 1}, {"SRS0": 0x82}),
-    *_block("WDOG", 0x40052000, 2, _WDOG, _WDOG_RESET),
-    *_block("ADC0", 0x4003B000, 4, _ADC, _ADC_RESET),
-    *_block("ADC1", 0x400BB000, 4, _ADC, _ADC_RESET),
-    *_block("PDB", 0x40036000, 4, _PDB, {"MOD": 0xFFFF, "IDLY": 0xFFFF}),
-    *_block("FTM0", 0x40038000, 4, _FTM, {}),
-    *_block("PIT", 0x40037000, 4, _PIT, {"MCR": 0x02}),
-    *_block("UART0", 0x4006A000, 1, _UART, {"BDL": 0x04, "S1": 0xC0, "RWFIFO": 0x01}),
-    Register("PORTB_PCR16", 0x4004A040, 4),
-    Register("PORTB_PCR17", 0x4004A044, 4),
-    Register("PORTC_PCR1", 0x4004B004, 4),
-    Register("GPIOC_PCOR", 0x400FF088, 4),
-    Register("GPIOC_PDDR", 0x400FF094, 4),
-    *(Register(f"NVIC_ISER{word}", 0xE000E100 + 4 * word, 4) for word in range(4)),
-    *(Register(f"NVIC_IPR{interrupt}", 0xE000E400 + interrupt, 1) for interrupt in range(95)),
+    *_block("CCM", 0x400FC000, 4, _CCM, _CCM_RESET),
+    *_block("SRC", 0x400F8000, 4, {"SCR": 0, "SRSR": 8}, {"SCR": 0xA0480520, "SRSR": 1}),
+    *_block("RTWDOG", 0x400BC000, 4, {"CS": 0, "CNT": 4, "TOVAL": 8, "WIN": 0xC}, {"CS": 0x2980, "TOVAL": 0x400}),
+    *_block("ADC1", 0x400C4000, 4, _ADC, _ADC_RESET),
+    *_block("ADC2", 0x400C8000, 4, _ADC, _ADC_RESET),
+    Register("ADC_ETC_CTRL", 0x403B0000, 4, 0xC0000000),
+    *_block("ADC_ETC_TRIG0", 0x403B0010, 4, _TRIGGER),
+    *_block("ADC_ETC_TRIG4", 0x403B00B0, 4, _TRIGGER),
+    *_block("XBARA1", 0x403BC000, 2, {"SEL51": 0x66, "SEL53": 0x6A}),
+    *_block("PWM4", 0x403E8000, 2, _PWM, {"SM0CTRL": 0x400}),
+    *_block("PIT", 0x40084000, 4, _PIT, {"MCR": 0x02}),
+    *_block("LPUART6", 0x40198000, 4, _LPUART, _LPUART_RESET),
+    *_block("LPSPI4", 0x403A0000, 4, _LPSPI, {"SR": 1, "TCR": 0x1F}),
+    *_block("IOMUXC_MUX", 0x401F8000, 4, _MUX, dict.fromkeys(_MUX, 5)),
+    *_block("IOMUXC_PAD", 0x401F8000, 4, _PAD, dict.fromkeys(_PAD, 0x10B0)),
+    Register("IOMUXC_LPUART6_RX_SELECT_INPUT", 0x401F8550, 4),
+    *_block("IOMUXC_GPR", 0x400AC000, 4, {"GPR14": 0x38, "GPR16": 0x40, "GPR17": 0x44}, {"GPR16": 0x200003}),
+    *_block("GPIO1", 0x401B8000, 4, {"GDIR": 0x04, "DR_CLEAR": 0x88}),
+    *(Register(f"NVIC_ISER{word}", 0xE000E100 + 4 * word, 4) for word in range(5)),
+    *(Register(f"NVIC_IPR{interrupt}", 0xE000E400 + interrupt, 1) for interrupt in range(158)),
+    *_block("SCB", 0xE000ED00, 4, _SCB, {"CCR": 0x40000}),
+    *_block("MPU", 0xE000ED94, 4, {"CTRL": 0, "RBAR": 8, "RASR": 0xC}),
     Register("DEMCR", 0xE000EDFC, 4),
     Register("DWT_CTRL", 0xE0001000, 4, 0x40000000),
     Register("DWT_CYCCNT", 0xE0001004, 4),
 )
 """All of them. What is not here, the firmware may not touch."""
 GATES = {
-    "ADC1": ("SIM_SCGC3", 27), "UART0": ("SIM_SCGC4", 10), "PORTB": ("SIM_SCGC5", 10), "PORTC": ("SIM_SCGC5", 11),
-    "PDB": ("SIM_SCGC6", 22), "PIT": ("SIM_SCGC6", 23), "FTM0": ("SIM_SCGC6", 24), "ADC0": ("SIM_SCGC6", 27),
+    "LPSPI4": ("CCM_CCGR1", 6), "ADC2": ("CCM_CCGR1", 8), "PIT": ("CCM_CCGR1", 12), "ADC1": ("CCM_CCGR1", 16),
+    "GPIO1": ("CCM_CCGR1", 26), "XBARA1": ("CCM_CCGR2", 22), "LPUART6": ("CCM_CCGR3", 6), "PWM4": ("CCM_CCGR4", 22),
+    "RTWDOG": ("CCM_CCGR5", 4),
 }  # fmt: skip
-"""Register and bit of a block's clock, off after reset: the processor faults at a block whose clock is off."""
+"""Register and first of two bits of a block's clock. On after reset; here off, as a ROM may leave them."""
 PAGE = 0x1000
 PAGES = tuple(sorted({register.address // PAGE * PAGE for register in REGISTERS}))
-FLASH, RAM = 0, 0x1FFF8000
-UART0_INTERRUPT, PIT0_INTERRUPT = 45, 68
+LPUART6_INTERRUPT, PIT_INTERRUPT = 25, 122
 """Numbers of the interrupts."""
 
 
@@ -106,8 +113,10 @@ class Bank:
     """
 
     def __init__(self, begun: Mapping[str, int] | None = None) -> None:
-        self._begun = {register.name: register.reset for register in REGISTERS} | dict(begun or {})
-        self.values: dict[str, int] = dict(self._begun)
+        self.values: dict[str, int] = {register.name: register.reset for register in REGISTERS}
+        for register, bit in GATES.values():
+            self.values[register] &= ~(3 << bit)
+        self.values |= begun or {}
         self.on_read: dict[str, Callable[[], int]] = {}
         self.on_write: dict[str, Callable[[int], None]] = {}
 
@@ -125,14 +134,10 @@ class Bank:
         if effect:
             effect(value)
 
-    def untouched(self, but: str) -> bool:
-        """Return whether all registers are as after reset, except for one."""
-        return all(self.values[name] == value for name, value in self._begun.items() if name != but)
-
     def _reached(self, does: str, address: int, width: int) -> str:
         name, gate, bit = PLACES.get((address, width), ("", "", 0))
         if not name:
             raise FrictionloopError(f"image {does} 0x{address:08x}, {width} bytes: no register", "BAD-IMAGE")
-        if gate and not self.values[gate] >> bit & 1:
+        if gate and self.values[gate] >> bit & 3 != 3:
             raise FrictionloopError(f"image {does} {name}: clock off, {gate} bit {bit}", "BAD-IMAGE")
         return name

@@ -87,15 +87,10 @@ def lift_delay(lifting: Lifting) -> Any:
     return apply_late
 
 
-def build_lost(lifting: Lifting, law: Law | None, after: bool) -> Any:
-    """Return the tile that keeps what a tick may change before it, and ``after`` it takes back one that was lost.
-
-    The C core keeps no state in rows.
-    """
-    rows, kept = _COMMANDS, ROW["kept"]
-    if law is not None:
-        own = law_rows(law)[2]
-        rows, kept = (*rows, *ROW["law"][: len(own)]), (*kept, *own)
+def build_lost(lifting: Lifting, law: Law, after: bool) -> Any:
+    """Return the tile that keeps what a tick may change before it, and ``after`` it takes back one that was lost."""
+    own = law_rows(law)[2]
+    rows, kept = (*_COMMANDS, *ROW["law"][: len(own)]), (*ROW["kept"], *own)
     part = lift(lifting, same_step, (rows,), kept)
     if after:
         part = lift(lifting, lost_step, (ROW["timing_draws"][1], ROW["timing"][2], rows, kept), rows)

@@ -1,11 +1,7 @@
-"""Tiles whose program comes from outside: effects, the firmware's C core, and laws in plain Python.
+"""Tiles whose program comes from outside: effects, and laws in plain Python.
 
 An effect runs at the place that the controller knows of, and at the true place beside it; the program is what
 `rendering.program` says. Lanes of a tile share it; each has its own state.
-
-The C core stands in the place of law, lookup and overdrive. Its state and its words live in a block of memory per lane
-that only the C code reads. The address of the C function is a number in the record, so that a tile from the disk cache
-calls the library of its own process.
 """
 
 from __future__ import annotations
@@ -14,9 +10,8 @@ import ctypes
 from typing import Any
 
 from frictionloop.control.law import Law
-from frictionloop.loop.kernel.access import call, doubles, load, store, words
+from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.shared import CORE_GIVEN, CORE_TOLD
 from frictionloop.loop.kernel.slab import ROW, law_rows
 from frictionloop.loop.kernel.tiles import Lifting
 from frictionloop.quantities import trees
@@ -56,27 +51,6 @@ def build_effect(lifting: Lifting, plain: bool) -> Any:
 
 
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
-
-
-def build_fixed(lifting: Lifting) -> Any:
-    """Return the tile that lets the C core decide, but for lanes whose tick is lost."""
-    width, compiled, count = lifting
-    given_rows, told_rows = (*ROW["measurement"], ROW["setpoint"]), (ROW["u"], ROW["saturated"], ROW["command"])
-    drawn, below = ROW["timing_draws"][1], ROW["timing"][2]
-    given_places, told_places = tuple(range(CORE_GIVEN - 1)), tuple(range(CORE_GIVEN, CORE_GIVEN + CORE_TOLD))
-
-    @compiled
-    def fixed(s, n, k, at, o):  # type: ignore[no-untyped-def]
-        given, size = doubles(o.core_given), 4 * o.core_words
-        store(given, 0, 1, CORE_GIVEN - 1, 1.0 if k >= o.open_until else 0.0)
-        for i in range(count(n)):
-            lost = (o.irregular != 0) and load(s, i, width, drawn) < load(s, i, width, below)
-            if not lost:
-                store(given, 0, 1, given_places, load(s, i, width, given_rows))
-                call(o.core, (words(o.core_context + i * size), given))
-                store(s, i, width, told_rows, load(given, 0, 1, told_places))
-
-    return fixed
 
 
 class PythonLaw:

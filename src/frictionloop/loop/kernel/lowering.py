@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from frictionloop.control.laws import law_of
-from frictionloop.control.lookup import lookup_table, no_overdrive, overdrive_gains
+from frictionloop.control.lookup import inverse_numbers, lookup_table, no_overdrive, overdrive_gains
 from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lower_blocks import keys_of, lower_bench, lower_plant, lower_signal, lower_swing
@@ -96,8 +95,6 @@ def lower(
     shared.point(**scratch(width, longest, nodes, name == "substeps" and moves(first)))
     shared.set(ring_mask=shared.kept["history"].size // width - 1, table_size=first.controller.model.table_size)
     shared.point(table=_lower_controller(slab, systems, external), seeds=keys)
-    if first.controller.form == "firmware" and not external:
-        _lower_core(shared, systems)
     for tally, place in places.items():
         _lower_tally(slab, tally, place, systems)
     if traces is not None:
@@ -146,16 +143,8 @@ def _model(model: Model) -> dict[str, Any]:
     return {
         "believed_clamp": (low, high),
         "overdrive_gains": no_overdrive(model),
-        "model": (np.log2(high), math.log(2.0) / model.susceptibility_per_um2, low, *cells),
+        "model": (*inverse_numbers(model), low, *cells),
     }
-
-
-def _lower_core(shared: Shared, systems: Sequence[System]) -> None:
-    from frictionloop.firmware.compiled_core import core_address, core_context
-
-    context = np.concatenate([core_context(s) for s in systems])
-    shared.point(core_context=context)
-    shared.set(core=core_address(), core_words=context.size // shared.lanes)
 
 
 def _lower_tally(slab: Slab, tally: Tally, place: int, systems: Sequence[System]) -> None:

@@ -36,11 +36,12 @@ def placed(system: System, overrides: Sequence[Mapping[str, Any]]) -> list[Syste
     last: Mapping[str, Any] | None = None
     for override in overrides:
         if override is not last:
-            paths = tuple(override)
+            values = system.resolved(override)
+            paths = tuple(values)
             if paths not in branches:
                 branches[paths] = None if any(path.endswith(".kind") for path in paths) else _branches(paths)
-            places = branches[paths] if {int, float}.issuperset(map(type, override.values())) else None
-            made = system.evolve(override) if places is None else _copied(system, places, override)
+            places = branches[paths] if {int, float}.issuperset(map(type, values.values())) else None
+            made = system.evolve(values) if places is None else _copied(system, places, values)
             last = override
         systems.append(made)
     return systems

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from frictionloop.control.law import Law
 from frictionloop.control.laws import law_of
 from frictionloop.loop.kernel.bench_tile import build_guide, build_move, build_sense
 from frictionloop.loop.kernel.clock_tile import build_lost, build_prepare, build_tell
 from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_effect, build_fixed
+from frictionloop.loop.kernel.foreign_tile import PythonLaw, build_effect
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.lower_blocks import Signal
 from frictionloop.loop.kernel.paper_tile import build_paper
@@ -67,16 +66,11 @@ def set_programs(
 
 def _decides(of: Any, shared: Shared, slab: Slab, system: System) -> list[int]:
     """Return the tiles of a tick of the controller."""
-    controller, table = system.controller, shared.table_size > 0
-    law: Law | None = None
-    if controller.form == "firmware":
-        tiles = [of(build_fixed)]
-    else:
-        law = law_of(controller)
-        tiles = [of(build_law, law, table)]
-        if not is_compiled(law.step):
-            shared.python = PythonLaw(law, slab, shared.dt)
-            tiles = [shared.python.address, *tiles]
-        if shared.open_until > 0:
-            tiles = [of(build_prepare, law), *tiles, of(build_tell)]
+    law = law_of(system.controller)
+    tiles = [of(build_law, law, shared.table_size > 0)]
+    if not is_compiled(law.step):
+        shared.python = PythonLaw(law, slab, shared.dt)
+        tiles = [shared.python.address, *tiles]
+    if shared.open_until > 0:
+        tiles = [of(build_prepare, law), *tiles, of(build_tell)]
     return [of(build_lost, law, False), *tiles, of(build_lost, law, True)] if is_irregular(system) else tiles

@@ -12,9 +12,6 @@ from numba.extending import intrinsic
 from frictionloop.loop.kernel.columns import aligned
 from frictionloop.quantities.normals import BLOCK
 
-CORE_GIVEN, CORE_TOLD = 7, 3
-"""Numbers to the C core in a tick (measurement, set-point, 1 unless open), and back (u, saturated, amplitude)."""
-
 _WHOLE = (
     "lanes",
     # the period: substeps or segments, those before the command changes, and whether its clock is imperfect
@@ -27,8 +24,8 @@ _WHOLE = (
     *("external", "given"),
     # the carrier is made of pulses of whole ticks
     "pulsed",
-    # lookup table, command history, words of the C core per lane and its function
-    *("table_size", "ring_mask", "core_words", "core"),
+    # lookup table and command history
+    *("table_size", "ring_mask"),
     # samples of signals begin with this period; values per trace, 0 without traces
     *("chunk", "trace_size"),
     # the tile that runs whole blocks, 0 where a program of ticks does
@@ -40,8 +37,6 @@ _SCRATCH = (
     "roughness",  # table of n(x), ``[cell][lane]``
     "effect",  # program of an effect: its instructions and its tables
     "timing",  # unit normals of jitter and of lost ticks, one block after the other
-    "core_context",  # words and state of the C core, lane by lane
-    "core_given",  # what the C core is given and tells
     *("setpoint_samples", "disturbance_samples", "trace"),
     "path",  # of a finger that somebody moves: place, speed and load at the end of each period, [period][3]
 )
@@ -120,5 +115,4 @@ def scratch(width: int, longest_delay: float, nodes: int, moving: bool) -> dict[
         "history": aligned(ring * width),
         "draws": aligned(4 * BLOCK * width if moving else 0),
         "timing": aligned(2 * BLOCK * width),
-        "core_given": aligned(CORE_GIVEN + CORE_TOLD),
     }

@@ -16,7 +16,6 @@ from frictionloop.sensing.touch import check_follows
 
 STRUCTURAL = (
     "kind",
-    "form",
     "pulse_ticks",
     "rate_hz",
     "table_size",
@@ -52,7 +51,6 @@ def structure(system: System) -> tuple[object, ...]:
         contact_of(system),
         system.motion.kind,
         c.kind,
-        c.form,
         open_until(system),
         system.plate.pulse_ticks > 0,
     )

@@ -147,7 +147,7 @@ class Claim:
         return Verdict.YES if all(self.holds[name] for name in self.readings) else Verdict.NO
 
     @property
-    def said(self) -> str:
+    def verdict_text(self) -> str:
         """The verdict with its condition."""
         return self.verdict.under(self.condition)
 
@@ -179,7 +179,7 @@ class Claim:
             **{name: getattr(self, name) for name in words},
             **{name: dict(getattr(self, name)) for name in ("readings", "assumed", "compared")},
             "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
-            "verdict": self.said,
+            "verdict": self.verdict_text,
             **{name: getattr(self, name) for name in more},
         }
 

@@ -29,14 +29,14 @@ class Statement:
         return Verdict.YES_IF if true else Verdict.NO
 
     @property
-    def said(self) -> str:
+    def verdict_text(self) -> str:
         """The verdict with its condition."""
         return self.verdict.under(self.condition)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the statement for JSON, its claims by their ids."""
         found = {name: getattr(self, name) for name in ("title", "number")}
-        return found | {"verdict": self.said, "claims": [each.id for each in self.claims]}
+        return found | {"verdict": self.verdict_text, "claims": [each.id for each in self.claims]}
 
 
 def statements(claims: Sequence[Claim]) -> list[Statement]:
