@@ -26,6 +26,7 @@ from frictionloop.identification.poles import (
     left_of,
     stabilisation,
     strong,
+    weak,
 )
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Run
@@ -45,6 +46,8 @@ WORST_MISFIT = 0.25
 """Most of the rms of a decay that its modes may leave unexplained (assumed)."""
 WORST_START = 0.8
 """The same of poles that are not yet fitted: beyond it no fit is tried (assumed)."""
+UNLIKE = 3.0
+"""A hit of which so many times as much is left as of the median one is none of these (assumed)."""
 LONGEST_RING = 10.0
 """A mode that falls by e only after so many times what was heard of a decay is none (assumed)."""
 
@@ -222,11 +225,14 @@ def modes(
         raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
     _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
-    fits, starts = _told_apart(decays, starts, rate_hz, curves)
+    starts, held = weak(decays, starts, rate_hz)
+    fits, starts = _told_apart(decays, starts, held, rate_hz, curves)
+    alike = _alike(decays, fits[:, -1, 0])
+    decays, fits = [decay for decay, one in zip(decays, alike, strict=True) if one], fits[alike]
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
     _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
     found = _modes(fits[:, :-1, :])
-    late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz)[:-1, :2] for decay in decays])
+    late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz, held)[:-1, :2] for decay in decays])
     moved = np.abs(late.mean(axis=0) - fits[:, :-1, :2].mean(axis=0)) / math.sqrt(3)
     return Modes(
         modes=tuple(found),
@@ -242,7 +248,11 @@ def modes(
 
 
 def _told_apart(
-    decays: Sequence[Array], starts: list[tuple[float, float]], rate_hz: float, curves: Mapping[str, Any]
+    decays: Sequence[Array],
+    starts: list[tuple[float, float]],
+    held: list[tuple[float, float]],
+    rate_hz: float,
+    curves: Mapping[str, Any],
 ) -> tuple[Array, list[tuple[float, float]]]:
     """Return fits of all decays, shape (decays, modes + 1, 3), and the modes: one that hits do not share is none.
 
@@ -250,7 +260,7 @@ def _told_apart(
     """
     heard_s = max(decay.size for decay in decays) / rate_hz
     while starts:
-        fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
+        fits = np.array([fit_decay(decay, starts, rate_hz, held) for decay in decays])
         hertz, q = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 1]
         doubt = np.maximum(q.std(axis=0) / q.mean(axis=0), q.mean(axis=0) / (LONGEST_RING * math.pi * hertz * heard_s))
         if doubt.max() <= 1:
@@ -258,6 +268,13 @@ def _told_apart(
         # One at a time: a pole too many spoils the one beside it.
         starts = [start for k, start in enumerate(starts) if k != int(np.argmax(doubt))]
     raise Refused(NO_MODE, "hits", curves)
+
+
+def _alike(decays: Sequence[Array], misfits: Array) -> NDArray[np.bool_]:
+    """Return which hits the modes explain as well as the others: a second blow within a ringing is not seen otherwise."""
+    left = misfits * np.array([np.std(decay) for decay in decays])
+    alike = (misfits <= UNLIKE * np.median(misfits)) | (left <= UNLIKE * np.median(left))
+    return alike if np.count_nonzero(alike) > 1 else np.ones(len(decays), dtype=bool)
 
 
 def _drawn(

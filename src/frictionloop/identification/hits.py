@@ -15,9 +15,9 @@ from frictionloop.identification.channel_summary import clipped
 from frictionloop.identification.onsets import (
     ABOVE_NOISE,
     BEFORE,
+    blows_of,
     calm_rows,
     noise_of,
-    onsets_of,
     piece_length,
     without_bow,
 )
@@ -143,7 +143,8 @@ def pick_hits(
     away, bow = without_bow(signal)
     noise = noise_of(away, rate_hz)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
-    onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
+    blows = blows_of(away, level, calm_rows(away, rate_hz), rate_hz)
+    onsets = [blow.onset for blow in blows]
     if not onsets:
         raise NoHits(str(must_be(f"recording: hits of {column!r}", 0, f"1 or more, above {level:.3g}")))
     still, under = (away, bow) if column == READING else without_bow(reading)
@@ -164,7 +165,7 @@ def pick_hits(
             flat=int(np.count_nonzero(flat[rows])),
             before=onset - rows.start,
             wanted=(ahead, length),
-            next_row=onsets[k + 1] - onset if k + 1 < len(onsets) else None,
+            next_row=next((row - onset for row in (*blows[k].bounces, *onsets[k + 1 : k + 2])), None),
         )
         peak = float(piece.pulse[np.argmax(np.abs(piece.pulse))])
         faults = faults_of(piece, noise, floor, rate_hz, column != READING)
@@ -203,10 +204,10 @@ def faults_of(piece: Piece, noise: float, floor: float, rate_hz: float, of_hamme
         yield "clipped", f"clipped for {piece.flat} samples"
     if peak < SMALL * noise:
         yield "small", f"small, {peak / noise:.0f} x noise"
-    if piece.next_row is not None and piece.next_row < length - before:
-        yield "double", f"double, {1e3 * piece.next_row / rate_hz:.0f} ms on"
     if of_hammer and (again := _bounce(np.abs(piece.pulse))) is not None:
         yield "double", f"double, bounces {1e3 * again / rate_hz:.1f} ms on"
+    if piece.next_row is not None and piece.next_row < length - before:
+        yield "double", f"double, {1e3 * piece.next_row / rate_hz:.0f} ms on"
     if piece.reading.size < length:
         yield "cut off", f"cut off at the {'start' if piece.before < before else 'end'}"
     largest = float(np.max(np.abs(piece.reading[piece.before :])))
