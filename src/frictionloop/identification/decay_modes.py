@@ -18,6 +18,7 @@ from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.hits import Hits, hits_left_out, hits_of, too_few
 from frictionloop.identification.onsets import noise_of, without_bow
 from frictionloop.identification.poles import (
+    LEAST_SHARE,
     MOST_MODES,
     Pole,
     drawn_poles,
@@ -26,7 +27,7 @@ from frictionloop.identification.poles import (
     left_of,
     stabilisation,
     strong,
-    weak,
+    with_weak,
 )
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Run
@@ -225,15 +226,17 @@ def modes(
         raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
     _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
-    starts, held = weak(decays, starts, rate_hz)
-    fits, starts = _told_apart(decays, starts, held, rate_hz, curves)
+    fits, starts = _told_apart(decays, with_weak(decays, starts, rate_hz), rate_hz, curves)
     alike = _alike(decays, fits[:, -1, 0])
     decays, fits = [decay for decay, one in zip(decays, alike, strict=True) if one], fits[alike]
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
     _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
-    found = _modes(fits[:, :-1, :])
-    late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz, held)[:-1, :2] for decay in decays])
-    moved = np.abs(late.mean(axis=0) - fits[:, :-1, :2].mean(axis=0)) / math.sqrt(3)
+    hertz, share = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 2].mean(axis=0)
+    part = np.array([k for k in np.argsort(hertz) if share[k] >= min(LEAST_SHARE, share.max())])
+    late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz)[part, :2] for decay in decays])
+    fits = fits[:, part]
+    found = _modes(fits)
+    moved = np.abs(late.mean(axis=0) - fits[:, :, :2].mean(axis=0))
     return Modes(
         modes=tuple(found),
         chosen=chosen_of(found, which, band_hz or (0.0, rate_hz)),
@@ -248,11 +251,7 @@ def modes(
 
 
 def _told_apart(
-    decays: Sequence[Array],
-    starts: list[tuple[float, float]],
-    held: list[tuple[float, float]],
-    rate_hz: float,
-    curves: Mapping[str, Any],
+    decays: Sequence[Array], starts: list[tuple[float, float]], rate_hz: float, curves: Mapping[str, Any]
 ) -> tuple[Array, list[tuple[float, float]]]:
     """Return fits of all decays, shape (decays, modes + 1, 3), and the modes: one that hits do not share is none.
 
@@ -260,7 +259,7 @@ def _told_apart(
     """
     heard_s = max(decay.size for decay in decays) / rate_hz
     while starts:
-        fits = np.array([fit_decay(decay, starts, rate_hz, held) for decay in decays])
+        fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
         hertz, q = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 1]
         doubt = np.maximum(q.std(axis=0) / q.mean(axis=0), q.mean(axis=0) / (LONGEST_RING * math.pi * hertz * heard_s))
         if doubt.max() <= 1:
@@ -307,4 +306,4 @@ def _modes(fits: Array) -> list[Mode]:
         found.append(
             Mode(frequency, Estimate(float(q.mean()), error_q, "", hits - 1.0), float(share.mean()), agreement)
         )
-    return sorted(found, key=lambda mode: mode.frequency.value)
+    return found

@@ -130,62 +130,58 @@ def _shares(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float)
     return np.array(parts) / max(sum(parts), 1e-300)
 
 
-def fit_decay(
-    decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float, held: Sequence[tuple[float, float]] = ()
-) -> Array:
-    """Return frequency, Q and share of each mode of one hit, and in a last row the misfit, shape (modes + 1, 3).
-
-    Poles that are held stay where they are; shares are of all.
-    """
+def fit_decay(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float) -> Array:
+    """Return frequency, Q and share of each mode of one hit, and in a last row the misfit, shape (modes + 1, 3)."""
     time = np.arange(decay.size) / rate_hz
-    fixed = damped(time, held)
 
     def pairs(x: Array) -> list[tuple[float, float]]:
         return [(float(a), float(b)) for a, b in np.exp(np.clip(x, -20, 20)).reshape(-1, 2)]
 
     def left(x: Array) -> Array:
-        shape = np.concatenate([fixed, damped(time, pairs(x))[:, 1:]], axis=1)
+        shape = damped(time, pairs(x))
         # By the normal equations, many times faster than by singular values; the columns are far from dependent.
         weight = np.linalg.lstsq(shape.T @ shape, shape.T @ decay, rcond=1e-12)[0]
         return np.asarray(shape @ weight - decay)
 
     guess, scale = np.log(np.array(starts)).ravel(), np.tile([1e-3, 1e-2], len(starts))
     fit = least_squares(left, guess, x_scale=scale, xtol=1e-7, ftol=1e-9, max_nfev=25)
-    shares = _shares(decay, [*pairs(fit.x), *held], rate_hz)
+    shares = _shares(decay, pairs(fit.x), rate_hz)
     misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
-    rows = [(hertz, q, share) for (hertz, q), share in zip(pairs(fit.x), shares, strict=False)]
+    rows = [(hertz, q, share) for (hertz, q), share in zip(pairs(fit.x), shares, strict=True)]
     return np.array([*rows, (misfit, 0.0, 0.0)])
 
 
-def weak(
-    decays: Sequence[Array], starts: Sequence[tuple[float, float]], rate_hz: float
-) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Return modes that have a part in the energy, and weak ones beside them without which their fit would be biased.
+def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz: float) -> list[tuple[float, float]]:
+    """Return poles with the weak ones beside them, without which their fit would be biased, from the lowest up.
 
-    One at a time is put where most is left of some hits, each fitted alone, as long as that lowers the misfit.
+    One at a time is put where most is left of some hits, each fitted alone, while that lowers the misfit by more than
+    chance does.
     """
     some = sorted(decays, key=len)[-TRIED:]
-    poles = list(starts)
     fits = np.array([fit_decay(decay, poles, rate_hz) for decay in some])
+    size = max(decay.size for decay in some)
     while len(poles) < MOST_POLES:
-        size = max(decay.size for decay in some)
-        power = np.zeros(2 * size + 1)
-        for decay, fit in zip(some, fits, strict=True):
-            shape = damped(np.arange(decay.size) / rate_hz, fit[:-1, :2].tolist())
-            rest = decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0]
-            power += np.abs(np.fft.rfft(rest, 4 * size)) ** 2
-        hertz = float(np.fft.rfftfreq(4 * size, 1 / rate_hz)[8:][np.argmax(power[8:])])
+        hertz = _loudest(some, fits, rate_hz)
         new = [*poles, (hertz, math.pi * hertz * size / rate_hz / 4)]
         tried = np.array([fit_decay(decay, new, rate_hz) for decay in some])
         fewer = float(np.median(tried[:, -1, 0]) / np.median(fits[:, -1, 0]))
-        if not (fewer < ENOUGH and math.log(fewer) < -4 * math.log(size) / size):
-            break
         middle = np.median(tried[:, :-1], axis=0)
-        if not LEAST_Q < middle[-1, 1] or not 0 < middle[-1, 0] < 0.45 * rate_hz:
+        chance = math.exp(-4 * math.log(size) / size)
+        if not fewer < min(ENOUGH, chance) or not LEAST_Q < middle[-1, 1] or not middle[-1, 0] < 0.45 * rate_hz:
             break
         poles, fits = [(float(f), float(q)) for f, q, _ in middle], tried
-    share = np.median(fits[:, :-1, 2], axis=0)
-    return [p for p, s in zip(poles, share) if s >= LEAST_SHARE], [p for p, s in zip(poles, share) if s < LEAST_SHARE]
+    return sorted(poles)
+
+
+def _loudest(decays: Sequence[Array], fits: Array, rate_hz: float) -> float:
+    """Return the frequency in Hz of which fits leave most."""
+    size = 4 * max(decay.size for decay in decays)
+    power = np.zeros(size // 2 + 1)
+    for decay, fit in zip(decays, fits, strict=True):
+        shape = damped(np.arange(decay.size) / rate_hz, fit[:-1, :2].tolist())
+        rest = decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0]
+        power += np.abs(np.fft.rfft(rest, size)) ** 2
+    return float((8 + np.argmax(power[8:])) * rate_hz / size)
 
 
 def damped(time_s: Array, modes: Sequence[tuple[float, float]]) -> Array:
