@@ -15,7 +15,7 @@ from scipy.signal import decimate
 from frictionloop.findings import Finding
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.hits import Hits, hits_left_out, hits_of, too_few
+from frictionloop.identification.hits import Hits, hits_left_out, hits_of, left_out_hits, too_few
 from frictionloop.identification.onsets import noise_of, without_bow
 from frictionloop.identification.poles import (
     LEAST_SHARE,
@@ -55,13 +55,13 @@ LONGEST_RING = 10.0
 
 def decays_of(
     runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
-) -> tuple[list[Array], float, list[Hits], list[Finding]]:
+) -> tuple[dict[int, Array], float, list[Hits], list[Finding]]:
     """Return what follows each good hit until it is lost in the noise, the rate, all hits, and which are left out.
 
     With fewer than two good hits those that are cut off are used as well: a free decay need not come to its end.
     """
-    decays: list[Array] = []
-    cut: list[Array] = []
+    decays: dict[int, Array] = {}
+    cut: dict[int, Array] = {}
     picked, rates = [], set()
     for run, found in hits_of(runs, segment_s, exclude):
         reading, rate_hz = without_bow(channel(run, READING, READING_UNITS))[0], rate_of(run)
@@ -73,14 +73,15 @@ def decays_of(
             onset = round((hit.time_s - float(run["time"][0])) * rate_hz)
             if hit.verdict in ("good", "cut off"):
                 decay = _decay(reading, force, onset, found, floor)
-                (decays if hit.verdict == "good" else cut).extend([decay] if decay.size >= 32 else [])
+                if decay.size >= 32:
+                    (decays if hit.verdict == "good" else cut)[hit.number] = decay
     if len(rates) > 1:
         raise must_be("recording: rates", sorted(rates), "one", "Hz")
-    used = cut if len(decays) < 2 <= len(decays) + len(cut) else []
+    used = cut if len(decays) < 2 <= len(decays) + len(cut) else {}
     if len(decays) + len(used) < 2:
         raise too_few(picked, len(decays))
     left_out = hits_left_out(picked, ("good", "cut off") if used else ("good",))
-    return decays + used, rates.pop(), picked, left_out
+    return decays | used, rates.pop(), picked, left_out
 
 
 def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: float) -> Array:
@@ -217,7 +218,7 @@ def modes(
         decay unexplained.
     """
     pieces, rate_hz, picked, left_out = decays_of(recording, segment_s, exclude)
-    decays, rate_hz = slower(pieces, rate_hz)
+    decays, rate_hz = slower([*pieces.values()], rate_hz)
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
@@ -228,6 +229,10 @@ def modes(
     _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
     fits, starts = _told_apart(decays, with_weak(decays, starts, rate_hz), rate_hz, curves)
     alike = _alike(decays, fits[:, -1, 0])
+    if not alike.all():
+        others = [number for number, one in zip(pieces, alike, strict=True) if not one]
+        why = f"{fits[~alike, -1, 0].max():.0%} unexplained, {np.median(fits[alike, -1, 0]):.1%} of the others"
+        left_out.append(left_out_hits(others, why))
     decays, fits = [decay for decay, one in zip(decays, alike, strict=True) if one], fits[alike]
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
     _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
@@ -270,7 +275,7 @@ def _told_apart(
 
 
 def _alike(decays: Sequence[Array], misfits: Array) -> NDArray[np.bool_]:
-    """Return which hits the modes explain as well as the others: a second blow within a ringing is not seen otherwise."""
+    """Return which hits the modes explain as well as the others; nothing else shows a second blow in a ringing."""
     left = misfits * np.array([np.std(decay) for decay in decays])
     alike = (misfits <= UNLIKE * np.median(misfits)) | (left <= UNLIKE * np.median(left))
     return alike if np.count_nonzero(alike) > 1 else np.ones(len(decays), dtype=bool)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
 from frictionloop.identification.estimate import Estimate, Measured
-from frictionloop.identification.recording_columns import READING
+from frictionloop.identification.recording_columns import READING, no_column
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -85,6 +85,8 @@ def in_newtons(run: xr.Dataset, sensor: Sensor) -> tuple[xr.Dataset, list[Findin
 
     By the weights of the project; where these were read in another unit or there are none, by what the map says.
     """
+    if READING not in run:
+        raise no_column(READING, run)
     reading = run[READING]
     unit, stated = reading.attrs.get("units"), reading.attrs.get("newtons_per_unit")
     found = []

@@ -42,6 +42,15 @@ class FrequencyResponse:
     hits: int
     rate_hz: float
     unit: str
+    turned: tuple[int, ...] = ()
+    """Which recordings, from 0, read the other way round than most, and were turned."""
+
+    @property
+    def static(self) -> float:
+        """Reading per force below half of the frequency of the largest response; negative if one is turned round."""
+        upto = self.frequency_hz <= 0.5 * self.frequency_hz[np.argmax(np.abs(self.response) * self.input_density)]
+        weight = self.input_density * upto
+        return float(np.sum(weight * self.response.real) / max(float(np.sum(weight)), 1e-300))
 
     def drawn(self, rows: Any = slice(None)) -> dict[str, list[float]]:
         """Return what is drawn of some of its rows."""
@@ -60,7 +69,8 @@ def response(
 
     The pieces are not tapered (csd with a boxcar): force and response begin and end within them, so nothing leaks.
     Noise of the reading does not bias H1; noise of the hammer lowers it by its share of S_xx. H2, of which the opposite
-    holds, is H1 over the coherence. A hammer that reads a push as negative is turned.
+    holds, is H1 over the coherence. A hammer that reads a push as negative is turned, and a recording whose reading
+    goes the other way than most.
 
     Parameters
     ----------
@@ -97,7 +107,12 @@ def response(
     hits = sum(len(force) for force in forces)
     if hits < 2:
         raise too_few(picked, hits)
-    x, y = np.concatenate(forces), np.concatenate(readings)
+    signs = [_sign(force, reading) for force, reading in zip(forces, readings, strict=True)]
+    most = 1.0 if sum(signs) >= 0 else -1.0
+    x = np.concatenate(forces)
+    y = np.concatenate(
+        [reading * (-1.0 if sign == -most else 1.0) for reading, sign in zip(readings, signs, strict=True)]
+    )
     rate_hz, length = rates[0], x.shape[1]
 
     def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:
@@ -118,7 +133,17 @@ def response(
         hits=hits,
         rate_hz=rate_hz,
         unit=unit,
+        turned=tuple(k for k, sign in enumerate(signs) if sign == -most),
     )
+
+
+def _sign(force: Array, reading: Array) -> float:
+    """Return the sign of reading over force below half of the frequency at which the reading is largest, 0 of none."""
+    x, y = (np.fft.rfft(each - each.mean(axis=-1, keepdims=True), axis=-1) for each in (force, reading))
+    if not len(force):
+        return 0.0
+    upto = slice(1, max(int(np.argmax(np.sum(np.abs(y) ** 2, axis=0))) // 2, 2))
+    return float(np.sign(np.sum((x.conj() * y).real[:, upto])))
 
 
 def response_table(file: Opened) -> FrequencyResponse:

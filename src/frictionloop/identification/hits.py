@@ -87,10 +87,13 @@ def hits_left_out(found: Sequence[Hits], kept: Collection[str] = ("good",)) -> l
         for hit in each.table:
             if hit.verdict not in kept:
                 by_verdict.setdefault(hit.verdict, []).append(hit.number)
-    return [
-        Finding("LEFT-OUT", value=len(numbers), where=Condition(channel=f"hits {shown(numbers)}"), more={"reason": why})
-        for why, numbers in by_verdict.items()
-    ]
+    return [left_out_hits(numbers, why) for why, numbers in by_verdict.items()]
+
+
+def left_out_hits(numbers: Sequence[int], why: str) -> Finding:
+    """Return that some hits were left out."""
+    where = Condition(channel=f"hits {shown(list(numbers))}")
+    return Finding("LEFT-OUT", value=len(numbers), where=where, more={"reason": why})
 
 
 def too_few(found: Sequence[Hits], good: int, least: int = 2) -> FrictionloopError:

@@ -167,7 +167,7 @@ def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz
         fewer = float(np.median(tried[:, -1, 0]) / np.median(fits[:, -1, 0]))
         middle = np.median(tried[:, :-1], axis=0)
         chance = math.exp(-4 * math.log(size) / size)
-        if not fewer < min(ENOUGH, chance) or not LEAST_Q < middle[-1, 1] or not middle[-1, 0] < 0.45 * rate_hz:
+        if not fewer < min(ENOUGH, chance) or not middle[-1, 1] > LEAST_Q or not middle[-1, 0] < 0.45 * rate_hz:
             break
         poles, fits = [(float(f), float(q)) for f, q, _ in middle], tried
     return sorted(poles)
