@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
+from scipy.optimize import linear_sum_assignment
 from scipy.signal import decimate
 
 from frictionloop.findings import Finding
@@ -94,11 +95,14 @@ def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: 
 
 
 def _end_of_pulse(force: Array | None, start: int, before: int, length: int, noise: float) -> int:
-    """Return how many rows after a hit its force is last seen, above a fiftieth of its peak and above its noise."""
+    """Return how many rows after a hit its force has ended: below a fiftieth of its peak, or its noise, for as long."""
     if force is None:
         return 0
     pulse = np.abs(force[start + before : start + length] - np.median(force))
-    return int(np.flatnonzero(pulse > max(PULSE * pulse.max(), ABOVE_HAMMER * noise))[-1]) + 2
+    pushed = np.flatnonzero(pulse > max(PULSE * pulse.max(), ABOVE_HAMMER * noise))
+    pushed = pushed[pushed >= int(np.argmax(pulse))]
+    over = np.flatnonzero(np.diff(pushed) > 4 * pushed[0] + 16)
+    return int(pushed[over[0] if over.size else -1]) + 2
 
 
 def _audible(decay: Array, floor: float) -> Array:
@@ -238,7 +242,8 @@ def modes(
     _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
     hertz, share = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 2].mean(axis=0)
     part = np.array([k for k in np.argsort(hertz) if share[k] >= min(LEAST_SHARE, share.max())])
-    late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz)[part, :2] for decay in decays])
+    rest = [fit_decay(decay[decay.size // 8 :], starts, rate_hz) for decay in decays]
+    late = np.array([_in_order(each, starts)[part, :2] for each in rest])
     fits = fits[:, part]
     found = _modes(fits)
     moved = np.abs(late.mean(axis=0) - fits[:, :, :2].mean(axis=0))
@@ -264,7 +269,7 @@ def _told_apart(
     """
     heard_s = max(decay.size for decay in decays) / rate_hz
     while starts:
-        fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
+        fits = np.array([_in_order(fit_decay(decay, starts, rate_hz), starts) for decay in decays])
         hertz, q = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 1]
         doubt = np.maximum(q.std(axis=0) / q.mean(axis=0), q.mean(axis=0) / (LONGEST_RING * math.pi * hertz * heard_s))
         if doubt.max() <= 1:
@@ -272,6 +277,12 @@ def _told_apart(
         # One at a time: a pole too many spoils the one beside it.
         starts = [start for k, start in enumerate(starts) if k != int(np.argmax(doubt))]
     raise Refused(NO_MODE, "hits", curves)
+
+
+def _in_order(fit: Array, starts: Sequence[tuple[float, float]]) -> Array:
+    """Return the modes of a hit in the order of those that they came from: two of them may have changed places."""
+    apart = np.abs(np.log(fit[:-1, None, :2] / np.array(starts))) @ np.array([1.0, 0.1])
+    return np.concatenate([fit[:-1][linear_sum_assignment(apart.T)[1]], fit[-1:]])
 
 
 def _alike(decays: Sequence[Array], misfits: Array) -> NDArray[np.bool_]:

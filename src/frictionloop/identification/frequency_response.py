@@ -109,10 +109,9 @@ def response(
         raise too_few(picked, hits)
     signs = [_sign(force, reading) for force, reading in zip(forces, readings, strict=True)]
     most = 1.0 if sum(signs) >= 0 else -1.0
+    turns = [-1.0 if sign == -most else 1.0 for sign in signs]
     x = np.concatenate(forces)
-    y = np.concatenate(
-        [reading * (-1.0 if sign == -most else 1.0) for reading, sign in zip(readings, signs, strict=True)]
-    )
+    y = np.concatenate([turn * reading for turn, reading in zip(turns, readings, strict=True)])
     rate_hz, length = rates[0], x.shape[1]
 
     def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:

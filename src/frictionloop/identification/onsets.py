@@ -93,7 +93,7 @@ class Blow(NamedTuple):
 
 
 def blows_of(away: Array, level: float, calm: int, rate_hz: float) -> list[Blow]:
-    """Return where a channel rises over the level and a tenth of the last hit, to twice what was in as many rows before.
+    """Return where a channel rises over the level, a tenth of the last hit, and twice what was in as many rows before.
 
     The tail of a ringing passes the level without such a rise; modes that beat rise, but not to a tenth. What follows
     within 50 ms, or a fifth of the usual time between hits, bounces.
@@ -106,10 +106,10 @@ def blows_of(away: Array, level: float, calm: int, rate_hz: float) -> list[Blow]
     found: list[int] = []
     for rows in np.split(risen, np.flatnonzero(np.diff(risen) > 1) + 1) if risen.size else []:
         last = float(size[found[-1] : rows[0] + 1].max()) if found else 0.0
-        rows = rows[ahead[rows] > OF_LAST * last]
-        if rows.size:
-            least = max(level, RISE * float(behind[rows[0]]), OF_LAST * last)
-            onset = int(rows[0] + np.argmax(size[rows[0] :] > least))
+        if (large := rows[ahead[rows] > OF_LAST * last]).size:
+            first = int(large[0])
+            least = max(level, RISE * float(behind[first]), OF_LAST * last)
+            onset = first + int(np.argmax(size[first:] > least))
             if not found or onset > found[-1] + calm:
                 found.append(onset)
     apart = BOUNCE_S * rate_hz

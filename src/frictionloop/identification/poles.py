@@ -166,8 +166,13 @@ def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz
         tried = np.array([fit_decay(decay, new, rate_hz) for decay in some])
         fewer = float(np.median(tried[:, -1, 0]) / np.median(fits[:, -1, 0]))
         middle = np.median(tried[:, :-1], axis=0)
-        chance = math.exp(-4 * math.log(size) / size)
-        if not fewer < min(ENOUGH, chance) or not middle[-1, 1] > LEAST_Q or not middle[-1, 0] < 0.45 * rate_hz:
+        near, q, _ = middle[-1]
+        shared = (
+            float(np.median(np.abs(tried[:, -2, 0] - near))) < near / q
+        )  # noise that rings with the sensor is another in each hit
+        if not (shared and q > LEAST_Q and near < 0.45 * rate_hz):
+            break
+        if not fewer < min(ENOUGH, math.exp(-4 * math.log(size) / size)):
             break
         poles, fits = [(float(f), float(q)) for f, q, _ in middle], tried
     return sorted(poles)

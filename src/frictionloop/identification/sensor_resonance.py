@@ -257,7 +257,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
 
 
 def extra_modes(take: Take, found: Sequence[Modes], how: str, date: str) -> list[Measured]:
-    """Return frequency and Q of the modes that an entry wants listed, as many as there are, under names of their own."""
+    """Return frequency and Q of the modes that an entry wants listed, as many as there are, by names of their own."""
     values: list[Measured] = []
     for k, mode in enumerate(found[0].modes[: take.count or 0]):
         seen = _nearest(found, mode.frequency.value)
