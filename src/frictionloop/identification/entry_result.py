@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,15 @@ class Sensor:
     resonance_hz: float | None = None
     cutoff_hz: float | None = None
     cutoff_error_hz: float = 0.0
+    share: float = 0.0
+    """Relative standard error of the sensitivity."""
+
+    def divided(self, each: Measured, runs: Sequence[xr.Dataset]) -> Measured:
+        """Return a value in newtons with the error of the sensitivity that its readings were divided by."""
+        by_weights = all(READING in run and run[READING].attrs.get("units") == self.unit for run in runs)
+        if not (by_weights and each.unit.startswith("N")):
+            return each
+        return replace(each, method=float(np.hypot(each.method, self.share * each.value)))
 
 
 @dataclass(frozen=True)

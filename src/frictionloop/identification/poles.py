@@ -167,9 +167,8 @@ def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz
         fewer = float(np.median(tried[:, -1, 0]) / np.median(fits[:, -1, 0]))
         middle = np.median(tried[:, :-1], axis=0)
         near, q, _ = middle[-1]
-        shared = (
-            float(np.median(np.abs(tried[:, -2, 0] - near))) < near / q
-        )  # noise that rings with the sensor is another in each hit
+        # Noise that rings with the sensor is another one in each hit.
+        shared = float(np.median(np.abs(tried[:, -2, 0] - near))) < near / q
         if not (shared and q > LEAST_Q and near < 0.45 * rate_hz):
             break
         if not fewer < min(ENOUGH, math.exp(-4 * math.log(size) / size)):

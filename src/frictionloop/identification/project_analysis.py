@@ -64,7 +64,7 @@ OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
 """Kinds that no table can give."""
 MOST_CLIPPED = 0.01
 """Share of the samples of a recording that may be clipped (assumed)."""
-FORM = 3
+FORM = 4
 """Of what is kept: another one is not read."""
 USE_SENSOR = ("quiet", "slides", "load", "amplitude")
 """Kinds whose analysis depends on what is known of the sensor."""
@@ -84,6 +84,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> EntryResult:
         for run in runs:
             _refuse_unfit(run, take.kind)
         found = ANALYSES[take.kind](take, runs, sensor, files[0]["date"])
+        if take.kind in USE_SENSOR:
+            found = replace(found, measured=[sensor.divided(each, runs) for each in found.measured])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
         raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0]) from None
@@ -219,6 +221,7 @@ def _knowing(sensor: Sensor, part: EntryResult) -> Sensor:
     values = {each.path: each for each in part.measured}
     if (slope := values.get("sensitivity")) is not None:
         sensor = replace(sensor, sensitivity=slope.value, unit=slope.unit.partition("/")[0])
+        sensor = replace(sensor, share=slope.error / abs(slope.value))
     if (hertz := values.get("sensor.resonance_hz")) is not None:
         sensor = replace(sensor, resonance_hz=hertz.value)
     if (cutoff := values.get("sensor.cutoff_hz")) is not None:

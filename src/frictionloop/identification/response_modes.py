@@ -80,7 +80,7 @@ def response_modes(
         inside &= (found.frequency_hz >= band_hz[0]) & (found.frequency_hz <= band_hz[1])
     hertz, seen = found.frequency_hz[inside], found.response[inside]
     if hertz.size < 12:
-        raise Refused(str(must_be("band_hz: frequencies", hertz.size, "at least 12")), "response", {})
+        raise Refused(str(must_be("response: frequencies", hertz.size, "at least 12")), "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
     fits = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None

@@ -47,7 +47,7 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
     names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
     struck, alone, found = _struck(runs, names)
-    groups: list[Run | list[Run]] = [[*struck.values()]] if alone else [*struck.values()]
+    groups: list[Run | list[Run]] = _of_files(struck) if alone else [*struck.values()]
     free = [modes(group, take.mode, take.band_hz, take.segment_s, take.exclude) for group in groups]
     picked = same_mode(free)
     chosen = [each.modes[k] for each, k in picked]
@@ -161,6 +161,14 @@ def _struck(runs: Sequence[Run], names: Sequence[str]) -> tuple[dict[str, Run], 
         return struck, bool(poor) and len(runs) > 1, told
     told += [_left_out(name, "fewer than 2 good hits", "warning") for name in poor]
     return {name: run for name, run in struck.items() if name not in poor}, False, told
+
+
+def _of_files(struck: Mapping[str, Run]) -> list[Run | list[Run]]:
+    """Return recordings of one hit each by the files that they are lines of, all as one where a file has one line."""
+    files: dict[str, list[Run]] = {}
+    for run in struck.values():
+        files.setdefault(run.attrs.get("file", ""), []).append(run)
+    return [*files.values()] if min(map(len, files.values())) > 1 else [[*struck.values()]]
 
 
 def _left_out(name: str, reason: str, severity: Severity | None = None) -> Finding:

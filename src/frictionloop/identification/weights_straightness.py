@@ -40,6 +40,8 @@ GRAVITY = 0.0015
 STANDING, MOVING = 0.9, 0.7
 """A step of weights clips where more than the first share of its samples is at one end, and in the other steps less
 than the second (assumed: with a coarse converter it is that much everywhere)."""
+LEAST_WEIGHTS, ALONE = 5, 0.2
+"""Weights from which one is judged by the others, and their scatter without it as a share of that with it (assumed)."""
 APART = 0.05
 """Masses that differ by more than this share of the largest cannot give one reading (assumed: readings are rounded)."""
 
@@ -222,7 +224,9 @@ def straightness(found: Calibration) -> Straightness:
     span_n = span * STANDARD_GRAVITY
     bend, drift = _fitted(columns, found.residuals_n / span_n)
     curved, drifts = _real(bend), unordered and _real(drift)
-    told = []
+    told = [*_mislabelled(found)]
+    if told:
+        return Straightness(_bend(bend), False, Estimate(0.0, np.inf, "N", 1.0), False, None, (*told, *_units(found)))
     if curved:
         told.append(off_line("bend", 100 * bend.value, "% of the span", "f_m"))
     if drifts:
@@ -238,13 +242,31 @@ def straightness(found: Calibration) -> Straightness:
         told.append(off_line("friction of the pulley", 100 * friction.exponent.value, "%", "f_m"))
     told += _units(found)
     return Straightness(
-        Estimate(bend.value / 4, bend.standard_error / 4, "", bend.freedom),
+        _bend(bend),
         curved,
         Estimate(drift.value * span_n, drift.standard_error * span_n, "N", drift.freedom),
         drifts,
         friction,
         tuple(told),
     )
+
+
+def _bend(found: Estimate) -> Estimate:
+    return Estimate(found.value / 4, found.standard_error / 4, "", found.freedom)
+
+
+def _mislabelled(found: Calibration) -> Iterator[Finding]:
+    """Yield the weight without which the others scatter about their line a tenth as much, and what it reads like."""
+    force, reading = found.steps.mass_kg, found.steps.reading
+    if force.size < LEAST_WEIGHTS:
+        return
+    lines = [np.polyfit(np.delete(force, k), np.delete(reading, k), 1) for k in range(force.size)]
+    left = [np.delete(reading - np.polyval(line, force), k).std() for k, line in enumerate(lines)]
+    k = int(np.argmin(left))
+    alike = (reading[k] - lines[k][1]) / lines[k][0]
+    if left[k] < ALONE * np.median(left) and abs(alike - force[k]) > APART * np.ptp(force):
+        more = {"row": k + 1, "other": 1e3 * float(alike)}
+        yield Finding("WEIGHT-LABEL", value=1e3 * float(force[k]), unit="g", more=more)
 
 
 def _fitted(columns: list[NDArray[np.float64]], residual: NDArray[np.float64]) -> tuple[Estimate, Estimate]:
