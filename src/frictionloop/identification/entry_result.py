@@ -74,11 +74,11 @@ class Refused(FrictionloopError):
         self.curves = dict(curves)
 
 
-def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path) -> Refused:
+def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path, rate_hz: float | None) -> Refused:
     """Return a refusal with what its analysis saw; where it had not got that far, with the channels of the file."""
     if isinstance(refusal, Refused) and refusal.curves:
         return Refused(said, kind, refusal.curves)
-    return Refused(said, "recording", {"file": str(file)})
+    return Refused(said, "recording", {"file": str(file), "rate_hz": rate_hz})
 
 
 def number_said(value: Any) -> str:

@@ -219,7 +219,7 @@ def faults_of(piece: Piece, noise: float, floor: float, rate_hz: float, of_hamme
     if piece.before > 8 and start > most:
         yield "still ringing", f"still ringing, {100 * start / largest:.0f} % before it"
     if before > 8 and stop > most:
-        yield "cut off", f"cut off, {100 * stop / largest:.0f} %: longer segment_s"
+        yield "cut off", f"cut off, {100 * stop / largest:.0f} %"
 
 
 def _bounce(pulse: Array) -> int | None:

@@ -37,7 +37,7 @@ from frictionloop.identification.recording_file import (
 from frictionloop.identification.sensor_resonance import hits_entry, response_entry
 from frictionloop.identification.slides import slides_entry
 from frictionloop.identification.susceptibility import amplitude_entry
-from frictionloop.identification.weights_calibration import hung
+from frictionloop.identification.weights_calibration import hung, standing
 from frictionloop.identification.weights_straightness import load_entry, weights_entry
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.version import package_version
@@ -80,7 +80,8 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> EntryResult:
     runs = [run for each in by_file for run in each]
     try:
         if take.masses_g is not None:
-            runs = [hung(runs, 1e-3 * np.array(take.masses_g))]
+            masses = 1e-3 * np.array(take.masses_g)
+            runs = [hung(standing(runs[0], masses.size, take.settle_s) if len(runs) == 1 else runs, masses)]
         for run in runs:
             _refuse_unfit(run, take.kind)
         found = ANALYSES[take.kind](take, runs, sensor, files[0]["date"])
@@ -88,7 +89,7 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> EntryResult:
             found = replace(found, measured=[sensor.divided(each, runs) for each in found.measured])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
-        raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0]) from None
+        raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0], take.rate_hz) from None
     every = [each for run in runs for each in findings_of(run.attrs)]
     findings = (*(each for k, each in enumerate(every) if each not in every[:k]), *found.findings)
     return replace(found, kind=take.kind, files=files, findings=findings, numbers=plain(found.numbers))
