@@ -19,13 +19,12 @@ from frictionloop.quantities import FrictionloopError
 from studies.kept import keep
 from tests.helpers.hammer_files import HammerFile, hammer_file
 
-HEADS = ("seed", "hits", "found", "Hz", "found", "95 %", "Q", "found", "95 %")
 ASKED = (
     ("count right", ">= 98"),
     ("resonance within 0.2 %", ">= 95"),
     ("Q within 5 %", ">= 95"),
-    ("resonance inside its interval", "93 to 97"),
-    ("Q inside its interval", "93 to 97"),
+    ("resonance inside its interval, where there is one", "93 to 97"),
+    ("Q inside its interval, where there is one", "93 to 97"),
 )
 
 
@@ -38,7 +37,7 @@ def dataset(file: HammerFile) -> xr.Dataset:
 
 
 def judged(seed: int) -> tuple[list[bool], list[Any]]:
-    """Return which goals a file meets, and its row; a refusal meets none but the count."""
+    """Return which goals a file meets, and its row; a refusal has no interval and meets none but the count."""
     file = hammer_file(seed)
     recording = dataset(file)
     count = len(pick_hits(recording).table)
@@ -67,7 +66,9 @@ def main(count: int = 200) -> None:
     """Write the table, and what each goal is met by."""
     with Pool(2) as pool:
         every = list(pool.imap(judged, range(count)))
+    answered = [met for met, row in every if row[-1] != "refused"]
     shares = 100 * np.mean([met for met, _ in every], axis=0)
+    shares[3:] = 100 * np.mean([met[3:] for met in answered], axis=0)
     keep(
         "hammer-hits",
         f"hammer_hits {count}",
@@ -76,7 +77,7 @@ def main(count: int = 200) -> None:
     )
     for met, row in every:
         if not all(met):
-            print(dict(zip(HEADS, row, strict=False)) if len(row) < len(HEADS) else row, met)
+            print(row, met)
 
 
 if __name__ == "__main__":
