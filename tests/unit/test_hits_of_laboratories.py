@@ -96,7 +96,7 @@ def test_an_inverted_recording_is_turned_and_not_averaged():
         )
     turned = runs[2].assign(f_m=(-runs[2].f_m).assign_attrs(units="N"))
     found = response([*runs[:2], turned])
-    assert found.turned == (2,) and response(turned).static < 0 < found.static
+    assert found.turned == ("recording 3",) and response(turned).static < 0 < found.static
     np.testing.assert_allclose(found.response, response(runs).response)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import csd
 
 from frictionloop.identification.hits import hits_of, too_few
 from frictionloop.identification.onsets import without_bow
@@ -42,8 +42,8 @@ class FrequencyResponse:
     hits: int
     rate_hz: float
     unit: str
-    turned: tuple[int, ...] = ()
-    """Which recordings, from 0, read the other way round than most, and were turned."""
+    turned: tuple[str, ...] = ()
+    """Which recordings read the other way round than most, and were turned."""
 
     @property
     def static(self) -> float:
@@ -67,7 +67,7 @@ def response(
 
         H1 = S_xy/S_xx,   coherence = |S_xy|^2/(S_xx S_yy)
 
-    The pieces are not tapered (csd with a boxcar): force and response begin and end within them, so nothing leaks.
+    The pieces are not tapered: force and response begin and end within them, so nothing leaks.
     Noise of the reading does not bias H1; noise of the hammer lowers it by its share of S_xx. H2, of which the opposite
     holds, is H1 over the coherence. A hammer that reads a push as negative is turned, and a recording whose reading
     goes the other way than most.
@@ -93,7 +93,7 @@ def response(
     """
     if isinstance(recording, xr.Dataset):
         channel(recording, "hammer", ("N",))  # hits are found without one, too; a response is not
-    forces, readings, rates, picked, unit = [], [], [], [], ""
+    forces, readings, rates, picked, names, unit = [], [], [], [], [], ""
     for run, found in hits_of(recording, segment_s, exclude):
         force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
         rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
@@ -101,25 +101,25 @@ def response(
         readings.append(without_bow(reading)[0][rows])
         rates.append(rate_of(run))
         picked.append(found)
+        names.append(os.path.basename(run.attrs.get("file", "")) or f"recording {len(picked)}")
         unit = f"{run[READING].attrs['units']}/N"
     if len(set(rates)) > 1:
         raise must_be("recording: rates", sorted(set(rates)), "one", "Hz")
     hits = sum(len(force) for force in forces)
     if hits < 2:
         raise too_few(picked, hits)
-    signs = [_sign(force, reading) for force, reading in zip(forces, readings, strict=True)]
-    most = 1.0 if sum(signs) >= 0 else -1.0
-    turns = [-1.0 if sign == -most else 1.0 for sign in signs]
-    x = np.concatenate(forces)
-    y = np.concatenate([turn * reading for turn, reading in zip(turns, readings, strict=True)])
-    rate_hz, length = rates[0], x.shape[1]
+    rate_hz, length = rates[0], forces[0].shape[1]
+    x, y = ([np.fft.rfft(each - each.mean(axis=1, keepdims=True)) for each in some] for some in (forces, readings))
+    signs = [_sign(force, reading) for force, reading in zip(x, y, strict=True)]
+    other = -1.0 if sum(signs) >= 0 else 1.0
+    turns = [-1.0 if sign == other else 1.0 for sign in signs]
+    crossed = [turn * force.conj() * reading for turn, force, reading in zip(turns, x, y, strict=True)]
 
-    def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:
-        options = {"window": "boxcar", "nperseg": length, "noverlap": 0, "detrend": "constant"}
-        return csd(one.ravel(), other.ravel(), rate_hz, **options)
+    def density(parts: list[Any]) -> Any:
+        return np.concatenate(parts).mean(axis=0) * 2 / (rate_hz * length)
 
-    frequency, across = density(x, y)
-    of_force, of_reading = density(x, x)[1].real, density(y, y)[1].real
+    across, of_force, of_reading = density(crossed), *(density([np.abs(each) ** 2 for each in some]) for some in (x, y))
+    frequency = np.fft.rfftfreq(length, 1 / rate_hz)
     keep = (frequency > 0) & (of_force > 0) & (of_reading > 0) & (np.abs(across) > 0)
     across, of_force = across[keep], of_force[keep]
     coherence = np.clip(np.abs(across) ** 2 / (of_force * of_reading[keep]), 1e-300, 1.0)
@@ -132,17 +132,14 @@ def response(
         hits=hits,
         rate_hz=rate_hz,
         unit=unit,
-        turned=tuple(k for k, sign in enumerate(signs) if sign == -most),
+        turned=tuple(name for name, sign in zip(names, signs, strict=True) if sign == other),
     )
 
 
-def _sign(force: Array, reading: Array) -> float:
+def _sign(force: NDArray[np.complex128], reading: NDArray[np.complex128]) -> float:
     """Return the sign of reading over force below half of the frequency at which the reading is largest, 0 of none."""
-    x, y = (np.fft.rfft(each - each.mean(axis=-1, keepdims=True), axis=-1) for each in (force, reading))
-    if not len(force):
-        return 0.0
-    upto = slice(1, max(int(np.argmax(np.sum(np.abs(y) ** 2, axis=0))) // 2, 2))
-    return float(np.sign(np.sum((x.conj() * y).real[:, upto])))
+    upto = slice(1, max(int(np.argmax(np.sum(np.abs(reading) ** 2, axis=0))) // 2, 2))
+    return float(np.sign(np.sum((force.conj() * reading).real[:, upto])))
 
 
 def response_table(file: Opened) -> FrequencyResponse:

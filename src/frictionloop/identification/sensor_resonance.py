@@ -50,7 +50,6 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     groups: list[Run | list[Run]] = _of_files(struck) if alone else [*struck.values()]
     free = [modes(group, take.mode, take.band_hz, take.segment_s, take.exclude) for group in groups]
     picked = same_mode(free)
-    chosen = [each.modes[k] for each, k in picked]
     found += [each for one in free for each in one.findings]
     found += [*_turned(struck, take), *_others(*picked[0])]
     if len(picked) < len(free):
@@ -65,28 +64,30 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
         "modes_q": [mode.q.value for mode in free[0].modes],
         "modes_share_of_energy": [mode.share for mode in free[0].modes],
     }
-    shift_hz = [each.method_hz[k] for each, k in picked]
-    shift_q = [each.method_q[k] for each, k in picked]
     curves = free[0].drawn() | {"decay": _drawn_decay(next(iter(struck.values())), take)}
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
     extra: list[Measured] = []
+    near: Near = None
     if all("hammer" in run.data_vars for run in struck.values()):
-        by_force, near = hammered(take, struck, chosen[0].frequency.value, date)
+        by_force, near = hammered(take, [*struck.values()], picked[0][0].modes[picked[0][1]].frequency.value, date)
         found += by_force.findings
         numbers |= by_force.numbers
         extra = list(by_force.measured)
         curves |= by_force.curves
-        if near is not None:
-            hertz, q = near
-            shift_hz = [with_method(s, c.frequency.value - hertz) for s, c in zip(shift_hz, chosen, strict=True)]
-            shift_q = [with_method(s, c.q.value - q) for s, c in zip(shift_q, chosen, strict=True)]
-    values = [
-        measured("sensor.resonance_hz", [m.frequency for m in chosen], shift_hz, how, take.files, date),
-        measured("sensor.q", [m.q for m in chosen], shift_q, how, take.files, date),
-        *extra,
-        *extra_modes(take, free, how.partition(",")[0], date),
-    ]
+    values = [*_asked(picked, near, how, take, date), *extra, *extra_modes(take, free, how.partition(",")[0], date)]
     return EntryResult(values, found, numbers, _rows(groups, [*struck], take), curves)
+
+
+def _asked(picked: Sequence[tuple[Modes, int]], near: Near, how: str, take: Take, date: str) -> list[Measured]:
+    """Return resonance and Q of one mode of each recording, with what another method has in their stead."""
+    values = []
+    for at, path in enumerate(("sensor.resonance_hz", "sensor.q")):
+        found = [(each.modes[k].frequency, each.modes[k].q)[at] for each, k in picked]
+        shifts = [(each.method_hz, each.method_q)[at][k] for each, k in picked]
+        if near is not None:
+            shifts = [with_method(s, one.value - near[at]) for s, one in zip(shifts, found, strict=True)]
+        values.append(measured(path, found, shifts, how, take.files, date))
+    return values
 
 
 def _turned(struck: dict[str, Run], take: Take) -> list[Finding]:
@@ -183,15 +184,15 @@ def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
     return thinned(4 * POINTS, time_s=time[: piece.size] - time[0], reading=piece - np.median(piece))
 
 
-def hammered(take: Take, struck: Mapping[str, Run], near_hz: float, date: str) -> tuple[EntryResult, Near]:
+def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tuple[EntryResult, Near]:
     """Return what the force of a hammer adds: the mode near a frequency by its response, the pole behind it.
 
     That is one resonance with a pole behind it; where it leaves too much, the modes of the decays stand alone.
     """
-    runs = [*struck.values()]
-    segment_s = take.segment_s or _segment(runs)
+    # The longest piece that every recording allows.
+    segment_s = take.segment_s or min(found.length / rate_of(run) for run, found in hits_of(runs))
     found = response(runs, segment_s, exclude=take.exclude)
-    signs = [_sign(Condition(recording=[*struck][k]), -abs(found.static), 0.0, found.unit) for k in found.turned]
+    signs = [_sign(Condition(recording=name), -abs(found.static), 0.0, found.unit) for name in found.turned]
     if found.static < 0:
         signs.append(_sign(Condition(channel="f_m or hammer"), found.static, 0.0, found.unit))
     band_hz = (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz))
@@ -220,11 +221,6 @@ def hammered(take: Take, struck: Mapping[str, Run], near_hz: float, date: str) -
     return EntryResult([cutoff], doubts, numbers, [], curves), one
 
 
-def _segment(runs: Sequence[Run]) -> float:
-    """Return the longest piece that every recording allows, in s."""
-    return min(found.length / rate_of(run) for run, found in hits_of(runs))
-
-
 def _drawn(found: FrequencyResponse, band_hz: tuple[float, float]) -> dict[str, Any]:
     inside = (found.frequency_hz > 0.5 * band_hz[0]) & (found.frequency_hz < 1.5 * band_hz[1])
     hertz, size = thin(found.frequency_hz[inside], np.abs(found.response[inside]))
@@ -240,7 +236,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         response_modes(table, take.mode, take.band_hz, magnitude=not phase)
         for table, phase in zip(tables, phased, strict=True)
     ]
-    chosen = [each.chosen[0] for each in found]
+    picked = same_mode(found)
     whole = f"listed response of {sum(t.frequency_hz.size for t in tables)} frequencies"
     how = f"{take.mode} mode of a {whole}"
     rows: Rows = [("file", "mode (Hz)", "Q", "share of the peaks", "misfit")]
@@ -248,17 +244,10 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         rows += [
             (name, str(mode.frequency), str(mode.q), f"{mode.share:.0%}", f"{each.misfit:.1%}") for mode in each.modes
         ]
-    first = [each.chosen_modes[0] for each in found]
-    shift_hz = [each.method_hz[k] for each, k in zip(found, chosen, strict=True)]
-    shift_q = [each.method_q[k] for each, k in zip(found, chosen, strict=True)]
-    values = [
-        measured("sensor.resonance_hz", [mode.frequency for mode in first], shift_hz, how, take.files, date),
-        measured("sensor.q", [mode.q for mode in first], shift_q, how, take.files, date),
-        *extra_modes(take, found, whole, date),
-    ]
+    values = [*_asked(picked, None, how, take, date), *extra_modes(take, found, whole, date)]
     modes = found[0].modes
     doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
-    doubts += _others(found[0], chosen[0])
+    doubts += _others(*picked[0])
     numbers = {"modes_hz": [m.frequency.value for m in modes], "modes_q": [m.q.value for m in modes]}
     fitted = {"fitted_hz": [hertz for hertz, _ in found[0].fitted], "fitted": [size for _, size in found[0].fitted]}
     return EntryResult(values, doubts, numbers, rows, {"response": tables[0].drawn() | fitted})
