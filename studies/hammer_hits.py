@@ -11,13 +11,12 @@ from multiprocessing import Pool
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from frictionloop.identification import modes, pick_hits
 from frictionloop.identification.estimate import measured
 from frictionloop.quantities import FrictionloopError
 from studies.kept import keep
-from tests.helpers.hammer_files import HammerFile, hammer_file
+from tests.helpers.hammer_files import hammer_file
 
 ASKED = (
     ("count right", ">= 98"),
@@ -28,18 +27,10 @@ ASKED = (
 )
 
 
-def dataset(file: HammerFile) -> xr.Dataset:
-    """Return a file as a recording."""
-    columns: dict[str, Any] = {"f_m": ("time", file.reading, {"units": "V"})}
-    if file.hammer is not None:
-        columns["hammer"] = ("time", file.hammer, {"units": "N"})
-    return xr.Dataset(columns, {"time": ("time", np.arange(file.reading.size) / file.rate_hz, {"units": "s"})})
-
-
 def judged(seed: int) -> tuple[list[bool], list[Any]]:
     """Return which goals a file meets, and its row; a refusal has no interval and meets none but the count."""
     file = hammer_file(seed)
-    recording = dataset(file)
+    recording = file.recording()
     count = len(pick_hits(recording).table)
     try:
         found = modes(recording, "strongest")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 
 class HammerFile(NamedTuple):
@@ -18,6 +19,12 @@ class HammerFile(NamedTuple):
     hertz: float
     """Of the strongest mode, undamped."""
     q: float
+
+    def recording(self) -> xr.Dataset:
+        """Return it as the package takes it."""
+        columns = {"f_m": ("time", self.reading, {"units": "V"})}
+        columns |= {} if self.hammer is None else {"hammer": ("time", self.hammer, {"units": "N"})}
+        return xr.Dataset(columns, {"time": ("time", np.arange(self.reading.size) / self.rate_hz, {"units": "s"})})
 
 
 def hammer_file(seed: int) -> HammerFile:

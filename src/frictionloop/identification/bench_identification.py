@@ -142,11 +142,16 @@ def _hammer_against_weights(slope: Measured | None, parts: Sequence[EntryResult]
         if slope is None or gain is None or gain["unit"] != slope.unit:
             continue
         error = math.hypot(gain["standard_error"], HAMMER * gain["value"])
-        apart = abs(gain["value"] - slope.value) / math.hypot(error, slope.error)
-        if apart > APART:
-            more = {"path": slope.path, "apart": apart, "other": part.files[0]["path"], "errors": [slope.error, error]}
-            told.append(Finding("METHODS-DIFFER", "warning", slope.value, slope.unit, gain["value"], more=more))
-    return told
+        told.append(_differ(slope, gain["value"], error, part.files[0]["path"]))
+    return [each for each in told if each.severity == "warning"]
+
+
+def _differ(best: Measured, value: float, error: float, file: str) -> Finding:
+    """Return how far another value is from the best one: a warning beyond three standard errors."""
+    apart = abs(value - best.value) / max(math.hypot(error, best.error), 1e-300)
+    more = {"path": best.path, "apart": apart, "other": file, "errors": [best.error, error]}
+    severity: Severity = "warning" if apart > APART else "note"
+    return Finding("METHODS-DIFFER", severity, best.value, best.unit, value, more=more)
 
 
 def _rounded(each: Measured) -> float:
@@ -194,11 +199,5 @@ def agreed(parts: Sequence[EntryResult]) -> tuple[dict[str, Measured], list[Find
         if several and path.startswith("friction."):
             continue
         best = chosen[path]
-        for other in values:
-            if other is best:
-                continue
-            apart = abs(other.value - best.value) / max(math.hypot(other.error, best.error), 1e-300)
-            more = {"path": path, "apart": apart, "other": other.files[0], "errors": [best.error, other.error]}
-            severity: Severity = "warning" if apart > APART else "note"
-            told.append(Finding("METHODS-DIFFER", severity, best.value, best.unit, other.value, more=more))
+        told += [_differ(best, each.value, each.error, each.files[0]) for each in values if each is not best]
     return chosen, told

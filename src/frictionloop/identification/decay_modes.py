@@ -25,7 +25,7 @@ from frictionloop.identification.poles import (
     drawn_poles,
     fit_decay,
     lasting,
-    left_of,
+    rest_of,
     stabilisation,
     strong,
     with_weak,
@@ -230,7 +230,10 @@ def modes(
     if not starts:
         raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
-    _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
+    left = np.median(
+        [np.linalg.norm(rest_of(each, starts, rate_hz)) / np.linalg.norm(each - each.mean()) for each in decays]
+    )
+    refuse_misfit("hits", float(left), [hertz for hertz, _ in starts], curves, WORST_START)
     fits, starts = _told_apart(decays, with_weak(decays, starts, rate_hz), rate_hz, curves)
     alike = _alike(decays, fits[:, -1, 0])
     if not alike.all():
@@ -239,7 +242,7 @@ def modes(
         left_out.append(left_out_hits(others, why))
     decays, fits = [decay for decay, one in zip(decays, alike, strict=True) if one], fits[alike]
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
-    _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
+    refuse_misfit("hits", misfit, [hertz for hertz, _ in starts], curves)
     hertz, share = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 2].mean(axis=0)
     part = np.array([k for k in np.argsort(hertz) if share[k] >= min(LEAST_SHARE, share.max())])
     rest = [fit_decay(decay[decay.size // 8 :], starts, rate_hz) for decay in decays]
@@ -300,13 +303,15 @@ def _drawn(
     return {**drawn_poles(diagram, [hertz for hertz, _ in starts]), "decay": seen}
 
 
-def _refuse_misfit(
-    misfit: float, starts: Sequence[tuple[float, float]], most: float, curves: Mapping[str, Any]
+def refuse_misfit(
+    kind: str, misfit: float, modes_hz: Sequence[float], curves: Mapping[str, Any], most: float = WORST_MISFIT
 ) -> None:
+    """Refuse modes that leave too much, and say which these are."""
     if misfit > most:
-        listed = ", ".join(f"{hertz:.5g}" for hertz, _ in starts)
-        said = must_be(f"recording: misfit of {listed} Hz", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
-        raise Refused(str(said), "hits", curves)
+        listed = ", ".join(f"{hertz:.5g}" for hertz in modes_hz)
+        what = "response" if kind == "response" else "recording"
+        said = must_be(f"{what}: misfit of {listed} Hz", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
+        raise Refused(str(said), kind, curves)
 
 
 def _modes(fits: Array) -> list[Mode]:

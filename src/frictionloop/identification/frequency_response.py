@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from frictionloop.findings import Condition, Finding
 from frictionloop.identification.hits import hits_of, too_few
 from frictionloop.identification.onsets import without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
@@ -42,15 +43,8 @@ class FrequencyResponse:
     hits: int
     rate_hz: float
     unit: str
-    turned: tuple[str, ...] = ()
-    """Which recordings read the other way round than most, and were turned."""
-
-    @property
-    def static(self) -> float:
-        """Reading per force below half of the frequency of the largest response; negative if one is turned round."""
-        upto = self.frequency_hz <= 0.5 * self.frequency_hz[np.argmax(np.abs(self.response) * self.input_density)]
-        weight = self.input_density * upto
-        return float(np.sum(weight * self.response.real) / max(float(np.sum(weight)), 1e-300))
+    findings: tuple[Finding, ...] = ()
+    """Which channels are turned round."""
 
     def drawn(self, rows: Any = slice(None)) -> dict[str, list[float]]:
         """Return what is drawn of some of its rows."""
@@ -120,6 +114,17 @@ def response(
 
     across, of_force, of_reading = density(crossed), *(density([np.abs(each) ** 2 for each in some]) for some in (x, y))
     frequency = np.fft.rfftfreq(length, 1 / rate_hz)
+    upto = (frequency > 0) & (frequency <= 0.5 * frequency[np.argmax(of_reading)])
+    static = float(np.sum(across.real[upto]) / max(float(np.sum(of_force[upto])), 1e-300))
+    doubts = [
+        _turned_round(min(hit.peak for hit in each.table), "N", name, "hammer")
+        for name, each in zip(names, picked, strict=True)
+        if each.inverted
+    ]
+    doubts += [
+        _turned_round(-abs(static), unit, name) for name, sign in zip(names, signs, strict=True) if sign == other
+    ]
+    doubts += [_turned_round(static, unit, "", "f_m or hammer")] if static < 0 else []
     keep = (frequency > 0) & (of_force > 0) & (of_reading > 0) & (np.abs(across) > 0)
     across, of_force = across[keep], of_force[keep]
     coherence = np.clip(np.abs(across) ** 2 / (of_force * of_reading[keep]), 1e-300, 1.0)
@@ -132,7 +137,7 @@ def response(
         hits=hits,
         rate_hz=rate_hz,
         unit=unit,
-        turned=tuple(name for name, sign in zip(names, signs, strict=True) if sign == other),
+        findings=tuple(doubts),
     )
 
 
@@ -140,6 +145,11 @@ def _sign(force: NDArray[np.complex128], reading: NDArray[np.complex128]) -> flo
     """Return the sign of reading over force below half of the frequency at which the reading is largest, 0 of none."""
     upto = slice(1, max(int(np.argmax(np.sum(np.abs(reading) ** 2, axis=0))) // 2, 2))
     return float(np.sign(np.sum((force.conj() * reading).real[:, upto])))
+
+
+def _turned_round(low: float, unit: str, recording: str, channel: str = "") -> Finding:
+    where = Condition(recording=recording, channel=channel)
+    return Finding("SIGN-DOUBT", unit=unit, where=where, remedy="sign = -1", more={"low": low, "high": 0.0})
 
 
 def response_table(file: Opened) -> FrequencyResponse:

@@ -90,11 +90,10 @@ def _pole(order: int, z: complex, rate_hz: float, before: Sequence[Pole]) -> Pol
     return Pole(order, hertz, q, any(abs(each.q - q) <= NEAR_Q * q for each in near))
 
 
-def left_of(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float) -> float:
-    """Return what modes as they stand leave of a decay, as a share of its rms."""
-    shape = damped(np.arange(decay.size) / rate_hz, starts)
-    rest = decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0]
-    return float(np.linalg.norm(rest) / np.linalg.norm(decay - decay.mean()))
+def rest_of(decay: Array, poles: Sequence[tuple[float, float]], rate_hz: float) -> Array:
+    """Return what modes as they stand leave of a decay."""
+    shape = damped(np.arange(decay.size) / rate_hz, poles)
+    return np.asarray(decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0])
 
 
 def lasting(diagram: Sequence[Pole]) -> list[tuple[float, float]]:
@@ -182,9 +181,7 @@ def _loudest(decays: Sequence[Array], fits: Array, rate_hz: float) -> float:
     size = 4 * max(decay.size for decay in decays)
     power = np.zeros(size // 2 + 1)
     for decay, fit in zip(decays, fits, strict=True):
-        shape = damped(np.arange(decay.size) / rate_hz, fit[:-1, :2].tolist())
-        rest = decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0]
-        power += np.abs(np.fft.rfft(rest, size)) ** 2
+        power += np.abs(np.fft.rfft(rest_of(decay, fit[:-1, :2].tolist(), rate_hz), size)) ** 2
     return float((8 + np.argmax(power[8:])) * rate_hz / size)
 
 

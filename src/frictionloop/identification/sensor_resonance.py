@@ -51,7 +51,7 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     free = [modes(group, take.mode, take.band_hz, take.segment_s, take.exclude) for group in groups]
     picked = same_mode(free)
     found += [each for one in free for each in one.findings]
-    found += [*_turned(struck, take), *_others(*picked[0])]
+    found += _others(*picked[0])
     if len(picked) < len(free):
         more = {"reason": f"{len(free)} have not all the {take.mode} mode"}
         found.append(Finding("LEFT-OUT", value=len(free) - len(picked), where=Condition(recording="some"), more=more))
@@ -88,21 +88,6 @@ def _asked(picked: Sequence[tuple[Modes, int]], near: Near, how: str, take: Take
             shifts = [with_method(s, one.value - near[at]) for s, one in zip(shifts, found, strict=True)]
         values.append(measured(path, found, shifts, how, take.files, date))
     return values
-
-
-def _turned(struck: dict[str, Run], take: Take) -> list[Finding]:
-    """Return that the pulses of a hammer are negative; its response is turned round for that."""
-    found = (next(hits_of(run, take.segment_s))[1] for run in struck.values())
-    inverted = [
-        (name, min(hit.peak for hit in each.table))
-        for name, each in zip(struck, found, strict=True)
-        if each.inverted and each.channel == "hammer"
-    ]
-    return [_sign(Condition(recording=name, channel="hammer"), peak, 0.0, "N") for name, peak in inverted]
-
-
-def _sign(where: Condition, low: float, high: float, unit: str) -> Finding:
-    return Finding("SIGN-DOUBT", unit=unit, where=where, remedy="sign = -1", more={"low": low, "high": high})
 
 
 def _rows(groups: Sequence[Run | Sequence[Run]], names: Sequence[str], take: Take) -> Rows:
@@ -192,21 +177,19 @@ def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tupl
     # The longest piece that every recording allows.
     segment_s = take.segment_s or min(found.length / rate_of(run) for run, found in hits_of(runs))
     found = response(runs, segment_s, exclude=take.exclude)
-    signs = [_sign(Condition(recording=name), -abs(found.static), 0.0, found.unit) for name in found.turned]
-    if found.static < 0:
-        signs.append(_sign(Condition(channel="f_m or hammer"), found.static, 0.0, found.unit))
     band_hz = (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz))
     try:
         fit = fit_resonance(found, band_hz)
         reason = f"one resonance leaves {fit.misfit:.0%}" if fit.misfit > WORST_MISFIT else ""
     except FrictionloopError as refused:
         reason = str(refused)
+    doubts = [*found.findings]
     if reason:
-        doubts = [not_told("the pole behind the springs", reason), *signs]
+        doubts.append(not_told("the pole behind the springs", reason))
         return EntryResult([], doubts, {}, [], {"response": _drawn(found, band_hz)}), None
     numbers = {"response_resonance": fit.resonance, "response_q": fit.q, "response_gain": fit.gain}
     one, curves = (fit.resonance.value, fit.q.value), {"response": _drawn(found, fit.band_hz)}
-    doubts, lag = signs, fit.lag
+    lag = fit.lag
     if not lag.value > 3 * lag.standard_error:
         doubts.append(not_told("the pole behind the springs", f"lag {lag}"))
         return EntryResult([], doubts, numbers, [], curves), one
