@@ -1,4 +1,4 @@
-"""Hits in recordings: found by the noise before them, each with a verdict and its reason."""
+"""Hits in recordings: found by the noise and the last hit before them, each with a verdict and its reason."""
 
 from __future__ import annotations
 
@@ -113,9 +113,9 @@ def pick_hits(
     """Return every hit of a recording with a verdict.
 
     A hit begins where the channel leaves its median by ten standard deviations of its own noise, that of the quietest
-    quarter of the recording, whichever way it goes, and doubles what was there before. It is good unless it is clipped
-    in any channel, followed by a second pulse, cut off by the end of the recording or of its piece, small, or begins
-    while the last one still rings.
+    quarter of the recording, whichever way it goes, to a tenth of the last hit, and doubles what was there before. It
+    is good unless it is clipped in any channel, followed by a second pulse, cut off by the end of the recording or of
+    its piece, small, or begins while the last one still rings.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -224,25 +225,24 @@ def straightness(found: Calibration) -> Straightness:
     span_n = span * STANDARD_GRAVITY
     bend, drift = _fitted(columns, found.residuals_n / span_n)
     curved, drifts = _real(bend), unordered and _real(drift)
-    told = [*_mislabelled(found)]
-    if told:
-        return Straightness(_bend(bend), False, Estimate(0.0, np.inf, "N", 1.0), False, None, (*told, *_units(found)))
+    wrong = [*_mislabelled(found)]
+    told = [*wrong]
+    if wrong:
+        curved = drifts = unordered = False
     if curved:
         told.append(off_line("bend", 100 * bend.value, "% of the span", "f_m"))
     if drifts:
         told.append(off_line("drift", 1e3 * drift.value * span_n, "mN", "f_m"))
     friction = None
-    try:
+    with suppress(FrictionloopError):
         friction = pulley_friction(found) if unordered else None
-    except FrictionloopError:
-        friction = None
-    if friction is None:
+    if friction is None and not wrong:
         told.append(not_told("friction of the pulley", "too few steps both ways"))
-    elif _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
+    elif friction is not None and _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
         told.append(off_line("friction of the pulley", 100 * friction.exponent.value, "%", "f_m"))
     told += _units(found)
     return Straightness(
-        _bend(bend),
+        Estimate(bend.value / 4, bend.standard_error / 4, "", bend.freedom),
         curved,
         Estimate(drift.value * span_n, drift.standard_error * span_n, "N", drift.freedom),
         drifts,
@@ -251,12 +251,8 @@ def straightness(found: Calibration) -> Straightness:
     )
 
 
-def _bend(found: Estimate) -> Estimate:
-    return Estimate(found.value / 4, found.standard_error / 4, "", found.freedom)
-
-
 def _mislabelled(found: Calibration) -> Iterator[Finding]:
-    """Yield the weight without which the others scatter about their line a tenth as much, and what it reads like."""
+    """Yield the weight without which the others scatter about their line a fifth as much, and what it reads like."""
     force, reading = found.steps.mass_kg, found.steps.reading
     if force.size < LEAST_WEIGHTS:
         return
