@@ -245,8 +245,7 @@ def modes(
     refuse_misfit("hits", misfit, [hertz for hertz, _ in starts], curves)
     hertz, share = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 2].mean(axis=0)
     part = np.array([k for k in np.argsort(hertz) if share[k] >= min(LEAST_SHARE, share.max())])
-    rest = [fit_decay(decay[decay.size // 8 :], starts, rate_hz) for decay in decays]
-    late = np.array([_in_order(each, starts)[part, :2] for each in rest])
+    late = _fits([decay[decay.size // 8 :] for decay in decays], starts, rate_hz)[:, part, :2]
     fits = fits[:, part]
     found = _modes(fits)
     moved = np.abs(late.mean(axis=0) - fits[:, :, :2].mean(axis=0))
@@ -272,7 +271,7 @@ def _told_apart(
     """
     heard_s = max(decay.size for decay in decays) / rate_hz
     while starts:
-        fits = np.array([_in_order(fit_decay(decay, starts, rate_hz), starts) for decay in decays])
+        fits = _fits(decays, starts, rate_hz)
         hertz, q = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 1]
         doubt = np.maximum(q.std(axis=0) / q.mean(axis=0), q.mean(axis=0) / (LONGEST_RING * math.pi * hertz * heard_s))
         if doubt.max() <= 1:
@@ -282,10 +281,13 @@ def _told_apart(
     raise Refused(NO_MODE, "hits", curves)
 
 
-def _in_order(fit: Array, starts: Sequence[tuple[float, float]]) -> Array:
-    """Return the modes of a hit in the order of those that they came from: two of them may have changed places."""
-    apart = np.abs(np.log(fit[:-1, None, :2] / np.array(starts))) @ np.array([1.0, 0.1])
-    return np.concatenate([fit[:-1][linear_sum_assignment(apart.T)[1]], fit[-1:]])
+def _fits(decays: Sequence[Array], starts: Sequence[tuple[float, float]], rate_hz: float) -> Array:
+    """Return fits of all decays, modes in the order of those they came from: two of a hit may have changed places."""
+    fits = []
+    for fit in (fit_decay(decay, starts, rate_hz) for decay in decays):
+        apart = np.abs(np.log(fit[:-1, None, :2] / np.array(starts))) @ np.array([1.0, 0.1])
+        fits.append(np.concatenate([fit[:-1][linear_sum_assignment(apart.T)[1]], fit[-1:]]))
+    return np.array(fits)
 
 
 def _alike(decays: Sequence[Array], misfits: Array) -> NDArray[np.bool_]:

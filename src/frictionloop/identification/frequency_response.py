@@ -104,17 +104,18 @@ def response(
         raise too_few(picked, hits)
     rate_hz, length = rates[0], forces[0].shape[1]
     x, y = ([np.fft.rfft(each - each.mean(axis=1, keepdims=True)) for each in some] for some in (forces, readings))
-    signs = [_sign(force, reading) for force, reading in zip(x, y, strict=True)]
-    other = -1.0 if sum(signs) >= 0 else 1.0
-    turns = [-1.0 if sign == other else 1.0 for sign in signs]
-    crossed = [turn * force.conj() * reading for turn, force, reading in zip(turns, x, y, strict=True)]
+    crossed = [force.conj() * reading for force, reading in zip(x, y, strict=True)]
 
     def density(parts: list[Any]) -> Any:
         return np.concatenate(parts).mean(axis=0) * 2 / (rate_hz * length)
 
-    across, of_force, of_reading = density(crossed), *(density([np.abs(each) ** 2 for each in some]) for some in (x, y))
     frequency = np.fft.rfftfreq(length, 1 / rate_hz)
+    of_force, of_reading = (density([np.abs(each) ** 2 for each in some]) for some in (x, y))
+    # Well below the largest reading it follows the force, whatever modes there are.
     upto = (frequency > 0) & (frequency <= 0.5 * frequency[np.argmax(of_reading)])
+    signs = [float(np.sign(np.sum(each.real[:, upto]))) for each in crossed]
+    other = -1.0 if sum(signs) >= 0 else 1.0
+    across = density([-each if sign == other else each for each, sign in zip(crossed, signs, strict=True)])
     static = float(np.sum(across.real[upto]) / max(float(np.sum(of_force[upto])), 1e-300))
     doubts = [
         _turned_round(min(hit.peak for hit in each.table), "N", name, "hammer")
@@ -139,12 +140,6 @@ def response(
         unit=unit,
         findings=tuple(doubts),
     )
-
-
-def _sign(force: NDArray[np.complex128], reading: NDArray[np.complex128]) -> float:
-    """Return the sign of reading over force below half of the frequency at which the reading is largest, 0 of none."""
-    upto = slice(1, max(int(np.argmax(np.sum(np.abs(reading) ** 2, axis=0))) // 2, 2))
-    return float(np.sign(np.sum((force.conj() * reading).real[:, upto])))
 
 
 def _turned_round(low: float, unit: str, recording: str, channel: str = "") -> Finding:

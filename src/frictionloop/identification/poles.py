@@ -160,7 +160,9 @@ def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz
     fits = np.array([fit_decay(decay, poles, rate_hz) for decay in some])
     size = max(decay.size for decay in some)
     while len(poles) < MOST_POLES:
-        hertz = _loudest(some, fits, rate_hz)
+        left = [rest_of(decay, fit[:-1, :2].tolist(), rate_hz) for decay, fit in zip(some, fits, strict=True)]
+        power = np.sum([np.abs(np.fft.rfft(rest, 4 * size)) ** 2 for rest in left], axis=0)
+        hertz = float((8 + np.argmax(power[8:])) * rate_hz / (4 * size))
         new = [*poles, (hertz, math.pi * hertz * size / rate_hz / 4)]
         tried = np.array([fit_decay(decay, new, rate_hz) for decay in some])
         fewer = float(np.median(tried[:, -1, 0]) / np.median(fits[:, -1, 0]))
@@ -174,15 +176,6 @@ def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz
             break
         poles, fits = [(float(f), float(q)) for f, q, _ in middle], tried
     return sorted(poles)
-
-
-def _loudest(decays: Sequence[Array], fits: Array, rate_hz: float) -> float:
-    """Return the frequency in Hz of which fits leave most."""
-    size = 4 * max(decay.size for decay in decays)
-    power = np.zeros(size // 2 + 1)
-    for decay, fit in zip(decays, fits, strict=True):
-        power += np.abs(np.fft.rfft(rest_of(decay, fit[:-1, :2].tolist(), rate_hz), size)) ** 2
-    return float((8 + np.argmax(power[8:])) * rate_hz / size)
 
 
 def damped(time_s: Array, modes: Sequence[tuple[float, float]]) -> Array:
