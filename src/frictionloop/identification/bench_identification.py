@@ -14,9 +14,9 @@ from frictionloop.findings import Finding
 from frictionloop.findings.catalogue import Severity
 from frictionloop.identification.entry_result import EntryResult, Sensor
 from frictionloop.identification.estimate import Estimate, Measured
-from frictionloop.identification.figures_of_merit import dynamic_range_db
 from frictionloop.identification.finger_population import TAU, together
 from frictionloop.identification.identified_bench import BELIEVED, Bench, source_of
+from frictionloop.identification.noise_density import dynamic_range_db
 from frictionloop.identification.project_analysis import Work, analysed_entries, results_of
 from frictionloop.identification.project_file import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
