@@ -147,7 +147,7 @@ def pick_hits(
     noise = noise_of(away, rate_hz)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
     blows = blows_of(away, level, calm_rows(away, rate_hz), rate_hz)
-    onsets = [blow.onset for blow in blows]
+    onsets = [*blows]
     if not onsets:
         raise NoHits(str(must_be(f"recording: hits of {column!r}", 0, f"1 or more, above {level:.3g}")))
     still, under = (away, bow) if column == READING else without_bow(reading)
@@ -168,7 +168,7 @@ def pick_hits(
             flat=int(np.count_nonzero(flat[rows])),
             before=onset - rows.start,
             wanted=(ahead, length),
-            next_row=next((row - onset for row in (*blows[k].bounces, *onsets[k + 1 : k + 2])), None),
+            next_row=next((row - onset for row in (*blows[onset], *onsets[k + 1 : k + 2])), None),
         )
         peak = float(piece.pulse[np.argmax(np.abs(piece.pulse))])
         faults = faults_of(piece, noise, floor, rate_hz, column != READING)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,18 +85,12 @@ def calm_rows(away: Array, rate_hz: float) -> int:
     return int(max(2 * rate_hz / max(middle, rate_hz / away.size), 16))
 
 
-class Blow(NamedTuple):
-    """Where a hit begins, and where what bounces after it does."""
+def blows_of(away: Array, level: float, calm: int, rate_hz: float) -> dict[int, tuple[int, ...]]:
+    """Return the rows at which hits begin, and of each those at which it bounces.
 
-    onset: int
-    bounces: tuple[int, ...]
-
-
-def blows_of(away: Array, level: float, calm: int, rate_hz: float) -> list[Blow]:
-    """Return where a channel rises over the level, a tenth of the last hit, and twice what was in as many rows before.
-
-    The tail of a ringing passes the level without such a rise; modes that beat rise, but not to a tenth. What follows
-    within 50 ms, or a fifth of the usual time between hits, bounces.
+    A channel rises there over the level, a tenth of the last hit, and twice what was in as many rows before. The tail
+    of a ringing passes the level without such a rise; modes that beat rise, but not to a tenth. What follows within 50
+    ms, or a fifth of the usual time between hits, bounces.
     """
     size = np.abs(away)
     # maximum_filter1d looks from -calm//2 on: shifted, it is the largest of the rows ahead, and of those behind.
@@ -115,12 +109,13 @@ def blows_of(away: Array, level: float, calm: int, rate_hz: float) -> list[Blow]
     apart = BOUNCE_S * rate_hz
     gaps = np.diff(found)
     apart = max(apart, 0.2 * float(np.median(gaps[gaps > apart]))) if np.any(gaps > apart) else apart
-    blows: list[Blow] = []
+    blows: dict[int, tuple[int, ...]] = {}
     for onset in found:
-        if blows and onset - blows[-1].onset <= apart:
-            blows[-1] = blows[-1]._replace(bounces=(*blows[-1].bounces, onset))
+        last = next(reversed(blows), -math.inf)
+        if onset - last <= apart:
+            blows[int(last)] += (onset,)
         else:
-            blows.append(Blow(onset, ()))
+            blows[onset] = ()
     return blows
 
 
