@@ -123,7 +123,7 @@ def test_three_lines_of_uncertainty():
     from frictionloop.identification.estimate import measured
 
     one = measured("a", [Estimate(10.0, 0.3, "N", 8)], [0.4], "how", ["f"], "")
-    assert one.error == pytest.approx(0.5) and one.between == 0
+    assert one.error == pytest.approx(0.5) and one.between is None
     # Files that differ by more than chance: mean 11, scatter sqrt(2), of which 0.1^2/2 is chance.
     two = measured("a", [Estimate(10.0, 0.1, "N", 8), Estimate(12.0, 0.1, "N", 8)], [0.0, 0.0], "how", ["f", "g"], "")
     assert (

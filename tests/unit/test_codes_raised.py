@@ -308,6 +308,18 @@ def channels():
     yield I.findings_of(I.load("uneven.csv", resample_hz=600.0).attrs)
 
 
+@raises("MODE-LEFT-OUT", "WEIGHT-LABEL")
+def strange_benches():
+    ring = np.exp(-AT_S * 30) * (np.sin(600 * AT_S) + np.sin(1500 * AT_S))
+    np.savez("hits.npz", f_m=np.tile(np.r_[np.zeros(500), ring], 4) + 1e-4 * np.sin(np.arange(10000) ** 2), fs=1000.0)
+    marks = np.array([0, 25, 50, 200, 150, 200, 250.0])
+    np.savez("weights.npz", f_m=np.where(marks == 150, 2.5, marks / 50), mass=marks)
+    of = '[[recording]]\nkind = "{0}"\nfiles = ["{0}.npz"]\nchannels.f_m = {{ column = "f_m", unit = "V" }}\n'
+    text = of.format("hits") + of.format("weights") + 'channels.mass = { column = "mass", unit = "g" }\n'
+    Path("strange.toml").write_text(text)
+    yield I.bench("strange.toml")
+
+
 @raises("TAKEN-FOR", "LEFT-OUT", "METHODS-DIFFER", "LINE-OFF", "NOT-TOLD", "VALUE-CHANGED", "DELAY-WAITS",
         "NOISE-DOUBT", "FEW-FINGERS")  # fmt: skip
 def benches():

@@ -13,13 +13,6 @@ from frictionloop.identification.channel_summary import ChannelSummary
 from frictionloop.identification.decay_modes import Mode, Modes, modes
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate, Interval, Measured
-from frictionloop.identification.figures_of_merit import (
-    FloorReading,
-    dynamic_range_db,
-    floor_readings,
-    residual_share,
-    uniform_std_n,
-)
 from frictionloop.identification.file_channels import FileChannels, FirstLook, channels, first_look
 from frictionloop.identification.finger_population import People, people
 from frictionloop.identification.frequency_response import FrequencyResponse, response
@@ -28,11 +21,16 @@ from frictionloop.identification.identified_bench import Bench, to_toml
 from frictionloop.identification.line_fits import CarrierDrift, carrier_drift
 from frictionloop.identification.loop_delay import LoopDelay, loop_delay
 from frictionloop.identification.noise_density import (
+    FloorReading,
     NoiseSpectrum,
     Spur,
     band_rms,
+    dynamic_range_db,
     floor_density,
+    floor_readings,
     noise_spectrum,
+    residual_share,
+    uniform_std_n,
 )
 from frictionloop.identification.plate_decay import PlateEnvelope, plate_decay, plate_envelope
 from frictionloop.identification.plate_sweep import PlateResonance, plate_sweep

@@ -13,10 +13,10 @@ from typing import Any
 from frictionloop.findings import Finding
 from frictionloop.findings.catalogue import Severity
 from frictionloop.identification.entry_result import EntryResult, Sensor
-from frictionloop.identification.estimate import Measured
-from frictionloop.identification.figures_of_merit import dynamic_range_db
+from frictionloop.identification.estimate import Estimate, Measured
 from frictionloop.identification.finger_population import TAU, together
 from frictionloop.identification.identified_bench import BELIEVED, Bench, source_of
+from frictionloop.identification.noise_density import dynamic_range_db
 from frictionloop.identification.project_analysis import Work, analysed_entries, results_of
 from frictionloop.identification.project_file import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
@@ -26,6 +26,8 @@ from frictionloop.quantities.small_files import json_of
 APART = 3.0
 """Two methods contradict each other where they are so many standard errors apart (assumed)."""
 
+HAMMER = 0.05
+"""Relative standard error of a hammer's scale (assumed: data sheets say 2 to 10 %)."""
 SPREAD = "controller.model.gain_spread"
 LEAST_SPREAD = 1.1
 """Loop gain over the believed one that is left to a finger however well it was measured (assumed: it moistens)."""
@@ -84,6 +86,7 @@ def _read(path: str | os.PathLike[str]) -> dict[str, Any]:
 def _bench(project: Project, path: Path, work: Work) -> Bench:
     parts, sensor = work.parts, work.sensor
     found, doubts = agreed([part for _, part in parts])
+    doubts += _hammer_against_weights(found.get("sensitivity"), [part for _, part in parts])
     crowd, medians, few = together([part for _, part in parts])
     found |= {each.path: each for each in medians}
     overrides, stated = _stated(project, sensor)
@@ -131,6 +134,26 @@ def _bench(project: Project, path: Path, work: Work) -> Bench:
     )
 
 
+def _hammer_against_weights(slope: Measured | None, parts: Sequence[EntryResult]) -> list[Finding]:
+    """Return that a hammer gives another sensitivity than the weights; its own scale is in it."""
+    told = []
+    for part in parts:
+        gain = part.numbers.get("response_gain")
+        if slope is None or gain is None or gain["unit"] != slope.unit:
+            continue
+        error = math.hypot(gain["standard_error"], HAMMER * gain["value"])
+        told.append(_differ(slope, gain["value"], error, part.files[0]["path"]))
+    return [each for each in told if each.severity == "warning"]
+
+
+def _differ(best: Measured, value: float, error: float, file: str) -> Finding:
+    """Return how far another value is from the best one: a warning beyond three standard errors."""
+    apart = abs(value - best.value) / max(math.hypot(error, best.error), 1e-300)
+    more = {"path": best.path, "apart": apart, "other": file, "errors": [best.error, error]}
+    severity: Severity = "warning" if apart > APART else "note"
+    return Finding("METHODS-DIFFER", severity, best.value, best.unit, value, more=more)
+
+
 def _rounded(each: Measured) -> float:
     """Return a value to a hundredth of its standard error."""
     if each.value == 0:
@@ -148,7 +171,8 @@ def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str,
         bits, full = project.converter.bits, project.converter.full_scale
         overrides |= {"sensor.adc_bits": bits, "sensor.range_n": abs(full / sensor.sensitivity)}
         said["sensor.adc_bits"] = "stated in the project file"
-        said["sensor.range_n"] = f"stated: full scale {full:g} {sensor.unit} / sensitivity"
+        range_n = Estimate(overrides["sensor.range_n"], overrides["sensor.range_n"] * sensor.share, "N")
+        said["sensor.range_n"] = f"{range_n}, stated: full scale {full:g} {sensor.unit} / sensitivity"
     return overrides, said
 
 
@@ -175,11 +199,5 @@ def agreed(parts: Sequence[EntryResult]) -> tuple[dict[str, Measured], list[Find
         if several and path.startswith("friction."):
             continue
         best = chosen[path]
-        for other in values:
-            if other is best:
-                continue
-            apart = abs(other.value - best.value) / max(math.hypot(other.error, best.error), 1e-300)
-            more = {"path": path, "apart": apart, "other": other.files[0], "errors": [best.error, other.error]}
-            severity: Severity = "warning" if apart > APART else "note"
-            told.append(Finding("METHODS-DIFFER", severity, best.value, best.unit, other.value, more=more))
+        told += [_differ(best, each.value, each.error, each.files[0]) for each in values if each is not best]
     return chosen, told

@@ -10,22 +10,25 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
+from scipy.optimize import linear_sum_assignment
 from scipy.signal import decimate
 
 from frictionloop.findings import Finding
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.hits import Hits, hits_left_out, hits_of, too_few
+from frictionloop.identification.hits import Hits, hits_left_out, hits_of, left_out_hits, too_few
 from frictionloop.identification.onsets import noise_of, without_bow
 from frictionloop.identification.poles import (
+    LEAST_SHARE,
     MOST_MODES,
     Pole,
     drawn_poles,
     fit_decay,
     lasting,
-    left_of,
+    rest_of,
     stabilisation,
     strong,
+    with_weak,
 )
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Run
@@ -45,19 +48,21 @@ WORST_MISFIT = 0.25
 """Most of the rms of a decay that its modes may leave unexplained (assumed)."""
 WORST_START = 0.8
 """The same of poles that are not yet fitted: beyond it no fit is tried (assumed)."""
+UNLIKE = 3.0
+"""A hit of which so many times as much is left as of the median one is none of these (assumed)."""
 LONGEST_RING = 10.0
 """A mode that falls by e only after so many times what was heard of a decay is none (assumed)."""
 
 
 def decays_of(
     runs: Run | Sequence[Run], segment_s: float | None, exclude: Collection[int]
-) -> tuple[list[Array], float, list[Hits], list[Finding]]:
+) -> tuple[dict[int, Array], float, list[Hits], list[Finding]]:
     """Return what follows each good hit until it is lost in the noise, the rate, all hits, and which are left out.
 
     With fewer than two good hits those that are cut off are used as well: a free decay need not come to its end.
     """
-    decays: list[Array] = []
-    cut: list[Array] = []
+    decays: dict[int, Array] = {}
+    cut: dict[int, Array] = {}
     picked, rates = [], set()
     for run, found in hits_of(runs, segment_s, exclude):
         reading, rate_hz = without_bow(channel(run, READING, READING_UNITS))[0], rate_of(run)
@@ -69,14 +74,15 @@ def decays_of(
             onset = round((hit.time_s - float(run["time"][0])) * rate_hz)
             if hit.verdict in ("good", "cut off"):
                 decay = _decay(reading, force, onset, found, floor)
-                (decays if hit.verdict == "good" else cut).extend([decay] if decay.size >= 32 else [])
+                if decay.size >= 32:
+                    (decays if hit.verdict == "good" else cut)[hit.number] = decay
     if len(rates) > 1:
         raise must_be("recording: rates", sorted(rates), "one", "Hz")
-    used = cut if len(decays) < 2 <= len(decays) + len(cut) else []
+    used = cut if len(decays) < 2 <= len(decays) + len(cut) else {}
     if len(decays) + len(used) < 2:
         raise too_few(picked, len(decays))
     left_out = hits_left_out(picked, ("good", "cut off") if used else ("good",))
-    return decays + used, rates.pop(), picked, left_out
+    return decays | used, rates.pop(), picked, left_out
 
 
 def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: float) -> Array:
@@ -89,11 +95,14 @@ def _decay(reading: Array, force: Array | None, onset: int, found: Hits, floor: 
 
 
 def _end_of_pulse(force: Array | None, start: int, before: int, length: int, noise: float) -> int:
-    """Return how many rows after a hit its force is last seen, above a fiftieth of its peak and above its noise."""
+    """Return how many rows after a hit its force has ended: below a fiftieth of its peak, or its noise, for as long."""
     if force is None:
         return 0
     pulse = np.abs(force[start + before : start + length] - np.median(force))
-    return int(np.flatnonzero(pulse > max(PULSE * pulse.max(), ABOVE_HAMMER * noise))[-1]) + 2
+    pushed = np.flatnonzero(pulse > max(PULSE * pulse.max(), ABOVE_HAMMER * noise))
+    pushed = pushed[pushed >= int(np.argmax(pulse))]
+    over = np.flatnonzero(np.diff(pushed) > 4 * pushed[0] + 16)
+    return int(pushed[over[0] if over.size else -1]) + 2
 
 
 def _audible(decay: Array, floor: float) -> Array:
@@ -213,7 +222,7 @@ def modes(
         decay unexplained.
     """
     pieces, rate_hz, picked, left_out = decays_of(recording, segment_s, exclude)
-    decays, rate_hz = slower(pieces, rate_hz)
+    decays, rate_hz = slower([*pieces.values()], rate_hz)
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
@@ -221,13 +230,25 @@ def modes(
     if not starts:
         raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
-    _refuse_misfit(float(np.median([left_of(decay, starts, rate_hz) for decay in decays])), starts, WORST_START, curves)
-    fits, starts = _told_apart(decays, starts, rate_hz, curves)
+    left = np.median(
+        [np.linalg.norm(rest_of(each, starts, rate_hz)) / np.linalg.norm(each - each.mean()) for each in decays]
+    )
+    refuse_misfit("hits", float(left), [hertz for hertz, _ in starts], curves, WORST_START)
+    fits, starts = _told_apart(decays, with_weak(decays, starts, rate_hz), rate_hz, curves)
+    alike = _alike(decays, fits[:, -1, 0])
+    if not alike.all():
+        others = [number for number, one in zip(pieces, alike, strict=True) if not one]
+        why = f"{fits[~alike, -1, 0].max():.0%} unexplained, {np.median(fits[alike, -1, 0]):.1%} of the others"
+        left_out.append(left_out_hits(others, why))
+    decays, fits = [decay for decay, one in zip(decays, alike, strict=True) if one], fits[alike]
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
-    _refuse_misfit(misfit, starts, WORST_MISFIT, curves)
-    found = _modes(fits[:, :-1, :])
-    late = np.array([fit_decay(decay[decay.size // 8 :], starts, rate_hz)[:-1, :2] for decay in decays])
-    moved = np.abs(late.mean(axis=0) - fits[:, :-1, :2].mean(axis=0)) / math.sqrt(3)
+    refuse_misfit("hits", misfit, [hertz for hertz, _ in starts], curves)
+    hertz, share = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 2].mean(axis=0)
+    part = np.array([k for k in np.argsort(hertz) if share[k] >= min(LEAST_SHARE, share.max())])
+    late = _fits([decay[decay.size // 8 :] for decay in decays], starts, rate_hz)[:, part, :2]
+    fits = fits[:, part]
+    found = _modes(fits)
+    moved = np.abs(late.mean(axis=0) - fits[:, :, :2].mean(axis=0))
     return Modes(
         modes=tuple(found),
         chosen=chosen_of(found, which, band_hz or (0.0, rate_hz)),
@@ -250,7 +271,7 @@ def _told_apart(
     """
     heard_s = max(decay.size for decay in decays) / rate_hz
     while starts:
-        fits = np.array([fit_decay(decay, starts, rate_hz) for decay in decays])
+        fits = _fits(decays, starts, rate_hz)
         hertz, q = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 1]
         doubt = np.maximum(q.std(axis=0) / q.mean(axis=0), q.mean(axis=0) / (LONGEST_RING * math.pi * hertz * heard_s))
         if doubt.max() <= 1:
@@ -258,6 +279,22 @@ def _told_apart(
         # One at a time: a pole too many spoils the one beside it.
         starts = [start for k, start in enumerate(starts) if k != int(np.argmax(doubt))]
     raise Refused(NO_MODE, "hits", curves)
+
+
+def _fits(decays: Sequence[Array], starts: Sequence[tuple[float, float]], rate_hz: float) -> Array:
+    """Return fits of all decays, modes in the order of those they came from: two of a hit may have changed places."""
+    fits = []
+    for fit in (fit_decay(decay, starts, rate_hz) for decay in decays):
+        apart = np.abs(np.log(fit[:-1, None, :2] / np.array(starts))) @ np.array([1.0, 0.1])
+        fits.append(np.concatenate([fit[:-1][linear_sum_assignment(apart.T)[1]], fit[-1:]]))
+    return np.array(fits)
+
+
+def _alike(decays: Sequence[Array], misfits: Array) -> NDArray[np.bool_]:
+    """Return which hits the modes explain as well as the others; nothing else shows a second blow in a ringing."""
+    left = misfits * np.array([np.std(decay) for decay in decays])
+    alike = (misfits <= UNLIKE * np.median(misfits)) | (left <= UNLIKE * np.median(left))
+    return alike if np.count_nonzero(alike) > 1 else np.ones(len(decays), dtype=bool)
 
 
 def _drawn(
@@ -268,13 +305,15 @@ def _drawn(
     return {**drawn_poles(diagram, [hertz for hertz, _ in starts]), "decay": seen}
 
 
-def _refuse_misfit(
-    misfit: float, starts: Sequence[tuple[float, float]], most: float, curves: Mapping[str, Any]
+def refuse_misfit(
+    kind: str, misfit: float, modes_hz: Sequence[float], curves: Mapping[str, Any], most: float = WORST_MISFIT
 ) -> None:
+    """Refuse modes that leave too much, and say which these are."""
     if misfit > most:
-        listed = ", ".join(f"{hertz:.5g}" for hertz, _ in starts)
-        said = must_be(f"recording: misfit of {listed} Hz", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
-        raise Refused(str(said), "hits", curves)
+        listed = ", ".join(f"{hertz:.5g}" for hertz in modes_hz)
+        what = "response" if kind == "response" else "recording"
+        said = must_be(f"{what}: misfit of {listed} Hz", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
+        raise Refused(str(said), kind, curves)
 
 
 def _modes(fits: Array) -> list[Mode]:
@@ -290,4 +329,4 @@ def _modes(fits: Array) -> list[Mode]:
         found.append(
             Mode(frequency, Estimate(float(q.mean()), error_q, "", hits - 1.0), float(share.mean()), agreement)
         )
-    return sorted(found, key=lambda mode: mode.frequency.value)
+    return found

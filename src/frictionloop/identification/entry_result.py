@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
 from frictionloop.identification.estimate import Estimate, Measured
-from frictionloop.identification.recording_columns import READING
+from frictionloop.identification.recording_columns import READING, no_column
 from frictionloop.quantities import FrictionloopError
 
 Array = NDArray[np.float64]
@@ -33,6 +33,15 @@ class Sensor:
     resonance_hz: float | None = None
     cutoff_hz: float | None = None
     cutoff_error_hz: float = 0.0
+    share: float = 0.0
+    """Relative standard error of the sensitivity."""
+
+    def divided(self, each: Measured, runs: Sequence[xr.Dataset]) -> Measured:
+        """Return a value in newtons with the error of the sensitivity that its readings were divided by."""
+        by_weights = all(READING in run and run[READING].attrs.get("units") == self.unit for run in runs)
+        if not (by_weights and each.unit.startswith("N")):
+            return each
+        return replace(each, method=float(np.hypot(each.method, self.share * each.value)))
 
 
 @dataclass(frozen=True)
@@ -65,11 +74,11 @@ class Refused(FrictionloopError):
         self.curves = dict(curves)
 
 
-def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path) -> Refused:
+def pictured(refusal: FrictionloopError, said: str, kind: str, file: Path, rate_hz: float | None) -> Refused:
     """Return a refusal with what its analysis saw; where it had not got that far, with the channels of the file."""
     if isinstance(refusal, Refused) and refusal.curves:
         return Refused(said, kind, refusal.curves)
-    return Refused(said, "recording", {"file": str(file)})
+    return Refused(said, "recording", {"file": str(file), "rate_hz": rate_hz})
 
 
 def number_said(value: Any) -> str:
@@ -85,6 +94,8 @@ def in_newtons(run: xr.Dataset, sensor: Sensor) -> tuple[xr.Dataset, list[Findin
 
     By the weights of the project; where these were read in another unit or there are none, by what the map says.
     """
+    if READING not in run:
+        raise no_column(READING, run)
     reading = run[READING]
     unit, stated = reading.attrs.get("units"), reading.attrs.get("newtons_per_unit")
     found = []

@@ -65,8 +65,8 @@ class Measured:
     unit: str
     within: float
     """Standard error of chance within a file."""
-    between: float
-    """Standard error from file to file, beyond that; 0 for one file."""
+    between: float | None
+    """Standard error from file to file, beyond that; None, not known, of one file."""
     method: float
     """Standard error of the choices of the method: window, order, band."""
     freedom: float
@@ -79,7 +79,7 @@ class Measured:
     @property
     def error(self) -> float:
         """Standard error of all three: sqrt(within^2 + between^2 + method^2)."""
-        return math.sqrt(self.within**2 + self.between**2 + self.method**2)
+        return math.sqrt(self.within**2 + (self.between or 0.0) ** 2 + self.method**2)
 
     @property
     def estimate(self) -> Estimate:
@@ -132,6 +132,6 @@ def measured(
     total = within2 + between2 + method2
     freedom = total**2 / below if below else math.inf
     return Measured(
-        path, float(values.mean()), found[0].unit, math.sqrt(within2), math.sqrt(between2), math.sqrt(method2),
-        freedom, how, tuple(files), date,
+        path, float(values.mean()), found[0].unit, math.sqrt(within2), math.sqrt(between2) if count > 1 else None,
+        math.sqrt(method2), freedom, how, tuple(files), date,
     )  # fmt: skip

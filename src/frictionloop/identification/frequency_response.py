@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,8 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import csd
 
+from frictionloop.findings import Condition, Finding
 from frictionloop.identification.hits import hits_of, too_few
 from frictionloop.identification.onsets import without_bow
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
@@ -42,6 +43,8 @@ class FrequencyResponse:
     hits: int
     rate_hz: float
     unit: str
+    findings: tuple[Finding, ...] = ()
+    """Which channels are turned round."""
 
     def drawn(self, rows: Any = slice(None)) -> dict[str, list[float]]:
         """Return what is drawn of some of its rows."""
@@ -58,9 +61,10 @@ def response(
 
         H1 = S_xy/S_xx,   coherence = |S_xy|^2/(S_xx S_yy)
 
-    The pieces are not tapered (csd with a boxcar): force and response begin and end within them, so nothing leaks.
+    The pieces are not tapered: force and response begin and end within them, so nothing leaks.
     Noise of the reading does not bias H1; noise of the hammer lowers it by its share of S_xx. H2, of which the opposite
-    holds, is H1 over the coherence. A hammer that reads a push as negative is turned.
+    holds, is H1 over the coherence. A hammer that reads a push as negative is turned, and a recording whose reading
+    goes the other way than most.
 
     Parameters
     ----------
@@ -83,7 +87,7 @@ def response(
     """
     if isinstance(recording, xr.Dataset):
         channel(recording, "hammer", ("N",))  # hits are found without one, too; a response is not
-    forces, readings, rates, picked, unit = [], [], [], [], ""
+    forces, readings, rates, picked, names, unit = [], [], [], [], [], ""
     for run, found in hits_of(recording, segment_s, exclude):
         force, reading = channel(run, "hammer", ("N",)), channel(run, READING, READING_UNITS)
         rows = np.array(found.starts, dtype=int)[:, None] + np.arange(found.length)
@@ -91,21 +95,37 @@ def response(
         readings.append(without_bow(reading)[0][rows])
         rates.append(rate_of(run))
         picked.append(found)
+        names.append(os.path.basename(run.attrs.get("file", "")) or f"recording {len(picked)}")
         unit = f"{run[READING].attrs['units']}/N"
     if len(set(rates)) > 1:
         raise must_be("recording: rates", sorted(set(rates)), "one", "Hz")
     hits = sum(len(force) for force in forces)
     if hits < 2:
         raise too_few(picked, hits)
-    x, y = np.concatenate(forces), np.concatenate(readings)
-    rate_hz, length = rates[0], x.shape[1]
+    rate_hz, length = rates[0], forces[0].shape[1]
+    x, y = ([np.fft.rfft(each - each.mean(axis=1, keepdims=True)) for each in some] for some in (forces, readings))
+    crossed = [force.conj() * reading for force, reading in zip(x, y, strict=True)]
 
-    def density(one: Array, other: Array) -> tuple[Array, NDArray[np.complex128]]:
-        options = {"window": "boxcar", "nperseg": length, "noverlap": 0, "detrend": "constant"}
-        return csd(one.ravel(), other.ravel(), rate_hz, **options)
+    def density(parts: list[Any]) -> Any:
+        return np.concatenate(parts).mean(axis=0) * 2 / (rate_hz * length)
 
-    frequency, across = density(x, y)
-    of_force, of_reading = density(x, x)[1].real, density(y, y)[1].real
+    frequency = np.fft.rfftfreq(length, 1 / rate_hz)
+    of_force, of_reading = (density([np.abs(each) ** 2 for each in some]) for some in (x, y))
+    # Well below the largest reading it follows the force, whatever modes there are.
+    upto = (frequency > 0) & (frequency <= 0.5 * frequency[np.argmax(of_reading)])
+    signs = [float(np.sign(np.sum(each.real[:, upto]))) for each in crossed]
+    other = -1.0 if sum(signs) >= 0 else 1.0
+    across = density([-each if sign == other else each for each, sign in zip(crossed, signs, strict=True)])
+    static = float(np.sum(across.real[upto]) / max(float(np.sum(of_force[upto])), 1e-300))
+    doubts = [
+        _turned_round(min(hit.peak for hit in each.table), "N", name, "hammer")
+        for name, each in zip(names, picked, strict=True)
+        if each.inverted
+    ]
+    doubts += [
+        _turned_round(-abs(static), unit, name) for name, sign in zip(names, signs, strict=True) if sign == other
+    ]
+    doubts += [_turned_round(static, unit, "", "f_m or hammer")] if static < 0 else []
     keep = (frequency > 0) & (of_force > 0) & (of_reading > 0) & (np.abs(across) > 0)
     across, of_force = across[keep], of_force[keep]
     coherence = np.clip(np.abs(across) ** 2 / (of_force * of_reading[keep]), 1e-300, 1.0)
@@ -118,7 +138,13 @@ def response(
         hits=hits,
         rate_hz=rate_hz,
         unit=unit,
+        findings=tuple(doubts),
     )
+
+
+def _turned_round(low: float, unit: str, recording: str, channel: str = "") -> Finding:
+    where = Condition(recording=recording, channel=channel)
+    return Finding("SIGN-DOUBT", unit=unit, where=where, remedy="sign = -1", more={"low": low, "high": 0.0})
 
 
 def response_table(file: Opened) -> FrequencyResponse:

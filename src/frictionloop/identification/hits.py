@@ -1,4 +1,4 @@
-"""Hits in recordings: found by the noise before them, each with a verdict and its reason."""
+"""Hits in recordings: found by the noise and the last hit before them, each with a verdict and its reason."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from frictionloop.identification.channel_summary import clipped
 from frictionloop.identification.onsets import (
     ABOVE_NOISE,
     BEFORE,
+    blows_of,
     calm_rows,
     noise_of,
-    onsets_of,
     piece_length,
     without_bow,
 )
@@ -87,10 +87,13 @@ def hits_left_out(found: Sequence[Hits], kept: Collection[str] = ("good",)) -> l
         for hit in each.table:
             if hit.verdict not in kept:
                 by_verdict.setdefault(hit.verdict, []).append(hit.number)
-    return [
-        Finding("LEFT-OUT", value=len(numbers), where=Condition(channel=f"hits {shown(numbers)}"), more={"reason": why})
-        for why, numbers in by_verdict.items()
-    ]
+    return [left_out_hits(numbers, why) for why, numbers in by_verdict.items()]
+
+
+def left_out_hits(numbers: Sequence[int], why: str) -> Finding:
+    """Return that some hits were left out."""
+    where = Condition(channel=f"hits {shown(list(numbers))}")
+    return Finding("LEFT-OUT", value=len(numbers), where=where, more={"reason": why})
 
 
 def too_few(found: Sequence[Hits], good: int, least: int = 2) -> FrictionloopError:
@@ -110,9 +113,9 @@ def pick_hits(
     """Return every hit of a recording with a verdict.
 
     A hit begins where the channel leaves its median by ten standard deviations of its own noise, that of the quietest
-    quarter of the recording, whichever way it goes, and doubles what was there before. It is good unless it is clipped
-    in any channel, followed by a second pulse, cut off by the end of the recording or of its piece, small, or begins
-    while the last one still rings.
+    quarter of the recording, whichever way it goes, to a tenth of the last hit, and doubles what was there before. It
+    is good unless it is clipped in any channel, followed by a second pulse, cut off by the end of the recording or of
+    its piece, small, or begins while the last one still rings.
 
     Parameters
     ----------
@@ -143,7 +146,8 @@ def pick_hits(
     away, bow = without_bow(signal)
     noise = noise_of(away, rate_hz)
     level = max(ABOVE_NOISE * noise, 1e-6 * float(np.max(np.abs(away))))
-    onsets = onsets_of(away, level, calm_rows(away, rate_hz), column != READING)
+    blows = blows_of(away, level, calm_rows(away, rate_hz), rate_hz)
+    onsets = [*blows]
     if not onsets:
         raise NoHits(str(must_be(f"recording: hits of {column!r}", 0, f"1 or more, above {level:.3g}")))
     still, under = (away, bow) if column == READING else without_bow(reading)
@@ -164,7 +168,7 @@ def pick_hits(
             flat=int(np.count_nonzero(flat[rows])),
             before=onset - rows.start,
             wanted=(ahead, length),
-            next_row=onsets[k + 1] - onset if k + 1 < len(onsets) else None,
+            next_row=next((row - onset for row in (*blows[onset], *onsets[k + 1 : k + 2])), None),
         )
         peak = float(piece.pulse[np.argmax(np.abs(piece.pulse))])
         faults = faults_of(piece, noise, floor, rate_hz, column != READING)
@@ -203,10 +207,10 @@ def faults_of(piece: Piece, noise: float, floor: float, rate_hz: float, of_hamme
         yield "clipped", f"clipped for {piece.flat} samples"
     if peak < SMALL * noise:
         yield "small", f"small, {peak / noise:.0f} x noise"
-    if piece.next_row is not None and piece.next_row < length - before:
-        yield "double", f"double, {1e3 * piece.next_row / rate_hz:.0f} ms on"
     if of_hammer and (again := _bounce(np.abs(piece.pulse))) is not None:
         yield "double", f"double, bounces {1e3 * again / rate_hz:.1f} ms on"
+    if piece.next_row is not None and piece.next_row < length - before:
+        yield "double", f"double, {1e3 * piece.next_row / rate_hz:.0f} ms on"
     if piece.reading.size < length:
         yield "cut off", f"cut off at the {'start' if piece.before < before else 'end'}"
     largest = float(np.max(np.abs(piece.reading[piece.before :])))
@@ -215,7 +219,7 @@ def faults_of(piece: Piece, noise: float, floor: float, rate_hz: float, of_hamme
     if piece.before > 8 and start > most:
         yield "still ringing", f"still ringing, {100 * start / largest:.0f} % before it"
     if before > 8 and stop > most:
-        yield "cut off", f"cut off, {100 * stop / largest:.0f} %: longer segment_s"
+        yield "cut off", f"cut off, {100 * stop / largest:.0f} %"
 
 
 def _bounce(pulse: Array) -> int | None:

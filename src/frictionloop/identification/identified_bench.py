@@ -118,6 +118,7 @@ class Bench(Result):
         lines = {
             name: [getattr(each, name) for each in every] for name in ("within", "between", "method", "how", "date")
         }
+        lines["between"] = ["not known" if each is None else each for each in lines["between"]]
         numbers = [(part.kind, name, number_said(each)) for part in self.parts for name, each in part.numbers.items()]
         numbers += [("fingers", name, number_said(each)) for name, each in self._of_people()]
         stated = {"value": [self._value(name) for name in self.stated], "from": list(self.stated.values())}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
@@ -10,6 +12,10 @@ Array = NDArray[np.float64]
 ABOVE_NOISE = 10.0
 """A hit begins where a channel leaves its mean by so many standard deviations of its noise (assumed: one false hit in
 1e23 samples of normal noise; other noise has longer tails)."""
+OF_LAST = 0.1
+"""A hit is at least this share of the last one's largest deviation (assumed): modes that beat come back with less."""
+BOUNCE_S = 0.05
+"""A hand does not hit twice within so many seconds (assumed)."""
 RISE = 2.0
 """A hit is at least so many times as large as what was there in two periods before (assumed)."""
 FIRST = 0.1
@@ -79,11 +85,12 @@ def calm_rows(away: Array, rate_hz: float) -> int:
     return int(max(2 * rate_hz / max(middle, rate_hz / away.size), 16))
 
 
-def onsets_of(away: Array, level: float, calm: int, merged: bool) -> list[int]:
-    """Return where a channel rises over the level, and to more than twice what it was in as many rows before.
+def blows_of(away: Array, level: float, calm: int, rate_hz: float) -> dict[int, tuple[int, ...]]:
+    """Return the rows at which hits begin, and of each those at which it bounces.
 
-    The tail of a ringing passes the level without such a rise. ``merged``: what follows within a fifth of the usual
-    time between hits is a bounce of the same one.
+    A channel rises there over the level, a tenth of the last hit, and twice what was in as many rows before. The tail
+    of a ringing passes the level without such a rise; modes that beat rise, but not to a tenth. What follows within 50
+    ms, or a fifth of the usual time between hits, bounces.
     """
     size = np.abs(away)
     # maximum_filter1d looks from -calm//2 on: shifted, it is the largest of the rows ahead, and of those behind.
@@ -91,18 +98,25 @@ def onsets_of(away: Array, level: float, calm: int, merged: bool) -> list[int]:
     behind = np.concatenate([np.zeros(calm), ahead[:-calm]])
     risen = np.flatnonzero((ahead > level) & (ahead > RISE * behind))
     found: list[int] = []
-    for first in risen[np.diff(risen, prepend=-(10**9)) > 1].tolist():
-        onset = first + int(np.argmax(size[first:] > max(level, RISE * behind[first])))
-        if not found or onset > found[-1] + calm:
-            found.append(onset)
-    if merged and len(found) > 2:
-        apart = 0.2 * float(np.median(np.diff(found)))
-        kept = found[:1]
-        for onset in found[1:]:
-            if onset - kept[-1] > apart:
-                kept.append(onset)
-        found = kept
-    return found
+    for rows in np.split(risen, np.flatnonzero(np.diff(risen) > 1) + 1) if risen.size else []:
+        last = float(size[found[-1] : rows[0] + 1].max()) if found else 0.0
+        if (large := rows[ahead[rows] > OF_LAST * last]).size:
+            first = int(large[0])
+            least = max(level, RISE * float(behind[first]), OF_LAST * last)
+            onset = first + int(np.argmax(size[first:] > least))
+            if not found or onset > found[-1] + calm:
+                found.append(onset)
+    apart = BOUNCE_S * rate_hz
+    gaps = np.diff(found)
+    apart = max(apart, 0.2 * float(np.median(gaps[gaps > apart]))) if np.any(gaps > apart) else apart
+    blows: dict[int, tuple[int, ...]] = {}
+    for onset in found:
+        last = next(reversed(blows), -math.inf)
+        if onset - last <= apart:
+            blows[int(last)] += (onset,)
+        else:
+            blows[onset] = ()
+    return blows
 
 
 def piece_length(still: Array, onsets: list[int], rate_hz: float) -> int:

@@ -20,6 +20,12 @@ STABLE_AT = 3
 LEAST_SHARE = 0.01
 """Share of the energy of a decay below which a mode is not counted (assumed)."""
 LEAST_Q = 2.0
+MOST_POLES = 10
+"""Modes, and weak ones beside them."""
+TRIED = 6
+"""Hits in which weak modes are looked for."""
+ENOUGH = 0.98
+"""A weak mode lowers the misfit at least to this share (assumed)."""
 
 
 class Pole(NamedTuple):
@@ -84,11 +90,10 @@ def _pole(order: int, z: complex, rate_hz: float, before: Sequence[Pole]) -> Pol
     return Pole(order, hertz, q, any(abs(each.q - q) <= NEAR_Q * q for each in near))
 
 
-def left_of(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float) -> float:
-    """Return what modes as they stand leave of a decay, as a share of its rms."""
-    shape = damped(np.arange(decay.size) / rate_hz, starts)
-    rest = decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0]
-    return float(np.linalg.norm(rest) / np.linalg.norm(decay - decay.mean()))
+def rest_of(decay: Array, poles: Sequence[tuple[float, float]], rate_hz: float) -> Array:
+    """Return what modes as they stand leave of a decay."""
+    shape = damped(np.arange(decay.size) / rate_hz, poles)
+    return np.asarray(decay - shape @ np.linalg.lstsq(shape, decay, rcond=None)[0])
 
 
 def lasting(diagram: Sequence[Pole]) -> list[tuple[float, float]]:
@@ -127,7 +132,6 @@ def _shares(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float)
 def fit_decay(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: float) -> Array:
     """Return frequency, Q and share of each mode of one hit, and in a last row the misfit, shape (modes + 1, 3)."""
     time = np.arange(decay.size) / rate_hz
-    guess = np.log(np.array(starts)).ravel()
 
     def pairs(x: Array) -> list[tuple[float, float]]:
         return [(float(a), float(b)) for a, b in np.exp(np.clip(x, -20, 20)).reshape(-1, 2)]
@@ -138,11 +142,40 @@ def fit_decay(decay: Array, starts: Sequence[tuple[float, float]], rate_hz: floa
         weight = np.linalg.lstsq(shape.T @ shape, shape.T @ decay, rcond=1e-12)[0]
         return np.asarray(shape @ weight - decay)
 
-    fit = least_squares(left, guess, x_scale=np.tile([1e-3, 1e-2], len(starts)), xtol=1e-7, ftol=1e-9, max_nfev=25)
+    guess, scale = np.log(np.array(starts)).ravel(), np.tile([1e-3, 1e-2], len(starts))
+    fit = least_squares(left, guess, x_scale=scale, xtol=1e-7, ftol=1e-9, max_nfev=25)
     shares = _shares(decay, pairs(fit.x), rate_hz)
     misfit = float(np.linalg.norm(fit.fun) / np.linalg.norm(decay - decay.mean()))
     rows = [(hertz, q, share) for (hertz, q), share in zip(pairs(fit.x), shares, strict=True)]
     return np.array([*rows, (misfit, 0.0, 0.0)])
+
+
+def with_weak(decays: Sequence[Array], poles: list[tuple[float, float]], rate_hz: float) -> list[tuple[float, float]]:
+    """Return poles with the weak ones beside them, without which their fit would be biased, from the lowest up.
+
+    One at a time is put where most is left of some hits, each fitted alone, while that lowers the misfit by more than
+    chance does.
+    """
+    some = sorted(decays, key=len)[-TRIED:]
+    fits = np.array([fit_decay(decay, poles, rate_hz) for decay in some])
+    size = max(decay.size for decay in some)
+    while len(poles) < MOST_POLES:
+        left = [rest_of(decay, fit[:-1, :2].tolist(), rate_hz) for decay, fit in zip(some, fits, strict=True)]
+        power = np.sum([np.abs(np.fft.rfft(rest, 4 * size)) ** 2 for rest in left], axis=0)
+        hertz = float((8 + np.argmax(power[8:])) * rate_hz / (4 * size))
+        new = [*poles, (hertz, math.pi * hertz * size / rate_hz / 4)]
+        tried = np.array([fit_decay(decay, new, rate_hz) for decay in some])
+        fewer = float(np.median(tried[:, -1, 0]) / np.median(fits[:, -1, 0]))
+        middle = np.median(tried[:, :-1], axis=0)
+        near, q, _ = middle[-1]
+        # Noise that rings with the sensor is another one in each hit.
+        shared = float(np.median(np.abs(tried[:, -2, 0] - near))) < near / q
+        if not (shared and q > LEAST_Q and near < 0.45 * rate_hz):
+            break
+        if not fewer < min(ENOUGH, math.exp(-4 * math.log(size) / size)):
+            break
+        poles, fits = [(float(f), float(q)) for f, q, _ in middle], tried
+    return sorted(poles)
 
 
 def damped(time_s: Array, modes: Sequence[tuple[float, float]]) -> Array:

@@ -37,7 +37,7 @@ from frictionloop.identification.recording_file import (
 from frictionloop.identification.sensor_resonance import hits_entry, response_entry
 from frictionloop.identification.slides import slides_entry
 from frictionloop.identification.susceptibility import amplitude_entry
-from frictionloop.identification.weights_calibration import hung
+from frictionloop.identification.weights_calibration import hung, standing
 from frictionloop.identification.weights_straightness import load_entry, weights_entry
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.version import package_version
@@ -64,7 +64,7 @@ OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
 """Kinds that no table can give."""
 MOST_CLIPPED = 0.01
 """Share of the samples of a recording that may be clipped (assumed)."""
-FORM = 3
+FORM = 4
 """Of what is kept: another one is not read."""
 USE_SENSOR = ("quiet", "slides", "load", "amplitude")
 """Kinds whose analysis depends on what is known of the sensor."""
@@ -80,13 +80,16 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> EntryResult:
     runs = [run for each in by_file for run in each]
     try:
         if take.masses_g is not None:
-            runs = [hung(runs, 1e-3 * np.array(take.masses_g))]
+            masses = 1e-3 * np.array(take.masses_g)
+            runs = [hung(standing(runs[0], masses.size, take.settle_s) if len(runs) == 1 else runs, masses)]
         for run in runs:
             _refuse_unfit(run, take.kind)
         found = ANALYSES[take.kind](take, runs, sensor, files[0]["date"])
+        if take.kind in USE_SENSOR:
+            found = replace(found, measured=[sensor.divided(each, runs) for each in found.measured])
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
-        raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0]) from None
+        raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0], take.rate_hz) from None
     every = [each for run in runs for each in findings_of(run.attrs)]
     findings = (*(each for k, each in enumerate(every) if each not in every[:k]), *found.findings)
     return replace(found, kind=take.kind, files=files, findings=findings, numbers=plain(found.numbers))
@@ -219,6 +222,7 @@ def _knowing(sensor: Sensor, part: EntryResult) -> Sensor:
     values = {each.path: each for each in part.measured}
     if (slope := values.get("sensitivity")) is not None:
         sensor = replace(sensor, sensitivity=slope.value, unit=slope.unit.partition("/")[0])
+        sensor = replace(sensor, share=slope.error / abs(slope.value))
     if (hertz := values.get("sensor.resonance_hz")) is not None:
         sensor = replace(sensor, resonance_hz=hertz.value)
     if (cutoff := values.get("sensor.cutoff_hz")) is not None:

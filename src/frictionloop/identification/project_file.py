@@ -71,7 +71,7 @@ class Take(Block):
     exclude: tuple[Whole, ...] = ()
     """Hits: numbers of those to leave out."""
     interval_s: Window | None = None
-    """Quiet: from when to when, s after the first sample; left out, the longest quiet stretch."""
+    """Quiet, slides: from when to when, s after the first sample; left out, the longest quiet stretch, or all."""
     full_drive: Positive | None = None
     """Scale: the drive at its largest, in the unit of the channel; gives the largest amplitude."""
     frequency_hz: Positive | None = None

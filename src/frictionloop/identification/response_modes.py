@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
-from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_of
+from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_of, refuse_misfit
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.frequency_response import FrequencyResponse
@@ -19,8 +19,6 @@ from frictionloop.identification.resonance import Errors, sandwich
 from frictionloop.quantities import must_be
 
 Array = NDArray[np.float64]
-WORST_MISFIT = 0.25
-"""Most of a response that its modes may leave unexplained (assumed)."""
 WIDEST = 1.0
 """A mode whose 95 % interval is wider than this share of its frequency is none."""
 
@@ -80,7 +78,7 @@ def response_modes(
         inside &= (found.frequency_hz >= band_hz[0]) & (found.frequency_hz <= band_hz[1])
     hertz, seen = found.frequency_hz[inside], found.response[inside]
     if hertz.size < 12:
-        raise Refused(str(must_be("band_hz: frequencies", hertz.size, "at least 12")), "response", {})
+        raise Refused(str(must_be("response: frequencies", hertz.size, "at least 12")), "response", {})
     weight = np.sqrt(found.input_density[inside] / found.input_density[inside].mean())
     fits = rising(hertz, seen, weight, magnitude)
     best = fits[-1] if fits else None
@@ -89,10 +87,7 @@ def response_modes(
     curves = {"response": {**found.drawn(inside), "fitted": [] if best is None else np.abs(best.model).tolist()}}
     if best is None:
         raise Refused(str(must_be("response: peaks", 0, "1 or more")), "response", curves)
-    if best.misfit > WORST_MISFIT:
-        listed = ", ".join(f"{each:.5g}" for each in best.poles[:, 0])
-        said = must_be(f"response: misfit of {listed} Hz", float(f"{best.misfit:.2g}"), f"at most {WORST_MISFIT:g}")
-        raise Refused(str(said), "response", curves)
+    refuse_misfit("response", best.misfit, best.poles[:, 0].tolist(), curves)
     half = fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
     moved = np.abs(half.poles - best.poles) / math.sqrt(3)
     modes = _modes(best, found, hertz)

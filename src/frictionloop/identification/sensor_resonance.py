@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from frictionloop.findings import Condition, Finding
+from frictionloop.findings.catalogue import Severity
 from frictionloop.identification.decay_modes import Modes, modes
 from frictionloop.identification.entry_result import (
     POINTS,
@@ -20,7 +23,7 @@ from frictionloop.identification.entry_result import (
     thinned,
     with_method,
 )
-from frictionloop.identification.estimate import Estimate, Measured, measured
+from frictionloop.identification.estimate import Measured, measured
 from frictionloop.identification.frequency_response import FrequencyResponse, has_phase, response, response_table
 from frictionloop.identification.hits import NoHits, hits_of, pick_hits
 from frictionloop.identification.project_file import Take
@@ -30,6 +33,8 @@ from frictionloop.identification.resonance import fit_resonance
 from frictionloop.identification.response_modes import response_modes
 from frictionloop.quantities import FrictionloopError, must_be
 
+NOTABLE = 0.05
+"""Share of the energy from which a second mode is worth a word (assumed)."""
 SAME = 0.05
 """Two modes closer than this share are one (assumed)."""
 WORST_MISFIT = 0.2
@@ -42,12 +47,11 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
     names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
     struck, alone, found = _struck(runs, names)
-    groups: list[Run | list[Run]] = [[*struck.values()]] if alone else [*struck.values()]
+    groups: list[Run | list[Run]] = _of_files(struck) if alone else [*struck.values()]
     free = [modes(group, take.mode, take.band_hz, take.segment_s, take.exclude) for group in groups]
     picked = same_mode(free)
-    chosen = [each.modes[k] for each, k in picked]
     found += [each for one in free for each in one.findings]
-    found += _turned(struck, take)
+    found += _others(*picked[0])
     if len(picked) < len(free):
         more = {"reason": f"{len(free)} have not all the {take.mode} mode"}
         found.append(Finding("LEFT-OUT", value=len(free) - len(picked), where=Condition(recording="some"), more=more))
@@ -60,43 +64,30 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
         "modes_q": [mode.q.value for mode in free[0].modes],
         "modes_share_of_energy": [mode.share for mode in free[0].modes],
     }
-    shift_hz = [each.method_hz[k] for each, k in picked]
-    shift_q = [each.method_q[k] for each, k in picked]
     curves = free[0].drawn() | {"decay": _drawn_decay(next(iter(struck.values())), take)}
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
     extra: list[Measured] = []
+    near: Near = None
     if all("hammer" in run.data_vars for run in struck.values()):
-        by_force, near = hammered(take, [*struck.values()], chosen[0].frequency.value, date)
+        by_force, near = hammered(take, [*struck.values()], picked[0][0].modes[picked[0][1]].frequency.value, date)
         found += by_force.findings
         numbers |= by_force.numbers
         extra = list(by_force.measured)
         curves |= by_force.curves
-        if near is not None:
-            hertz, q = near
-            shift_hz = [with_method(s, c.frequency.value - hertz) for s, c in zip(shift_hz, chosen, strict=True)]
-            shift_q = [with_method(s, c.q.value - q) for s, c in zip(shift_q, chosen, strict=True)]
-    values = [
-        measured("sensor.resonance_hz", [m.frequency for m in chosen], shift_hz, how, take.files, date),
-        measured("sensor.q", [m.q for m in chosen], shift_q, how, take.files, date),
-        *extra,
-        *extra_modes(take, free[0], how.partition(",")[0], date),
-    ]
+    values = [*_asked(picked, near, how, take, date), *extra, *extra_modes(take, free, how.partition(",")[0], date)]
     return EntryResult(values, found, numbers, _rows(groups, [*struck], take), curves)
 
 
-def _turned(struck: dict[str, Run], take: Take) -> list[Finding]:
-    """Return that the pulses of a hammer are negative; its response is turned round for that."""
-    found = (next(hits_of(run, take.segment_s))[1] for run in struck.values())
-    inverted = [
-        (name, min(hit.peak for hit in each.table))
-        for name, each in zip(struck, found, strict=True)
-        if each.inverted and each.channel == "hammer"
-    ]
-    return [_sign(Condition(recording=name, channel="hammer"), peak, 0.0, "N") for name, peak in inverted]
-
-
-def _sign(where: Condition, low: float, high: float, unit: str) -> Finding:
-    return Finding("SIGN-DOUBT", unit=unit, where=where, remedy="sign = -1", more={"low": low, "high": high})
+def _asked(picked: Sequence[tuple[Modes, int]], near: Near, how: str, take: Take, date: str) -> list[Measured]:
+    """Return resonance and Q of one mode of each recording, with what another method has in their stead."""
+    values = []
+    for at, path in enumerate(("sensor.resonance_hz", "sensor.q")):
+        found = [(each.modes[k].frequency, each.modes[k].q)[at] for each, k in picked]
+        shifts = [(each.method_hz, each.method_q)[at][k] for each, k in picked]
+        if near is not None:
+            shifts = [with_method(s, one.value - near[at]) for s, one in zip(shifts, found, strict=True)]
+        values.append(measured(path, found, shifts, how, take.files, date))
+    return values
 
 
 def _rows(groups: Sequence[Run | Sequence[Run]], names: Sequence[str], take: Take) -> Rows:
@@ -120,32 +111,54 @@ def same_mode(found: Sequence[Modes]) -> list[tuple[Modes, int]]:
     Which mode is the lowest or the strongest may differ from hit to hit; one mode lies within 5 % of itself.
     """
     asked = sorted(each.chosen_modes[0].frequency.value for each in found)
-    hertz = asked[(len(asked) - 1) // 2]
+    return _nearest(found, asked[(len(asked) - 1) // 2])
+
+
+def _nearest(found: Sequence[Modes], hertz: float) -> list[tuple[Modes, int]]:
+    """Return of each recording which mode is nearest to a frequency, where there is one within 5 %."""
     picked = []
     for each in found:
-        near = [k for k, mode in enumerate(each.modes) if abs(mode.frequency.value / hertz - 1) < SAME]
-        if near:
-            picked.append((each, min(near, key=lambda k: abs(each.modes[k].frequency.value - hertz))))
+        k = min(range(len(each.modes)), key=lambda k: abs(each.modes[k].frequency.value - hertz))
+        if abs(each.modes[k].frequency.value / hertz - 1) < SAME:
+            picked.append((each, k))
     return picked
 
 
 def _struck(runs: Sequence[Run], names: Sequence[str]) -> tuple[dict[str, Run], bool, list[Finding]]:
-    """Return the recordings with hits, whether some have one alone (then all are one), and which are left out."""
+    """Return the recordings with hits, whether they are one measurement, and which are left out.
+
+    Where most have one hit alone, as a triggered recorder saves them, all are one; where few have, these are left out.
+    """
     struck: dict[str, Run] = {}
-    alone = False
+    poor: list[str] = []
     told: list[Finding] = []
     for name, run in zip(names, runs, strict=True):
         try:
-            alone |= isinstance(run, xr.Dataset) and pick_hits(run).good < 2
+            poor += [name] if isinstance(run, xr.Dataset) and pick_hits(run).good < 2 else []
         except NoHits as none:
             if len(runs) == 1:
                 raise
-            told.append(Finding("LEFT-OUT", where=Condition(recording=name), more={"reason": str(none)}))
+            told.append(_left_out(name, str(none)))
         else:
             struck[name] = run
     if not struck:
         raise NoHits(str(must_be(f"recordings with hits, of {len(runs)}", 0, "1 or more")))
-    return struck, alone and len(runs) > 1, told
+    if 2 * len(poor) > len(struck) or len(runs) == 1:
+        return struck, bool(poor) and len(runs) > 1, told
+    told += [_left_out(name, "fewer than 2 good hits", "warning") for name in poor]
+    return {name: run for name, run in struck.items() if name not in poor}, False, told
+
+
+def _of_files(struck: Mapping[str, Run]) -> list[Run | list[Run]]:
+    """Return recordings of one hit each by the files that they are lines of, all as one where a file has one line."""
+    files: dict[str, list[Run]] = {}
+    for run in struck.values():
+        files.setdefault(run.attrs.get("file", ""), []).append(run)
+    return [*files.values()] if min(map(len, files.values())) > 1 else [[*struck.values()]]
+
+
+def _left_out(name: str, reason: str, severity: Severity | None = None) -> Finding:
+    return Finding("LEFT-OUT", severity, where=Condition(recording=name), more={"reason": reason})
 
 
 def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
@@ -161,34 +174,34 @@ def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tupl
 
     That is one resonance with a pole behind it; where it leaves too much, the modes of the decays stand alone.
     """
-    found = response(runs, take.segment_s or _segment(runs), exclude=take.exclude)
+    # The longest piece that every recording allows.
+    segment_s = take.segment_s or min(found.length / rate_of(run) for run, found in hits_of(runs))
+    found = response(runs, segment_s, exclude=take.exclude)
     band_hz = (0.2 * near_hz, min(2.5 * near_hz, 0.4 * found.rate_hz))
     try:
         fit = fit_resonance(found, band_hz)
         reason = f"one resonance leaves {fit.misfit:.0%}" if fit.misfit > WORST_MISFIT else ""
     except FrictionloopError as refused:
         reason = str(refused)
+    doubts = [*found.findings]
     if reason:
-        doubts = [not_told("the pole behind the springs", reason)]
+        doubts.append(not_told("the pole behind the springs", reason))
         return EntryResult([], doubts, {}, [], {"response": _drawn(found, band_hz)}), None
     numbers = {"response_resonance": fit.resonance, "response_q": fit.q, "response_gain": fit.gain}
     one, curves = (fit.resonance.value, fit.q.value), {"response": _drawn(found, fit.band_hz)}
-    doubts = []
-    if fit.gain.value < 0:
-        doubts = [_sign(Condition(channel="f_m or hammer"), fit.gain.value, 0.0, fit.gain.unit)]
     lag = fit.lag
     if not lag.value > 3 * lag.standard_error:
         doubts.append(not_told("the pole behind the springs", f"lag {lag}"))
         return EntryResult([], doubts, numbers, [], curves), one
-    cutoff = Estimate(fit.cutoff_hz, fit.cutoff_hz * lag.standard_error / lag.value, "Hz", lag.freedom)
     how = f"H1 of {found.hits} hits, {fit.band_hz[0]:.0f} to {fit.band_hz[1]:.0f} Hz"
-    extra = [measured("sensor.cutoff_hz", [cutoff], None, how, take.files, date)]
-    return EntryResult(extra, doubts, numbers, [], curves), one
-
-
-def _segment(runs: Sequence[Run]) -> float:
-    """Return the longest piece that every recording allows, in s."""
-    return min(found.length / rate_of(run) for run, found in hits_of(runs))
+    lags = [lag]
+    with suppress(FrictionloopError):  # where each has one hit, the scatter over files is that over hits
+        lags = [fit_resonance(response([run], segment_s), fit.band_hz).lag for run in runs if len(runs) > 1] or lags
+    of_lag = measured("sensor.cutoff_hz", lags, None, how, take.files, date)
+    share = fit.cutoff_hz / lag.value
+    between = None if of_lag.between is None else share * of_lag.between
+    cutoff = replace(of_lag, value=fit.cutoff_hz, unit="Hz", within=share * of_lag.within, between=between)
+    return EntryResult([cutoff], doubts, numbers, [], curves), one
 
 
 def _drawn(found: FrequencyResponse, band_hz: tuple[float, float]) -> dict[str, Any]:
@@ -206,7 +219,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         response_modes(table, take.mode, take.band_hz, magnitude=not phase)
         for table, phase in zip(tables, phased, strict=True)
     ]
-    chosen = [each.chosen[0] for each in found]
+    picked = same_mode(found)
     whole = f"listed response of {sum(t.frequency_hz.size for t in tables)} frequencies"
     how = f"{take.mode} mode of a {whole}"
     rows: Rows = [("file", "mode (Hz)", "Q", "share of the peaks", "misfit")]
@@ -214,30 +227,32 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         rows += [
             (name, str(mode.frequency), str(mode.q), f"{mode.share:.0%}", f"{each.misfit:.1%}") for mode in each.modes
         ]
-    first = [each.chosen_modes[0] for each in found]
-    shift_hz = [each.method_hz[k] for each, k in zip(found, chosen, strict=True)]
-    shift_q = [each.method_q[k] for each, k in zip(found, chosen, strict=True)]
-    values = [
-        measured("sensor.resonance_hz", [mode.frequency for mode in first], shift_hz, how, take.files, date),
-        measured("sensor.q", [mode.q for mode in first], shift_q, how, take.files, date),
-        *extra_modes(take, found[0], whole, date),
-    ]
+    values = [*_asked(picked, None, how, take, date), *extra_modes(take, found, whole, date)]
     modes = found[0].modes
     doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
+    doubts += _others(*picked[0])
     numbers = {"modes_hz": [m.frequency.value for m in modes], "modes_q": [m.q.value for m in modes]}
     fitted = {"fitted_hz": [hertz for hertz, _ in found[0].fitted], "fitted": [size for _, size in found[0].fitted]}
     return EntryResult(values, doubts, numbers, rows, {"response": tables[0].drawn() | fitted})
 
 
-def extra_modes(take: Take, found: Modes, how: str, date: str) -> list[Measured]:
-    """Return frequency and Q of as many modes as an entry wants listed, under names of their own."""
-    if take.count is None:
-        return []
-    listed = found.modes[: take.count]
-    if len(listed) < take.count:
-        raise must_be("count", take.count, f"at most {len(listed)}")
+def extra_modes(take: Take, found: Sequence[Modes], how: str, date: str) -> list[Measured]:
+    """Return frequency and Q of the modes that an entry wants listed, as many as there are, by names of their own."""
     values: list[Measured] = []
-    for k, mode in enumerate(listed):
-        values.append(measured(f"mode {k + 1}", [mode.frequency], [found.method_hz[k]], how, take.files, date))
-        values.append(measured(f"mode {k + 1} Q", [mode.q], [found.method_q[k]], how, take.files, date))
+    for k, mode in enumerate(found[0].modes[: take.count or 0]):
+        seen = _nearest(found, mode.frequency.value)
+        hertz, q = [each.modes[j].frequency for each, j in seen], [each.modes[j].q for each, j in seen]
+        shifts = [each.method_hz[j] for each, j in seen], [each.method_q[j] for each, j in seen]
+        values.append(measured(f"mode {k + 1}", hertz, shifts[0], how, take.files, date))
+        values.append(measured(f"mode {k + 1} Q", q, shifts[1], how, take.files, date))
     return values
+
+
+def _others(found: Modes, chosen: int) -> list[Finding]:
+    """Return the strongest mode that a bench with one resonance leaves out."""
+    rest = [mode for k, mode in enumerate(found.modes) if k != chosen and mode.share >= NOTABLE]
+    if not rest:
+        return []
+    mode = max(rest, key=lambda each: each.share)
+    more = {"q": mode.q.value, "share": 100 * mode.share}
+    return [Finding("MODE-LEFT-OUT", value=mode.frequency.value, unit="Hz", more=more)]

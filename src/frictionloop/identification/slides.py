@@ -107,7 +107,8 @@ def friction(recording: xr.Dataset) -> Friction:
     touching = smooth > low + TOUCHING * (usual - low) if lifted else np.ones(force.size, dtype=bool)
     if lifted:
         force, load = (without_zero(each, ~touching, window) for each in (force, load))
-    found = [_slide(force, load, speed, a, b, rate_hz) for a, b in slide_rows(touching, speed, rate_hz)]
+    began_s = float(recording["time"][0])
+    found = [_slide(force, load, speed, a, b, rate_hz, began_s) for a, b in slide_rows(touching, speed, rate_hz)]
     if not found:
         raise must_be("recording: slides", 0, f"1 of {SHORTEST_S:g} s, {1e3 * SLOWEST_M_S:g} mm/s")
     refuse_electroadhesion(recording, force)
@@ -136,7 +137,7 @@ def _doubts(recording: xr.Dataset, found: Sequence[Slide], lifted: bool) -> Iter
         yield not_told("zeros of friction and load", "the finger never lifts")
 
 
-def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: float) -> Slide:
+def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: float, began_s: float) -> Slide:
     mean = float(force[a:b].mean())
     # Whichever way the sensor counts: friction opposes the motion, so its mean over a slide is positive.
     against = force * (1.0 if mean > 0 else -1.0)
@@ -144,8 +145,8 @@ def _slide(force: Array, load: Array, speed: Array, a: int, b: int, rate_hz: flo
     third = (b - a) // 3
     ratios = [float(f[part].mean() / n[part].mean()) for part in (slice(0, third), slice(-third, None))]
     return Slide(
-        start_s=a / rate_hz,
-        stop_s=b / rate_hz,
+        start_s=began_s + a / rate_hz,
+        stop_s=began_s + b / rate_hz,
         speed_m_s=float(speed[a:b].mean()),
         friction_n=float(f.mean()),
         load_n=float(n.mean()),
@@ -200,6 +201,8 @@ def refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
 
 def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
     """Return f0 at the load of the preset's law, from slides without vibration."""
+    if take.interval_s is not None:
+        runs = [run.sel(time=slice(*take.interval_s)) for run in runs]
     scaled = [in_newtons(run, sensor) for run in runs]
     found = [friction(run) for run, _ in scaled]
     levels = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ from frictionloop.quantities import must_be
 from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
 
 Array = NDArray[np.float64]
+CLEAR = 0.5
+"""The largest jump that is none is below this share of the least that is one (assumed)."""
 MASSES = "3 or more, different, from 0"
 """Accepted masses."""
 
@@ -213,6 +216,32 @@ def hung(runs: Sequence[Run], masses_kg: NDArray[np.float64]) -> xr.Dataset:
         if name != "mass"
     }
     return xr.Dataset({"mass": ("row", masses_kg, {"units": "kg"}), **rows}, attrs=whole[0].attrs)
+
+
+def standing(run: Run, count: int, settle_s: float) -> list[Run]:
+    """Return the stretches of a log while each of so many weights hung, from one jump of the reading to the next.
+
+    A jump is where the means of a quarter of a usual stretch before and after it differ most.
+    """
+    if not isinstance(run, xr.Dataset) or "time" not in run.dims or count < 2:
+        return [run]
+    reading, rate_hz = channel(run, READING, READING_UNITS), rate_of(run)
+    width = max(reading.size // (4 * count), 2)
+    sums = np.concatenate([[0.0], np.cumsum(reading - reading.mean())])
+    apart = np.abs(sums[2 * width :] - 2 * sums[width:-width] + sums[: -2 * width]) / width
+    jumps: list[int] = []
+    sizes: list[float] = []
+    for _ in range(count):
+        row = int(np.argmax(apart))
+        jumps, sizes = [*jumps, row + width], [*sizes, float(apart[row])]
+        apart[max(row - width, 0) : row + width] = 0.0
+    if not sizes[-1] < CLEAR * sizes[-2]:
+        more = sum(size >= CLEAR * sizes[-2] for size in sizes) + 1
+        raise must_be("masses_g", count, f"as many as plateaus: {more}")
+    edges, skipped = [0, *sorted(jumps[:-1]), reading.size], math.ceil(settle_s * rate_hz)
+    if (shortest := min(np.diff(edges))) <= 1.1 * skipped:
+        raise must_be("settle_s", settle_s, f"below {shortest / rate_hz:.3g}", "s")
+    return [run.isel(time=slice(a + skipped, b - (b - a) // 20)) for a, b in pairwise(edges)]
 
 
 @dataclass(frozen=True)

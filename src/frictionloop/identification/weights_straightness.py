@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +41,8 @@ GRAVITY = 0.0015
 STANDING, MOVING = 0.9, 0.7
 """A step of weights clips where more than the first share of its samples is at one end, and in the other steps less
 than the second (assumed: with a coarse converter it is that much everywhere)."""
+LEAST_WEIGHTS, ALONE = 5, 0.2
+"""Weights from which one is judged by the others, and their scatter without it as a share of that with it (assumed)."""
 APART = 0.05
 """Masses that differ by more than this share of the largest cannot give one reading (assumed: readings are rounded)."""
 
@@ -222,19 +225,20 @@ def straightness(found: Calibration) -> Straightness:
     span_n = span * STANDARD_GRAVITY
     bend, drift = _fitted(columns, found.residuals_n / span_n)
     curved, drifts = _real(bend), unordered and _real(drift)
-    told = []
+    wrong = [*_mislabelled(found)]
+    told = [*wrong]
+    if wrong:
+        curved = drifts = unordered = False
     if curved:
         told.append(off_line("bend", 100 * bend.value, "% of the span", "f_m"))
     if drifts:
         told.append(off_line("drift", 1e3 * drift.value * span_n, "mN", "f_m"))
     friction = None
-    try:
+    with suppress(FrictionloopError):
         friction = pulley_friction(found) if unordered else None
-    except FrictionloopError:
-        friction = None
-    if friction is None:
+    if friction is None and not wrong:
         told.append(not_told("friction of the pulley", "too few steps both ways"))
-    elif _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
+    elif friction is not None and _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
         told.append(off_line("friction of the pulley", 100 * friction.exponent.value, "%", "f_m"))
     told += _units(found)
     return Straightness(
@@ -245,6 +249,20 @@ def straightness(found: Calibration) -> Straightness:
         friction,
         tuple(told),
     )
+
+
+def _mislabelled(found: Calibration) -> Iterator[Finding]:
+    """Yield the weight without which the others scatter about their line a fifth as much, and what it reads like."""
+    force, reading = found.steps.mass_kg, found.steps.reading
+    if force.size < LEAST_WEIGHTS:
+        return
+    lines = [np.polyfit(np.delete(force, k), np.delete(reading, k), 1) for k in range(force.size)]
+    left = [np.delete(reading - np.polyval(line, force), k).std() for k, line in enumerate(lines)]
+    k = int(np.argmin(left))
+    alike = (reading[k] - lines[k][1]) / lines[k][0]
+    if left[k] < ALONE * np.median(left) and abs(alike - force[k]) > APART * np.ptp(force):
+        more = {"row": k + 1, "other": 1e3 * float(alike)}
+        yield Finding("WEIGHT-LABEL", value=1e3 * float(force[k]), unit="g", more=more)
 
 
 def _fitted(columns: list[NDArray[np.float64]], residual: NDArray[np.float64]) -> tuple[Estimate, Estimate]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from io import BytesIO
 from typing import Any
 
@@ -18,7 +19,7 @@ from frictionloop.figures.style import BLUE, GREY, SILVER, VERMILLION, new_figur
 from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.file_channels import first_look
 from frictionloop.identification.finger_population import People
-from frictionloop.quantities import replacing
+from frictionloop.quantities import FrictionloopError, replacing
 
 Curves = Mapping[str, Any]
 
@@ -212,7 +213,7 @@ DRAWINGS: dict[str, dict[str, Callable[[Curves], Figure]]] = {
     "quiet": {"density": _density},
     "load": {"force_n": _weights},
     "slides": {"slides": _slides},
-    "recording": {"file": lambda curves: first_look(curves["file"]).plot()},
+    "recording": {"file": lambda curves: first_look(curves["file"], curves.get("rate_hz")).plot()},
     "position": {"pairs": _pairs},
     "scale": {"pairs": _pairs},
     "plate": {"sweep": _sweep, "decay": _decay, "envelope": _envelope},
@@ -243,7 +244,9 @@ def draw_refused(refused: Refused, path: str | os.PathLike[str]) -> Refused:
     FrictionloopError
         For a path that cannot be written.
     """
-    images = [Image.open(BytesIO(png(figure))).convert("RGB") for _, figure in drawn(refused.kind, refused.curves)]
+    images = []
+    with suppress(FrictionloopError):  # what cannot be drawn is not said in place of the refusal
+        images = [Image.open(BytesIO(png(figure))).convert("RGB") for _, figure in drawn(refused.kind, refused.curves)]
     if not images:
         return refused
     page = Image.new("RGB", (max(each.width for each in images), sum(each.height for each in images)), "white")
