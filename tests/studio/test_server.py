@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import hashlib
 import json
 import re
@@ -208,7 +207,7 @@ def test_a_page_that_never_reads_is_let_go_with_all_it_missed():
     for number in range(MOST_WAITING + 1):
         guest.put({"type": "noted", "number": number})
     with pytest.raises(WebSocketDisconnect):
-        asyncio.run(guest.next())
+        guest.next().send(None)
 
 
 @pytest.mark.parametrize("origin", ["http://[::1", "null", "", "http://127.0.0.1:1", "ftp://testserver"])

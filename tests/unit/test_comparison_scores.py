@@ -16,6 +16,7 @@ from frictionloop.design.comparison import law_margins, trial_protocol
 from frictionloop.design.comparison.run import plain_strokes
 from frictionloop.design.comparison.scores import Moments, answering, dead_times_s, pooled, pooled_rms, spread
 from frictionloop.loop.reference_runs import plain_stroke
+from frictionloop.physics.fingers import Fingers
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
 
@@ -115,8 +116,8 @@ def test_a_force_that_rings_across_has_no_time_in_the_scores(ran):
 @pytest.mark.parametrize("level_n", [0.4, 0.6])
 def test_plain_strokes_have_the_level_and_the_index_of_a_constant_amplitude(level_n):
     able = trial_protocol.able(fl.bench(), fl.fingers(30, 4), 20.0)
-    people = type(fl.fingers(1, 0))(each for each, is_able in zip(fl.fingers(30, 4), able, strict=True) if is_able)
-    people = type(people)(people[:3])
+    people = Fingers(each for each, is_able in zip(fl.fingers(30, 4), able, strict=True) if is_able)
+    people = Fingers(people[:3])
     at, calls = trial_protocol.Condition(20.0, 11.5, "sine 0.6"), []
     system = fl.bench().evolve(trial_protocol.overrides_of(at))
 

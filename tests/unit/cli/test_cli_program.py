@@ -95,7 +95,7 @@ def report(monkeypatch):
         claim,
         id="pi-reduces-variability",
         group=None,
-        readings={"re-tuned gains, one finger": 3.0},
+        readings={"re-tuned gains, one finger, per newton of slope": 3.0},
         accepted=(1.0, 9.0),
         told={"kp": 0, "ki": 111},
     )
@@ -106,7 +106,7 @@ def test_reproduce_prints_the_verdict_and_where_the_page_is(frictionloop, report
     answer = frictionloop("reproduce")
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.startswith("1     yes, if the gains are re-tuned: A PI reduces the variability of friction")
-    assert "(spread ÷ 3 with Kp = 0, Ki = 111 1/s)" in answer.out
+    assert "(spread ÷ 3 per newton with Kp = 0, Ki = 111 1/s)" in answer.out
     assert "report/index.html" in answer.out
     found = frictionloop("reproduce", "--out", "deep/er", "--json").json()
     assert [each["id"] for each in found["claims"]] == ["pi-reduces-variability", "resonance"] and found[
