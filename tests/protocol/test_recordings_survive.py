@@ -29,7 +29,9 @@ COLUMNS = {
 }
 ATTRS = {"schema": 1, "source": "device"}
 RECORD = """
-import sys, frictionloop as fl
+import signal, sys, frictionloop as fl
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 with fl.connect("sim:") as device:
     device.run(0.5, 3600.0, path="run.h5", progress=lambda rows: print(rows, flush=True))
 """

@@ -160,7 +160,7 @@ def test_the_scope_is_saved_as_a_drawing_and_two_cursors_measure(page, serve):
     page.mouse.click(over["x"] + 0.95 * over["width"], over["y"] + 40)
     seen(page, "document.querySelector('#cursor').textContent.includes('apart')")
     apart = float(re.search(r"apart ([\d.]+) s", page.text_content("#cursor"))[1])
-    assert apart == pytest.approx(0.05 * 4.0, abs=0.02)  # of 4 s shown
+    assert apart == pytest.approx(0.05 * 2.0, abs=0.02)  # of 2 s shown
     with page.expect_download() as download:
         page.click("#save-svg")
     drawing = download.value.path().read_text()
