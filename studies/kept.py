@@ -17,7 +17,9 @@ from frictionloop.design.comparison.scores import spread
 from frictionloop.quantities.version import package_version
 
 HERE = Path(__file__).parent
-SHOWN_IN = [HERE.parent / "docs" / name for name in ("validation.md", "which-law.md", "experiments.md")]
+SHOWN_IN = [
+    HERE.parent / "docs" / name for name in ("validation.md", "which-law.md", "experiments.md", "calibration.md")
+]
 """Pages of the documentation with tables of a study."""
 RESULTS, PAGES = HERE / "results", HERE / "pages"
 SHOWN = re.compile(r"<!-- results/([\w-]+)\.csv -->\n.*?<!-- end -->", re.DOTALL)
