@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 import shutil
 
@@ -76,8 +77,11 @@ def test_without_dask_they_are_read_at_once(tmp_path, whole, monkeypatch):
 
 def test_a_list_of_fingers_keeps_their_values(tmp_path):
     people = fl.fingers(7, 2)
-    for part in (1, 2, 3):
+    assert pickle.loads(pickle.dumps(people)) == people
+    for part in (1, 3):
         run(tmp_path, part, 3, people)
+    assert np.isnan(fl.open_sweep(tmp_path)["motion.person"].values).tolist() == [False] * 2 + [True] * 2 + [False] * 3
+    run(tmp_path, 2, 3, people)
     xr.testing.assert_identical(fl.open_sweep(tmp_path).compute(), fl.sweep(BENCH, people, **HOW))
 
 
@@ -100,9 +104,12 @@ def test_what_is_missing_stopped_damaged_or_running_is_told_and_run_again(tmp_pa
         with refused("is written by another process"):
             run(tmp_path, 4, 4)
     assert (told.missing, told.unfinished, told.damaged, told.running) == ((1,), (3,), (2,), (4,))
-    assert np.isnan(fl.open_sweep(tmp_path)["rms_error"].values[:3]).all()
+    with pytest.warns(UserWarning, match="cannot read shards 2"):
+        assert np.isnan(fl.open_sweep(tmp_path)["rms_error"].values[:3]).all()
     before = (tmp_path / "shard-4-of-4.h5").read_bytes()
-    for part in (1, 2, 3, 4):
+    with pytest.warns(UserWarning, match=r"shard-2-of-4\.h5: is damaged; it is made anew"):
+        run(tmp_path, 2, 4)
+    for part in (1, 3, 4):
         run(tmp_path, part, 4)
     assert (tmp_path / "shard-4-of-4.h5").read_bytes() == before
     xr.testing.assert_identical(fl.open_sweep(tmp_path).compute(), whole)

@@ -121,6 +121,8 @@ def command(
     how |= {"duration_s": duration_s, "seeds": seeds, "metrics": names}
     brought = tuple(flags.overrides_of(overrides))
     if part is not None:
+        if csv is not None or plot is not None:
+            raise FrictionloopError("shard: without --csv and --plot; fl.open_sweep has all parts")
         points = axes if not fingers else fl.fingers_for(given.system, drawn.pop("count"), **drawn, given=brought)
         try:
             fl.sweep(given.system, points, **how, shard=part)

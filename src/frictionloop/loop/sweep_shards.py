@@ -7,6 +7,7 @@ import json
 import math
 import os
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from frictionloop.loop.sweep_points import units_of
 from frictionloop.parameters.toml_files import check_schema
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.checks import whole
-from frictionloop.quantities.seal import is_sealed, is_whole
+from frictionloop.quantities.seal import is_sealed, is_usable, is_whole
 from frictionloop.quantities.whole_files import is_held, lock_of
 
 NAMED = re.compile(r"shard-(\d+)-of-(\d+)\.h5")
@@ -57,8 +58,7 @@ def shard_values(path: Path, attrs: Mapping[str, Any], names: tuple[str, ...], e
     others = (each for each in _files(path.parent).values() if each != path and is_sealed(each))
     if (other := next(others, None)) is not None:  # which has looked at another
         _check_same(other, _attrs(other), attrs, ("fingerprint", "code"))
-    if not path.exists() or not is_whole(path):
-        path.unlink(missing_ok=True)
+    if not is_usable(path):
         return empty
     return resumed(path, attrs["fingerprint"], attrs["code"], names, empty.shape[1:])
 
@@ -228,6 +228,8 @@ def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
         For a folder without shards, or with shards of different sweeps.
     """
     files, attrs = _together(folder)
+    if lost := [part for part in files if part not in attrs]:
+        warnings.warn(f"{folder}: cannot read shards {_spans(lost)}", stacklevel=2)
     first, shape, parts = next(iter(attrs.values())), _shape(attrs), _parts(files)
     axes, seeds = json.loads(first["axes"]), json.loads(first["seeds"])
     sizes = [len(points_of_shard((part, parts), shape[:-1])) for part in range(1, parts + 1)]
@@ -257,6 +259,8 @@ OWN = ("shard", "shards", "shape", "axes", "seeds", "coordinates", "_NCPropertie
 def _joined(files: Mapping[int, Path], name: str, sizes: Sequence[int], shape: tuple[int, ...], dtype: Any) -> Any:
     """Return one variable of all parts in its shape, lazily where Dask is installed."""
     inner = () if any(size % math.prod(shape[1:]) for size in sizes) else shape[1:]
+    if len(files) < len(sizes) and np.dtype(dtype).kind in "iu":
+        dtype = float  # a whole number has no NaN
     pieces = [_Piece(files.get(part), name, size, inner, dtype) for part, size in enumerate(sizes, 1)]
     try:
         import dask.array as da
@@ -282,8 +286,8 @@ class _Piece(NamedTuple):
         import h5py
 
         if self.path is None:
-            values = np.full(self.size, np.nan if np.dtype(self.dtype).kind == "f" else 0, self.dtype)
+            values = np.full(self.size, np.nan if np.dtype(self.dtype).kind == "f" else "", self.dtype)
         else:
             with h5py.File(self.path) as file:
-                values = file[self.name][...]
+                values = file[self.name][...].astype(self.dtype)
         return values.reshape((-1, *self.row)) if self.row else values

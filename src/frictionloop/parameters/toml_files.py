@@ -65,6 +65,8 @@ SCHEMA = 1
 """Version of the parameter file and of the run file; a newer one is refused."""
 DESIGNED = "designed"
 """Table of what was asked and found of a controller: no part of a System."""
+MODEL = "controller.model.nominal_n"
+"""What a controller believes of the friction, which a whole file says beside a coefficient."""
 DEEPEST = 32
 """Parts of a key (assumed)."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
@@ -154,7 +156,7 @@ def _complete(path: str | os.PathLike[str], tree: dict[str, Any]) -> System:
     own.pop("coefficient", None)
     try:
         whole = System.from_tree(tree)
-        return whole.evolve(named) if named else whole
+        return whole.evolve(named | {MODEL: whole.controller.model.nominal_n}) if named else whole
     except FrictionloopError as error:
         raise FrictionloopError(f"{path}: {with_line(path, str(error))}") from None
 

@@ -86,6 +86,9 @@ class DrawnFingers(Fingers):
         self._count, self.drawn, self._draw = count, drawn, block
         self._first, self._block = 0, list[dict[str, float]]()
 
+    def __reduce__(self) -> Any:
+        return fingers, tuple(self.drawn.values())
+
     def __len__(self) -> int:
         return self._count
 
