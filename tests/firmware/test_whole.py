@@ -60,6 +60,8 @@ FLIPS = [
     pytest.param("image", 60, marks=pytest.mark.soak),
 ]
 """What is damaged, and in how many bits, one at a time."""
+LEAST_TOLD = 0.6
+"""Share of flips in the image that are told (assumed: 14 of the first 20 are); the others end or mute the board."""
 
 
 @pytest.mark.parametrize(("what", "flips"), FLIPS)
@@ -81,7 +83,7 @@ def test_a_flipped_bit_is_told_and_nothing_is_driven(what, flips, images, tmp_pa
         found += told == [BAD_IMAGE]
         mute += told == []
     assert found + ended + mute == flips
-    assert found >= (flips if what == "fl_built_parameters" else 0.6 * flips)
+    assert found >= (flips if what == "fl_built_parameters" else LEAST_TOLD * flips)
 
 
 @pytest.mark.slow

@@ -96,6 +96,8 @@ def command(
         Draw curves or maps, of --fingers a point each, into this file (.svg, .pdf or .png).
     """
     if status is not None:
+        if over or fingers or out:
+            raise FrictionloopError("status: without --over, --fingers and --out; it runs nothing")
         shown.show(fl.sweep_status(status))
         return
     part = None if shard is None else _part(shard, out)
@@ -123,6 +125,7 @@ def command(
     if part is not None:
         if csv is not None or plot is not None:
             raise FrictionloopError("shard: without --csv and --plot; fl.open_sweep has all parts")
+        how["metrics"] = fl.design.metrics_for(given.system) if fingers and names is None else names
         points = axes if not fingers else fl.fingers_for(given.system, drawn.pop("count"), **drawn, given=brought)
         try:
             fl.sweep(given.system, points, **how, shard=part)

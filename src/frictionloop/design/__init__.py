@@ -16,6 +16,7 @@ HOMES = {
     "limiting_parts": "BenchLimits LimitedPart limits",
     "requirements": "Requirements",
     "bench_file": "DesignedTable changed_since read_designed write_controller",
+    "people_served": "metrics_for",
     "population_margins": "check_fingers",
     "hinf": "Synthesised design_hinf",
     "robust_notch": "Notched retune_notch",

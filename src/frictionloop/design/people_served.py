@@ -28,7 +28,7 @@ from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
 from frictionloop.parameters.unit_sanity import of_ceiling
 from frictionloop.physics.fingers import Fingers, coefficient_of, fingers_for
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.quantities.brief import Brief
 
 if TYPE_CHECKING:
@@ -245,6 +245,8 @@ def people(
     PeopleInterrupted
         On Ctrl-C, carrying what was found until then.
     """
+    if "shard" in options:
+        raise must_be("shard", options["shard"], "of sweep, for people too")
     drawn = fingers_for(system, count, seed, population, loads_n, coefficients, given=given)
     names = metrics_for(system) if metrics is None else metrics
     try:
