@@ -9,6 +9,8 @@ PINNED := $(PIP) --no-deps --require-hashes
 SELF   := $(PIP) --no-deps --no-build-isolation --editable .
 STEP   := @sh requirements/step.sh
 PINS   := pyproject.toml $(wildcard requirements/*.txt)
+RESOLUTION := lowest-direct
+TESTED := 'pytest>=9.2' 'pytest-timeout>=2.4' 'hypothesis>=6.170'
 ZIG    := $(if $(shell command -v cc),,-r requirements/zig.txt)
 
 # Tests are rewritten and compiled in each of their processes unless Python may keep what it compiled.
@@ -17,10 +19,10 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test soak benchmark lint format types imports docs clean
+.PHONY: help reproduce test soak benchmark lint format types imports docs play release-check versions clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 reproduce: $(VENV)/.runtime ## rebuild the paper's figures and claims: report/index.html, report/claims.json
 	@$(BIN)/frictionloop reproduce
@@ -45,6 +47,7 @@ format: $(VENV)/.dev ## rewrite files in the project's style
 
 types: $(VENV)/.dev ## check the types
 	@$(BIN)/mypy
+	@$(BIN)/mypy --platform win32 src # which names every call that is not there
 
 imports: $(VENV)/.dev ## check that imports between rooms only point down
 	@$(BIN)/lint-imports --no-logo
@@ -54,8 +57,25 @@ docs: $(VENV)/.dev ## build docs/_build/html, running the examples; warnings are
 	@$(BIN)/python docs/_tools/heights.py docs/_build/html
 	@echo "docs/_build/html/index.html"
 
+play: $(VENV)/.dev ## write the studio as one page, which the next wheel carries: src/frictionloop/studio/play.html
+	@$(BIN)/frictionloop studio --export src/frictionloop/studio/play.html
+
+release-check: $(VENV)/.release ## build wheel, sdist and SBOM into dist/, install and verify them, list what is left to a person
+	@git diff --quiet HEAD || { echo "what is built is not what is committed: git status" >&2; exit 1; }
+	@rm -rf dist && .ci/package dist
+	@$(BIN)/twine check --strict dist/*
+	@$(BIN)/check-wheel-contents dist/*.whl
+	@$(BIN)/cyclonedx-py requirements --pyproject pyproject.toml --output-reproducible -o dist/sbom.json requirements/report.txt
+	@cd dist && sha256sum * >SHA256SUMS && cat SHA256SUMS
+	@sed -n '/^## Releasing/,/^## /{/^## /!p}' CONTRIBUTING.md
+
+versions: ## with uv: test on PYTHON=... with the oldest libraries that pyproject.toml takes, or RESOLUTION=highest
+	@uv venv -q --clear --python "$(PYTHON)" $(VENV)-versions
+	@uv pip install -q --python $(VENV)-versions --resolution $(RESOLUTION) -e '.[report,cluster]' $(TESTED)
+	@$(VENV)-versions/bin/python -m pytest tests/unit/test_s[iwa]*.py tests/unit/test_toml.py tests/unit/test_record.py
+
 clean: ## remove everything that can be made again
-	@rm -rf $(VENV) report docs/_build docs/gallery docs/sg_execution_times.rst benchmarks/build
+	@rm -rf $(VENV) $(VENV)-versions dist report src/frictionloop/studio/play.html docs/_build docs/gallery docs/sg_execution_times.rst benchmarks/build
 	@rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	@find src tests benchmarks studies examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
@@ -74,6 +94,10 @@ $(VENV)/.dev: $(PINS) | $(BIN)/python
 	$(STEP) "Installing its test, docs and development tools into $(VENV), usually 2 to 4 minutes" $(PINNED) -r requirements/dev.txt
 	$(STEP) "Installing frictionloop itself, usually 5 to 20 s" $(SELF)
 	@touch $(VENV)/.runtime $(VENV)/.design $@
+
+$(VENV)/.release: $(VENV)/.dev
+	$(STEP) "Installing what verifies a release into $(VENV), usually 10 to 30 s" $(PINNED) -r requirements/release.txt
+	@touch $@
 
 $(VENV)/.bench: $(PINS) | $(BIN)/python
 	$(STEP) "Installing the libraries it is compared with into $(VENV), usually 2 to 4 minutes" $(PINNED) -r requirements/bench.txt $(ZIG)

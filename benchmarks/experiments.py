@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from frictionloop.experiments import Psi, read_protocol
-from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.study_run import simulate_trials
 
 UPDATE_S, STUDY_S = 20e-3, 120.0
 """Goals: psi on a grid of 60 x 30 x 10, and the study on two cores."""

@@ -15,11 +15,11 @@ import numpy as np
 
 import frictionloop as fl
 from frictionloop.control.laws import law_of
-from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image import build
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities import trees
+from frictionloop.quantities import flat_tuples
 
 TICKS, ROUNDS = 200_000, 7
 ASKED_PER_S = 500_000
@@ -51,7 +51,7 @@ def speed(controller: fl.PiController) -> float:
     words = firmware_words(fl.bench().evolve({"controller": controller}))
     rows, setpoints = rng.uniform(0.0, 1.0, (TICKS, 5)), rng.uniform(0.0, 1.0, TICKS)
     rows[:, 4] = 1.0
-    states, out = np.empty((TICKS, trees.size(law.state))), np.empty((TICKS, 3))
+    states, out = np.empty((TICKS, flat_tuples.size(law.state))), np.empty((TICKS, 3))
     table, *given = (ffi.from_buffer("double[]", each) for each in (words, rows, setpoints, states, out))
     return TICKS / shortest(lambda: library.fl_host_run(table, TICKS, 0, *given))
 

@@ -41,7 +41,7 @@ MUTATIONS = [
     ),
     Mutation(
         "half of the delay's rest",
-        SRC + "loop/kernel/structure.py",
+        SRC + "loop/kernel/tile_compatibility.py",
         "return whole, rest if",
         "return whole, 0.5 * rest if",
         "unit/test_switch.py reference/test_linear_against_simulator.py reference/test_independent_solver.py",
@@ -76,21 +76,21 @@ MUTATIONS = [
     ),
     Mutation(
         "Stribeck's speed 20 % off",
-        SRC + "physics/friction_limit.py",
+        SRC + "physics/limit_scaling.py",
         "(1e-3 * friction.slow_mm_s) ** 2",
         "(1.2e-3 * friction.slow_mm_s) ** 2",
         "unit/test_friction_limit.py unit/test_stick_slip.py",
     ),
     Mutation(
         "occlusion 5 % slower",
-        SRC + "physics/friction_limit.py",
+        SRC + "physics/limit_scaling.py",
         "math.exp(-dt / friction.occlusion_s)",
         "math.exp(-dt / (1.05 * friction.occlusion_s))",
         "unit/test_friction_limit.py unit/test_bench_closed_form.py unit/test_bench_properties.py",
     ),
     Mutation(
         "load exponent 1",
-        SRC + "physics/friction_limit.py",
+        SRC + "physics/limit_scaling.py",
         "load_exponent=friction.load_exponent,",
         "load_exponent=1.0,",
         "unit/test_friction_limit.py unit/test_bench_closed_form.py",
@@ -133,7 +133,7 @@ MUTATIONS = [
     ),
     Mutation(
         "half the jitter",
-        SRC + "loop/kernel/clock_tile.py",
+        SRC + "loop/kernel/irregular_ticks.py",
         "jitter * abs(normal)",
         "0.5 * jitter * abs(normal)",
         "unit/test_switch.py unit/test_switch.py",
@@ -143,18 +143,18 @@ MUTATIONS = [
         SRC + "control/notch.py",
         "t = math.tan(",
         "depth = 1.1 * depth\n    t = math.tan(",
-        "unit/test_filtered_parameters.py unit/test_retune_notch.py unit/test_filtered_pi.py",
+        "unit/test_filtered_pi.py unit/test_retune_notch.py unit/test_filtered_pi.py",
     ),
     Mutation(
         "overdrive beyond the drive",
         SRC + "control/lookup.py",
         "inverse, 0.0), largest)",
         "inverse, 0.0), 2.0 * largest)",
-        "unit/test_overdrive.py firmware/test_board_law.py",
+        "unit/test_lookup.py firmware/test_board_law.py",
     ),
     Mutation(
         "converter's rms over sqrt 6",
-        SRC + "analysis/disturbance.py",
+        SRC + "analysis/disturbance_spectrum.py",
         "/ math.sqrt(12.0)",
         "/ math.sqrt(6.0)",
         "reference/test_linear_noise.py reference/test_linear_bench.py",
@@ -175,17 +175,17 @@ MUTATIONS = [
     ),
     Mutation(
         "Q from a tap 10 % low",
-        SRC + "identification/poles.py",
+        SRC + "identification/matrix_pencil.py",
         "np.exp(-0.5 * angle / q)",
         "np.exp(-0.45 * angle / q)",
         "unit/test_modes.py",
     ),
     Mutation(
         "threshold at 150 Hz",
-        SRC + "perception/thresholds.py",
+        SRC + "perception/detection_thresholds.py",
         "150.0: 0.18",
         "150.0: 0.25",
-        "unit/test_perception_thresholds.py unit/test_perception_weighting.py reference/test_perception_examples.py",
+        "unit/test_perception_weighting.py unit/test_perception_weighting.py reference/test_perception_examples.py",
     ),
     Mutation(
         "leaves 4 % too stiff",
@@ -196,7 +196,7 @@ MUTATIONS = [
     ),
     Mutation(
         "envelope of 2Q, not Q",
-        SRC + "hardware/plate/envelope.py",
+        SRC + "hardware/plate/drive_requirements.py",
         "return quality_factor / (math.pi",
         "return 2 * quality_factor / (math.pi",
         "unit/test_plate_envelope.py",
@@ -230,7 +230,11 @@ MUTATIONS = [
         "experiments/test_report.py",
     ),
     Mutation(
-        "a fifth before a hit", SRC + "identification/onsets.py", "BEFORE = 0.1", "BEFORE = 0.2", "unit/test_hits.py"
+        "a fifth before a hit",
+        SRC + "identification/hit_onsets.py",
+        "BEFORE = 0.1",
+        "BEFORE = 0.2",
+        "unit/test_hits.py",
     ),
     Mutation(
         "bounces above 12 %", SRC + "identification/hits.py", "BOUNCE = 0.1", "BOUNCE = 0.12", "unit/test_hits.py"

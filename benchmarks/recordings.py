@@ -108,7 +108,7 @@ def child(work: str, path: Path, column: str | int) -> None:
     began = time.perf_counter()
     if work == "first picture":
         import frictionloop as fl
-        from frictionloop.identification.file_channels import first_look
+        from frictionloop.identification.file_overview import first_look
 
         fl.plot(first_look(path), path.with_suffix(".png"))
     elif work == "channels":
@@ -116,8 +116,8 @@ def child(work: str, path: Path, column: str | int) -> None:
 
         channels(path, RATE, progress=False)
     else:
-        from frictionloop.identification.entry_result import Sensor
         from frictionloop.identification.project_analysis import analyse
+        from frictionloop.identification.project_entry_result import Sensor
         from frictionloop.identification.project_file import Take
 
         take = Take(kind=work, files=(path.name,), rate_hz=RATE, channels={"f_m": {"column": column, "unit": "N"}})

@@ -1,6 +1,6 @@
 /* The grid once more, doing the work of frictionloop's kernel: every lane has a System of its own (friction law, the
  * controller's model and clamp, plate, sensor, noise, gains), so that any parameter can be swept, and logarithm and
- * powers are those of quantities/arithmetic.py. Set-point and disturbance are shared, as in frictionloop's grid.
+ * powers are those of quantities/scalar_math.py. Set-point and disturbance are shared, as in frictionloop's grid.
  *
  * A tile has two halves. While the command of one half waits for its division and root, the plant of the other half
  * keeps the multipliers busy: one loop over lanes does both, and the compiler mixes them (build.py asks it to). */

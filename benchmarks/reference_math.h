@@ -54,7 +54,7 @@ static inline double log2_atanh(double x) {
     return fma(s, fma(p, z, 2.885390081777851), (double)e);
 }
 
-/* The polynomials of quantities/arithmetic.py, for reference_lanes.c: 2^(-y*y), below 4 ulp. */
+/* The polynomials of quantities/scalar_math.py, for reference_lanes.c: 2^(-y*y), below 4 ulp. */
 static inline double exp2_minus_square_exact(double y) {
     double t = fma(-y, y, ROUND), r = fma(-y, y, ROUND - t), r2 = r * r, r4 = r2 * r2;
     double p0 = fma(fma(0.05550410866444772, r, 0.24022650695910097), r2, fma(0.69314718055995, r, 1.0));

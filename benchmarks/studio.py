@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.studio_pages import cpu_s, opened, others_s, resident_mb, served, stroke, watched
 
 import frictionloop as fl
-from frictionloop.live.engines import TwinEngine
+from frictionloop.live.live_engines import TwinEngine
 
 GOALS = {
     "frames a second, median": (">=", 55.0, ""),

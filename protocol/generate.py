@@ -6,7 +6,14 @@ import math
 from collections.abc import Iterator
 from itertools import groupby
 
-from frictionloop.quantities.schema import Word, firmware_folder, parameter_words, schema, table_hash, word_count
+from frictionloop.quantities.protocol_schema import (
+    Word,
+    firmware_folder,
+    parameter_words,
+    schema,
+    table_hash,
+    word_count,
+)
 
 NUMBERED = ("boards", "sources", "states", "faults", "resets", "refusals", "steps", "conditions")
 

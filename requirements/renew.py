@@ -14,6 +14,7 @@ SETS = {
     "report": ("", ["report"]),
     "design": ("report", ["report", "design"]),
     "dev": ("design", ["dev"]),
+    "release": ("dev", ["dev", "release"]),
     "bench": ("design", ["bench"]),
     "zig": ("bench", ["bench-zig"]),
 }

@@ -17,7 +17,7 @@ import frictionloop
 from frictionloop.design.comparison import EVALUATION_SEED
 from frictionloop.design.comparison.effect_comparison import Cell, Key, compare_effects
 from frictionloop.parameters import bench
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.code_version import package_version
 from frictionloop.report import effect_arrivals as shown
 
 RUNS = Path(__file__).parent / "runs" / "arrivals.json"

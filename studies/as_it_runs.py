@@ -18,9 +18,9 @@ import numpy as np
 
 from frictionloop.analysis.linear import linearise
 from frictionloop.design.comparison import trial_protocol
-from frictionloop.design.comparison.entrants import designed
-from frictionloop.design.loop_gains import loop_gain
-from frictionloop.design.plants import detuned
+from frictionloop.design.comparison.trial_protocol import designed
+from frictionloop.design.plant_set import detuned
+from frictionloop.design.population_margins import loop_gain
 from frictionloop.design.requirements import Requirements
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System, bench

@@ -16,15 +16,15 @@ from typing import Any
 
 import xarray as xr
 
-from frictionloop.control.cost import worst_tick
+from frictionloop.control.instruction_cost import worst_tick
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import law_margins, trial_protocol
-from frictionloop.design.comparison.entrants import ENTRANTS, designed, on_device
 from frictionloop.design.comparison.law_margins import LEVEL_N, step_traces
+from frictionloop.design.comparison.trial_protocol import ENTRANTS, designed, on_device
 from frictionloop.design.requirements import Requirements
-from frictionloop.quantities.version import package_version
-from frictionloop.report import beyond
-from frictionloop.report.beyond import SPEED_MM_S
+from frictionloop.quantities.code_version import package_version
+from frictionloop.report import control_law_study
+from frictionloop.report.control_law_study import SPEED_MM_S
 from frictionloop.report.paper_protocol import the_bench
 from studies.laws import over_oracle
 from studies.linear_reach import linear_reach_table
@@ -35,11 +35,11 @@ WINDOWS_S = ((0.99, 1.06), (1.49, 1.60))
 PEAK = 2.0
 """Largest |S| that the computed limit allows."""
 OF = ("lookup", "printed_pi", "retuned_pi")
-LAWS = {name: ENTRANTS[entrant] for name, entrant in zip(beyond.LAWS, OF, strict=False)}
-LAWS[beyond.NOTCH] = designed("notch_pi", Requirements(slip_lengths_um=()))
-LAWS[beyond.ORACLE] = lambda _: STAND_IN
+LAWS = {name: ENTRANTS[entrant] for name, entrant in zip(control_law_study.LAWS, OF, strict=False)}
+LAWS[control_law_study.NOTCH] = designed("notch_pi", Requirements(slip_lengths_um=()))
+LAWS[control_law_study.ORACLE] = lambda _: STAND_IN
 """Who competes, by the names that the report gives them."""
-CLOSE = beyond.LAWS[2:]
+CLOSE = control_law_study.LAWS[2:]
 """Laws whose steps are kept: open loop and printed gains do not come to the set-point."""
 SHOWN = (
     *(
@@ -51,7 +51,7 @@ SHOWN = (
     *("fall_10_90_s", "rise_10_90_s", "relative_index", "over_oracle"),
 )
 LENGTHS_UM = trial_protocol.lengths_of(the_bench())
-FOLDER = Path(beyond.__file__).parent / "stored"
+FOLDER = Path(control_law_study.__file__).parent / "stored"
 
 
 def race(duration_s: float = trial_protocol.DURATION_S) -> tuple[dict[str, Any], xr.Dataset]:
@@ -60,12 +60,15 @@ def race(duration_s: float = trial_protocol.DURATION_S) -> tuple[dict[str, Any],
         whole = rooms.run_laws(the_bench(), LAWS, rooms.SMALL, speeds_mm_s=[SPEED_MM_S], duration_s=duration_s)
         traces = step_traces(whole, SPEED_MM_S)
     every = rooms.scores(whole)
-    scored, rows = every.sel(speed_mm_s=SPEED_MM_S), rooms.score_rows(every) + over_oracle(every, beyond.ORACLE)
+    scored, rows = (
+        every.sel(speed_mm_s=SPEED_MM_S),
+        rooms.score_rows(every) + over_oracle(every, control_law_study.ORACLE),
+    )
     some = scored["capable"].values
     finger = trial_protocol.median_finger(whole.people, some) or {}
     number = next(i for i, each in enumerate(whole.people) if each is finger)
     found: dict[str, Any] = {
-        "command": beyond.COMMAND,
+        "command": control_law_study.COMMAND,
         "version": package_version(),
         "seed": whole.seed,
         "speed_mm_s": SPEED_MM_S,
@@ -75,7 +78,7 @@ def race(duration_s: float = trial_protocol.DURATION_S) -> tuple[dict[str, Any],
     }
     for law in whole.laws:
         worst = worst_tick(whole.system.evolve(whole.laws[law]).controller.kind)
-        knows = law == beyond.ORACLE  # which is no loop, and has no image
+        knows = law == control_law_study.ORACLE  # which is no loop, and has no image
         own: dict[str, Any] = {"tick_instructions": None if knows else worst}
         for z in LENGTHS_UM:
             residual = scored["residual_rms_n"].sel(law=law, slip_length_um=z).values
@@ -94,9 +97,9 @@ def race(duration_s: float = trial_protocol.DURATION_S) -> tuple[dict[str, Any],
 def write(found: Mapping[str, Any], traces: xr.Dataset, folder: Path = FOLDER) -> None:
     """Write both files: numbers as JSON, forces around two steps as CSV."""
     told = re.sub(r"\[[^][]*\]", lambda row: " ".join(row[0].split()), json.dumps(found, indent=1))
-    (folder / beyond.SUMMARY).write_text(told + "\n", encoding="utf-8")
+    (folder / control_law_study.SUMMARY).write_text(told + "\n", encoding="utf-8")
     columns = [(law, z) for law in CLOSE for z in LENGTHS_UM]
-    with (folder / beyond.STEPS).open("w", newline="", encoding="utf-8") as stream:
+    with (folder / control_law_study.STEPS).open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["time_s", "f_r", *(f"{law}, {z:g}" for law, z in columns)])
         for window in WINDOWS_S:
@@ -114,7 +117,7 @@ def _kept(value: float) -> float | str:
 
 def _both(rows: list[dict[str, Any]], law: str, length_um: float, score: str) -> list[float | str]:
     where = {"law": law, "slip_length_um": length_um, "population": "capable", "score": score}
-    return [_kept(rooms.value_of(rows, key, **where)) for key in (beyond.MEDIAN, beyond.WORST)]
+    return [_kept(rooms.value_of(rows, key, **where)) for key in (control_law_study.MEDIAN, control_law_study.WORST)]
 
 
 def _limits_n(finger: Mapping[str, Any]) -> dict[str, float | str]:

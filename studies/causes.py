@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.analysis.operating import law_at
+from frictionloop.analysis.operating_point import law_at
 from frictionloop.parameters import Constant, FingerFriction, Source, Strokes, SuspendedSensor, System
 from frictionloop.physics.friction import is_gaussian
-from frictionloop.physics.sources import sampler
+from frictionloop.physics.signal_values import sampler
 
 Overrides = Mapping[str, Any]
 AT_ONCE_HZ, AT_ONCE_Q = 1e6, 0.5

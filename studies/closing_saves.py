@@ -16,7 +16,7 @@ import pandas  # type: ignore[import-untyped]
 
 from frictionloop.experiments import fits, read_protocol
 from frictionloop.experiments.planning import another_day, first_trials, shares
-from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.study_run import simulate_trials
 from studies.kept import RESULTS, keep
 
 PEOPLE, AGAIN, EFFECT, TRIALS, STUDIES = 96, 48, 0.2, (20, 40, 60), 400

@@ -15,10 +15,10 @@ import xarray as xr
 from joblib import Parallel, delayed
 from scipy.signal import sosfreqz
 
-from frictionloop.analysis.state_space import Array
 from frictionloop.design.comparison import trial_protocol
 from frictionloop.parameters import System
 from frictionloop.perception.weighting import weighting_sos
+from frictionloop.quantities import Array
 from studies.conditions import conditions
 from studies.friction_spectrum import disturbed_levels, own_systems
 from studies.kept import both, keep

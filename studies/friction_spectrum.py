@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.linear import LinearLoop, linearise
-from frictionloop.analysis.state_space import Array
-from frictionloop.loop.reference_runs import plain_stroke
+from frictionloop.analysis.loop_elements import linearise_contact
+from frictionloop.loop.companion_runs import plain_stroke
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import Array, FrictionloopError
 from studies.causes import mean_occlusion
 from studies.residual_bands import stretches
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.comparison import trial_protocol
+from frictionloop.design.controller_synthesis import synthesised
 from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import synthesised
 from frictionloop.experiments.measured_finger import simulated_finger
 from frictionloop.parameters import System, bench
 from studies.as_it_runs import residual_n

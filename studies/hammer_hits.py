@@ -38,7 +38,7 @@ def judged(seed: int) -> tuple[list[bool], list[Any]]:
         return [count == file.hits] + 4 * [False], [seed, file.hits, count, f"{file.hertz:.2f}", "refused"]
     k = found.chosen[0]
     values = [
-        measured("", [each], [method], "", (), "")
+        measured("", [each], [method], "")
         for each, method in (
             (found.modes[k].frequency, found.method_hz[k]),
             (found.modes[k].q, found.method_q[k]),

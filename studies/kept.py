@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.design.comparison.scores import spread
-from frictionloop.quantities.version import package_version
+from frictionloop.design.comparison.comparison_scores import spread
+from frictionloop.quantities.code_version import package_version
 
 HERE = Path(__file__).parent
 SHOWN_IN = [

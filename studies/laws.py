@@ -18,7 +18,7 @@ import xarray as xr
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison.law_margins import Row
 from frictionloop.parameters import bench
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.code_version import package_version
 from studies.oracle import deciding
 
 RUNS = Path(__file__).parent / "runs" / "laws.h5"

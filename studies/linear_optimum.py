@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.quantities import Array, Complex
 from studies.wiener_hopf import Spectra, bins, least_power, squared
 
 BINS = 2**14

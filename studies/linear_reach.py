@@ -17,12 +17,12 @@ import xarray as xr
 from joblib import Parallel, delayed
 
 from frictionloop.analysis.limits import stubborn
-from frictionloop.analysis.operating import law_at
-from frictionloop.analysis.state_space import Array
+from frictionloop.analysis.operating_point import law_at
 from frictionloop.analysis.waterbed import waterbed_bound
 from frictionloop.design.comparison import trial_protocol
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.physics.friction import friction_force
+from frictionloop.quantities import Array
 from frictionloop.sensing.force_sensor import noise_coefficients
 from studies.causes import mean_occlusion
 from studies.conditions import conditions

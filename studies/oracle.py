@@ -16,24 +16,24 @@ from unittest.mock import patch
 
 from frictionloop.control.laws import law_of
 from frictionloop.loop import simulate, sweep
-from frictionloop.loop.kernel.access import doubles, load
 from frictionloop.loop.kernel.law_tile import build_law
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lower_blocks import contact_of_step
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.signals import lift_spread
+from frictionloop.loop.kernel.signal_generation import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
-from frictionloop.loop.kernel.structure import contact_of
-from frictionloop.loop.kernel.tiles import Lifting, compiled_tile, lift, same_step
+from frictionloop.loop.kernel.slab_access import doubles, load
+from frictionloop.loop.kernel.step_lifting import Lifting, compiled_tile, lift, same_step
+from frictionloop.loop.kernel.tile_compatibility import contact_of
 from frictionloop.parameters import LookupController, System
-from frictionloop.physics.contact import ContactCoefficients, ContactState
+from frictionloop.physics.bristle_contact import ContactCoefficients, ContactState
 from frictionloop.physics.finger_step import FORCES, Motion, limits_of, substep_of
-from frictionloop.physics.friction_limit import AgeingCoefficients, aged_step
+from frictionloop.physics.limit_scaling import AgeingCoefficients, aged_step
 from frictionloop.physics.plate import PlateCoefficients, plate_coefficients
 from frictionloop.physics.vibration import Vibration, inverse_of, vibration_of
-from frictionloop.quantities import trees
-from frictionloop.quantities.arithmetic import exp2, fma, step
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities import flat_tuples
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.quantities.scalar_math import exp2, fma, step
 
 STEPS, LANDING, TRIALS = 4, 8, 3
 """Of a trial; more of any changes the residual on fingers(100, 3) by less than 0.1 mN."""
@@ -91,7 +91,7 @@ class Own(NamedTuple):
     decay: float
 
 
-OWN: Any = trees.shaped(Own, ROW["law"])
+OWN: Any = flat_tuples.shaped(Own, ROW["law"])
 OLD, NEW = ROW["applied"]
 
 

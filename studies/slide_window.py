@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from frictionloop.identification.recording_columns import Array, channel, rate_of
+from frictionloop.identification.recording_columns import channel, rate_of
+from frictionloop.quantities import Array
 
 _EARLY = 1e-6  # of a sampling interval: times are rounded
 

@@ -19,16 +19,16 @@ from scipy.special import ndtr
 from frictionloop.experiments import fit, read_protocol
 from frictionloop.experiments.method_kinds import ConstantMethod, MethodModel
 from frictionloop.experiments.psychometric import JND_Z, probability
-from frictionloop.experiments.timeline import Stop
+from frictionloop.experiments.trial_structure import Stop
 from frictionloop.quantities import FrictionloopError
 from studies.kept import keep
 
-TRIALS, RANGE = 60, (0.005, 0.2)
-"""Trials of a session, and ends of its levels, N: those of jnd-friction-staircase and study-friction."""
+TRIALS, MOST = 60, 0.2
+"""Trials of a session, and largest level, N: that of jnd-friction-staircase and study-friction."""
 METHODS: dict[str, MethodModel] = {
     "staircase": read_protocol("jnd-friction-staircase").method,
     "psi": read_protocol("study-friction").method,
-    "constant": ConstantMethod(levels=tuple(np.linspace(RANGE[1] / 6, RANGE[1], 6).tolist()), repeats=TRIALS // 6),
+    "constant": ConstantMethod(levels=tuple(np.linspace(MOST / 6, MOST, 6).tolist()), repeats=TRIALS // 6),
 }
 INNER = (0.2, 0.8)
 """Part of the range from which most observers are drawn: the outer fifths leave levels on one side alone."""
@@ -36,6 +36,7 @@ COMPARED = f"{INNER[0]:g} to {INNER[1]:g} of the range"
 HEADS = (
     "thresholds", "method", "sessions", "without", "bias, %", "holds, %",
     "of psignifit: sessions", "bias of psignifit, %", "psignifit holds, %", "width over psignifit's",
+    "without level 0",
 )  # fmt: skip
 
 
@@ -53,21 +54,21 @@ class Observer(NamedTuple):
         return 0.5 * self.lapse + (1.0 - self.lapse) * float(ndtr(JND_Z * level / self.threshold))
 
 
-def observers(part: tuple[float, float], seed: int) -> Observer:
+def observers(part: tuple[float, float], ends: tuple[float, float], seed: int) -> Observer:
     """Return one with a threshold in a part of the range, a spread of 0.2 to 1 of it, lapses up to 6 % (assumed)."""
-    rng, span = np.random.default_rng([seed, 7]), RANGE[1] - RANGE[0]
-    threshold = RANGE[0] + span * rng.uniform(*part)
+    rng = np.random.default_rng([seed, 7])
+    threshold = ends[0] + (ends[1] - ends[0]) * rng.uniform(*part)
     return Observer(threshold, threshold * math.exp(rng.uniform(math.log(0.2), 0.0)), rng.uniform(0.0, 0.06))
 
 
-DRAWN: dict[str, Callable[[int], Observer]] = {
-    COMPARED: lambda seed: observers(INNER, seed),
-    f"{COMPARED}, signal detection": lambda seed: observers(INNER, seed)._replace(spread=0.0),
-    "the whole range": lambda seed: observers((0.0, 1.0), seed),
+DRAWN: dict[str, Callable[[tuple[float, float], int], Observer]] = {
+    COMPARED: lambda ends, seed: observers(INNER, ends, seed),
+    f"{COMPARED}, signal detection": lambda ends, seed: observers(INNER, ends, seed)._replace(spread=0.0),
+    "the whole range": lambda ends, seed: observers((0.0, 1.0), ends, seed),
 }
 
 
-def session(method: MethodModel, who: Observer, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def session(method: MethodModel, who: Observer, seed: int) -> Trials:
     """Return levels and results of a session of 60 trials."""
     handler, rng = method.handler(seed, Stop(trials=TRIALS), 0.5), np.random.default_rng([seed, 8])
     while len(handler.told) < TRIALS:
@@ -75,23 +76,27 @@ def session(method: MethodModel, who: Observer, seed: int) -> tuple[np.ndarray, 
     return np.array([each.asked for each in handler.told]), np.array([each.result for each in handler.told])
 
 
-def ours(level: np.ndarray, result: np.ndarray) -> tuple[float, float, float]:
+Trials = tuple[np.ndarray, np.ndarray]
+
+
+def ours(trials: Trials, ends: tuple[float, float], low: float | None = 0.0) -> tuple[float, float, float]:
     """Return threshold and interval of `fit`, as a report has them; NaN where it finds none."""
     try:
-        return fit(level, result, 0.5, low=0.0, ends=RANGE)[:3]
+        return fit(*trials, 0.5, low=low, ends=ends)[:3]
     except FrictionloopError:
         return math.nan, math.nan, math.nan
 
 
-def theirs(level: np.ndarray, result: np.ndarray) -> tuple[float, float, float]:
+def theirs(trials: Trials, ends: tuple[float, float]) -> tuple[float, float, float]:
     """Return those of psignifit, told the same stimulus range: its estimate is the mode."""
     import psignifit  # type: ignore[import-untyped]
 
+    level, result = trials
     values, where = np.unique(level, return_inverse=True)
     data = np.column_stack([values, np.bincount(where, result), np.bincount(where)])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = psignifit.psignifit(data, experiment_type="2AFC", stimulus_range=RANGE)
+        found = psignifit.psignifit(data, experiment_type="2AFC", stimulus_range=ends)
     return found.parameter_estimate["threshold"], *found.confidence_intervals["threshold"]["0.95"]
 
 
@@ -106,9 +111,10 @@ def rows(sessions: int, compared: int) -> Iterator[list[Any]]:
     """Yield a row of each kind of observers and each method."""
     for drawn, who in DRAWN.items():
         for name, method in METHODS.items():
-            people = [who(seed) for seed in range(sessions)]
+            ends = method.extremes()
+            people = [who(ends, seed) for seed in range(sessions)]
             trials = [session(method, each, seed) for seed, each in enumerate(people)]
-            true, found = np.array([each.threshold for each in people]), np.array([ours(*each) for each in trials])
+            true, found = np.array([each.threshold for each in people]), np.array([ours(each, ends) for each in trials])
             row = [
                 drawn,
                 name,
@@ -117,12 +123,13 @@ def rows(sessions: int, compared: int) -> Iterator[list[Any]]:
                 *(f"{each:.1f}" for each in told(found, true)),
             ]
             if drawn != COMPARED or not compared:
-                yield [*row, "", "", "", ""]
+                yield [*row, "", "", "", "", ""]
                 continue
-            other = np.array([theirs(*each) for each in trials[:compared]])
-            ratio = (found[:compared, 2] - found[:compared, 1]) / (other[:, 2] - other[:, 1])
+            other = np.array([theirs(each, ends) for each in trials[:compared]])
+            alike = np.array([ours(each, ends, None) for each in trials[:compared]])
+            wider = [np.diff(each[:compared, 1:]) / np.diff(other[:, 1:]) for each in (found, alike)]
             beside = (f"{each:.1f}" for each in told(other, true[:compared]))
-            yield [*row, compared, *beside, f"{np.nanmedian(ratio):.2f}"]
+            yield [*row, compared, *beside, *(f"{np.nanmedian(each):.2f}" for each in wider)]
 
 
 def main(sessions: str = "1000", compared: str = "100") -> None:

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.comparison import trial_protocol
+from frictionloop.design.controller_synthesis import synthesised
 from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import synthesised
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import RETUNED, Constant, bench
 from frictionloop.physics.fingers import Fingers, fingers

@@ -17,8 +17,8 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.experiments import Observer
-from frictionloop.hardware.plate.envelope import time_constant_s
-from frictionloop.loop.reference_runs import weighted
+from frictionloop.hardware.plate.drive_requirements import time_constant_s
+from frictionloop.loop.companion_runs import weighted
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.presets import STILL
 from studies.kept import keep

@@ -16,7 +16,7 @@ import xarray as xr
 
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import trial_protocol
-from frictionloop.design.comparison.scores import spread
+from frictionloop.design.comparison.comparison_scores import spread
 from frictionloop.design.comparison.trial_protocol import Condition
 from frictionloop.parameters import bench
 from studies.causes import CAUSES

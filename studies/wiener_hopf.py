@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.quantities import Array, Complex
 
 FLOOR = 1e-14
 """Least of the spectrum that is factored, over its largest: its logarithm has to be finite."""

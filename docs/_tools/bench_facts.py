@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import frictionloop as fl
 from frictionloop.analysis.limits import headroom
-from frictionloop.report.beyond import NOTCH, RETUNED_GAINS, stored
-from frictionloop.report.claims.device import capable_share
+from frictionloop.report.claims.device_claims import capable_share
+from frictionloop.report.control_law_study import NOTCH, RETUNED_GAINS, stored
 from frictionloop.report.paper_protocol import SCORED_S
 
 

@@ -29,13 +29,12 @@ VERBS = (
     *("device", "device list", "device info", "device set", "device run", "device play", "device recover"),
     *("device clear", "device monitor", "device flash"),
     *("experiment", "experiment new", "experiment check", "experiment run", "experiment resume"),
-    *("experiment simulate", "experiment report", "experiment export", "experiment power"),
+    *("experiment amend", "experiment simulate", "experiment report", "experiment export", "experiment power"),
 )
 
 
 def substitutions(source: Path) -> dict[str, Any]:
     """Return every name that a page may insert."""
-    front = "![The idea, and the force on a finger in open and in closed loop](_static/frontpage.svg)"
     found: dict[str, Any] = {
         "presets": tables.presets(),
         "metrics": tables.metrics(),
@@ -45,7 +44,6 @@ def substitutions(source: Path) -> dict[str, Any]:
         "design_plate": tables.design(PlateDesign),
         "design_sensor": tables.design(SensorDesign),
         "bench_diagram": bench_diagram.image(source),
-        "front_page": front if (source / "_static" / "frontpage.svg").exists() else "",
     }
     found |= {f"parameters_{name}": tables.parameters(block) for name, block in tables.BLOCKS.items()}
     found |= {f"sensor_{name}": text for name, text in sensor_tables.texts().items()}

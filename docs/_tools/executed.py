@@ -17,7 +17,7 @@ from sphinx.errors import ExtensionError
 from sphinx.transforms import SphinxTransform
 
 from frictionloop.figures.style import svg
-from frictionloop.loop.blocks import forget
+from frictionloop.loop.registered_blocks import forget
 
 FIGURES = "_build/figures"
 """Folder of the drawn figures, below the documentation's sources."""

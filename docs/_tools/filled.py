@@ -22,7 +22,7 @@ PAGES = (
     "how-to/reproduce-the-paper.md",
     "../README.md",
 )
-TABLES = facts.readings, facts.delays, facts.noise_gains, facts.sensor_faults
+TABLES = facts.readings, facts.delays, facts.noise_gains, facts.sensor_faults, facts.sensor_faults_untold
 NUMBER = re.compile(r"[\w.,+−%-]+<!-- n\.(\w+) -->")
 TABLE = re.compile(r"<!-- table_(\w+) -->\n.*?<!-- end -->", re.DOTALL)
 

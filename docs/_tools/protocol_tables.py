@@ -10,8 +10,8 @@ from tables import UNITS, table
 
 from frictionloop.control.laws import BUILT_IN
 from frictionloop.device.codec import encode, uncoded
-from frictionloop.quantities import trees
-from frictionloop.quantities.schema import parameter_words, schema, schema_path, table_hash
+from frictionloop.quantities import flat_tuples
+from frictionloop.quantities.protocol_schema import parameter_words, schema, schema_path, table_hash
 
 GROUPS = "boards", "sources", "states", "faults", "resets", "refusals", "steps", "conditions"
 FIELDS = "Field", "Format", "Meaning"
@@ -117,13 +117,13 @@ def values() -> str:
 
 def gains() -> str:
     """Return the gains of each built-in law in their order, without the clamp."""
-    rows = ((law.kind, _listed(trees.names(law.gains)[:-2])) for law in BUILT_IN)
+    rows = ((law.kind, _listed(flat_tuples.names(law.gains)[:-2])) for law in BUILT_IN)
     return table(("Law", "`law.gains`"), rows)
 
 
 def start() -> str:
     """Return the states of each built-in law in their order."""
-    return table(("Law", "`law.start`"), ((law.kind, _listed(trees.names(law.state))) for law in BUILT_IN))
+    return table(("Law", "`law.start`"), ((law.kind, _listed(flat_tuples.names(law.state))) for law in BUILT_IN))
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -6,7 +6,7 @@ import math
 
 from tables import table
 
-from frictionloop.hardware.sensor.electrodes import electrostatic_n_per_m
+from frictionloop.hardware.sensor.front_end import electrostatic_n_per_m
 from frictionloop.hardware.sensor.noise_budget import noise_budget
 from frictionloop.hardware.sensor.sensor_answers import SensorAnswers, sensor
 from frictionloop.hardware.sensor.sensor_search import SensorRequirement, propose_sensor

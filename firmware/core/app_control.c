@@ -64,7 +64,7 @@ fl_drive fl_app_tick(fl_app *app, const fl_sample *sample, uint32_t now_us, int3
     fl_watch_step(app, sample, &m, late);
     fl_state_step(app, sample, &m, now_us);
     double setpoint = fl_setpoint(app, &m);
-    fl_sensors_step(app, &m, setpoint);
+    fl_sensors_step(app, sample, &m, setpoint);
     app->measured = m;
     app->command = decide(app, p, &m, setpoint);
     app->amplitude = amplitude(app, p, app->command.force);

@@ -11,9 +11,19 @@ static double easing(const fl_parameters *p) {
     return (p->law_high_n - p->law_low_n) * p->drive_ramp_um / p->drive_largest_um;
 }
 
+/* What a force can bend a reading by in a tick, in counts: springs swing with |x''| <= w^2 (|f| + |x|) (1 + 1/(2 Q)),
+ * both within the range, Q above 10 (assumed); they jump by w T of the range. No less than a sixteenth: noise (assumed). */
+static int32_t bend(const fl_parameters *p) {
+    double range = 32768 * fl_size(p->force_n_per_count[0]), jump = p->safety_force_jump_n;
+    if (jump >= 2 * range) return INT32_MAX / 4;
+    double share = 2.1 * (jump / range) * (jump / range);
+    return (int32_t)(32768 * (share > 1.0 / 16 ? share : 1.0 / 16));
+}
+
 fl_derived fl_derive(const fl_parameters *p) {
     fl_derived derived = {0};
     fl_derive_ends(derived.ends, p);
+    derived.bend_counts = bend(p);
     if (p->drive_largest_um <= 0) return derived;
     derived.easing = easing(p);
     derived.cells_per_um = CELLS / p->drive_largest_um;

@@ -1,7 +1,8 @@
 /* What readings cannot be while the sensors are whole; docs/firmware-states.md has where the limits come from.
  *
- * Jump: a channel moves further in a tick than finger, plate and springs can. Contradiction: a force without
- * load, or along the motion. Hum: the force swings at the beat of the mains while the set-point is calm. */
+ * Jump: a channel moves further in a tick than finger, plate and springs can, or turns faster and stays. Contradiction:
+ * a force without load, none under load, or along the motion. Hum: the force swings at the beat of the mains while the
+ * set-point is calm. */
 #include "fl_app_parts.h"
 
 enum {
@@ -14,15 +15,42 @@ enum {
     SHORTEST = FL_TICK_HZ * 11 / (12 * 60),
     LONGEST = FL_TICK_HZ * 13 / (12 * 50),
     HALF = FL_TICK_HZ * 6 / 1000,          /* the shorter half of one that a drift bends (assumed) */
-    BEATS = 2                              /* such periods, each half a period after the one before */
+    BEATS = 12                             /* such periods, each half a period after the one before */
 };
 static const double FORGOTTEN = 1 / (0.0256 * FL_TICK_HZ); /* of force and set-point in a tick */
+/* Of any finger: half of the least published coefficient of friction, and tau in 1/um^2 four standard deviations up. */
+static const double LEAST = 0.2, STEEPEST = 1.5;
 
 /* Whether a reading has moved by more than `most` since the tick before. */
 static int jumps(double *last, double now, double most) {
     double moved = fl_size(now - *last);
     *last = now;
     return moved > most;
+}
+
+static int is_within(int32_t x, int32_t most) { return x <= most && x >= -most; }
+
+/* Whether a reading has stepped between the ticks before: bent one way by more than `most`, and back as much in the next
+ * tick, after which it stays. A spark comes back. */
+static int steps(fl_sensors *sensors, int k, int32_t now, int32_t most) {
+    int32_t moved = now - sensors->counts[k], bent = moved - sensors->moved[k], *before = sensors->bent[k];
+    int32_t bent_twice = before[0] + before[1];
+    int up = before[0] > most && before[1] < -most, down = before[0] < -most && before[1] > most;
+    sensors->counts[k] = now;
+    sensors->moved[k] = moved;
+    before[0] = before[1];
+    before[1] = bent;
+    return (up || down) && is_within(bent, most) && is_within(bent_twice, most);
+}
+
+/* Of the magnitudes: the sign of the force turns with the motion, where the magnitude bends but once. */
+static void watch_steps(fl_sensors *sensors, const fl_parameters *p, const fl_sample *sample, int32_t most) {
+    for (int k = 0; k < 2; k++) {
+        int32_t now = fl_clip_whole(sample->force[k], INT16_MIN, INT16_MAX) - (int32_t)p->force_zero_counts[k];
+        if (now < 0) now = -now;
+        if (!sensors->heading) sensors->counts[k] = now;
+        if (steps(sensors, k, now, most)) sensors->jumped = JUMPS * JUMPS_TICKS, sensors->channel = 1;
+    }
 }
 
 static void watch_jumps(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m) {
@@ -42,15 +70,26 @@ static void watch_jumps(fl_sensors *sensors, const fl_parameters *p, const fl_me
 /* Whether the finger slides, and has slid for so far since it landed or turned that the softest skin pulls no more. */
 static int slides(fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m) {
     uint8_t heading = m->speed < 0 ? 2 : 1; /* 0 before the first reading */
-    if (m->load < p->touch_touch_n || heading != sensors->heading) sensors->turned = m->position;
+    if (m->load < p->touch_touch_n || heading != sensors->heading) sensors->turned = sensors->pulled = m->position;
+    if (fl_size(m->force) > p->safety_force_limit_n) sensors->pulled = m->position;
     sensors->heading = heading;
     return m->valid > 0.5 && fl_size(m->position - sensors->turned) > p->safety_turn_m;
 }
 
-static int is_contrary(const fl_parameters *p, const fl_measurement *m, int slid) {
+/* Least friction of any finger under a load: mu N exp(-tau a^2), whose exp(-x) is above (1 - x/8)^8. */
+static double least(const fl_sensors *sensors, double load) {
+    double left = fl_clip(1 - STEEPEST / 8 * sensors->driven * sensors->driven, 0, 1);
+    left *= left;
+    left *= left;
+    return LEAST * load * left * left;
+}
+
+static int is_contrary(const fl_sensors *sensors, const fl_parameters *p, const fl_measurement *m, int slid) {
     int tells_load = p->touch_touch_n > 0 && p->touch_n_per_count != 0;
     if (tells_load && m->load < p->touch_touch_n) return fl_size(m->force) > p->safety_contrary_n;
-    return slid && m->force < -p->safety_contrary_n;
+    int skin_pulls = fl_size(m->position - sensors->pulled) <= p->safety_turn_m; /* after a force too large to tell */
+    int along = m->force < -p->safety_contrary_n && !skin_pulls;
+    return slid && (along || sensors->level < least(sensors, m->load));
 }
 
 /* Hum is told from springs that ring: where they swing more than it in half of their period, the force is theirs.
@@ -94,12 +133,15 @@ static void watch_hum(fl_sensors *sensors, const fl_parameters *p, const fl_meas
     sensors->up ^= 1;
 }
 
-void fl_sensors_step(fl_app *app, const fl_measurement *m, double setpoint) {
+void fl_sensors_step(fl_app *app, const fl_sample *sample, const fl_measurement *m, double setpoint) {
     const fl_parameters *p = fl_in_force(app);
     fl_sensors *sensors = &app->sensors;
+    watch_steps(sensors, p, sample, app->derived[app->parameters.in_force].bend_counts);
     int slid = slides(sensors, p, m);
     watch_jumps(sensors, p, m);
-    if (!is_contrary(p, m, slid)) sensors->contrary = 0;
+    sensors->driven += FORGOTTEN * (app->amplitude - sensors->driven);
+    if (app->amplitude > sensors->driven) sensors->driven = app->amplitude;
+    if (!is_contrary(sensors, p, m, slid)) sensors->contrary = 0;
     else if (sensors->contrary < CONTRARY_TICKS) sensors->contrary++;
     watch_hum(sensors, p, m, setpoint, slid);
 }

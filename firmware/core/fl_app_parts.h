@@ -47,7 +47,7 @@ int fl_cause_lasts(const fl_app *app);
 void fl_raise(fl_app *app, fl_raised raised);
 
 /* app_sensors.c: watch what the sensors tell, and whether one is broken. */
-void fl_sensors_step(fl_app *app, const fl_measurement *measurement, double setpoint);
+void fl_sensors_step(fl_app *app, const fl_sample *sample, const fl_measurement *measurement, double setpoint);
 fl_raised fl_sensors_fault(const fl_app *app, double force);
 
 /* app_parameters.c: index of the first word that is wrong, else FL_NO_INDEX. */

@@ -32,7 +32,7 @@ _Static_assert(sizeof(fl_table) == 8 * FL_WORDS, "the table is words and nothing
  * which each channel is at its end: forces, position, load. */
 typedef struct {
     double cells_per_um, rise_um;
-    int32_t ceiling_duty;
+    int32_t ceiling_duty, bend_counts; /* most by which whole springs bend a reading of the force in a tick */
     uint32_t ends[4];
     double easing; /* N, of the set-point in a tick while an effect comes or goes */
 } fl_derived;
@@ -59,10 +59,11 @@ typedef struct {
 /* What app_sensors.c remembers. */
 typedef struct {
     double force, position, load; /* of the tick before, the force's magnitude */
-    double turned;                /* where the finger landed or was seen to turn, m */
+    double turned, pulled;        /* where the finger landed or was seen to turn; or pulled too much to tell, m */
     double level, restless;       /* mean of the force, and what the set-point moved lately, N */
     double peak, rung;            /* most in this swing, over half a period of the mains and of the springs */
-    double asked;
+    double asked, driven;         /* amplitude, um, forgotten as the force is */
+    int32_t counts[2], moved[2], bent[2][2]; /* force: last, its differences, and theirs, of two ticks */
     int32_t jumped, contrary;
     int32_t since, half, period, at; /* ticks since the last swing, of the one before, of both before */
     uint8_t valid, heading, channel, up, beats;

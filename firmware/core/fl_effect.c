@@ -1,4 +1,4 @@
-/* As rendering/program.py, whose instructions these are. What it reads was checked by fl_effect_wrong. */
+/* As rendering/effect_program.py, whose instructions these are. What it reads was checked by fl_effect_wrong. */
 #include "fl_effect.h"
 
 #include <math.h>

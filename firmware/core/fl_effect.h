@@ -1,4 +1,4 @@
-/* An effect: a force over place, time and touch, as rendering/program.py has it, in N and mm.
+/* An effect: a force over place, time and touch, as rendering/effect_program.py has it, in N and mm.
  *
  * It is a program for a stack of forces: tables of place and time, and what mixes them. Program and tables lie in one
  * store, which a host writes as it writes a set-point table; docs/protocol.md lists the fields of a step. */

@@ -1,4 +1,4 @@
-/* What frictionloop translates from its compiled steps for an image (frictionloop.firmware.board_law): the law of a file,
+/* What frictionloop translates from its compiled steps for an image (frictionloop.firmware.image_law): the law of a file,
  * and what stands around every law. One source: numba compiles the same steps for the simulator, with the same bits.
  *
  * States, gains and coefficients are the named tuples of the steps, number by number; the caller owns them. */
@@ -52,7 +52,7 @@ fl_clamp fl_switched_clamp(double setpoint, fl_clamp clamp, int32_t since);
 /* Ticks over which the clamp opens. */
 extern const int32_t fl_closing;
 
-/* The touch of a finger that lies where it was first seen, and a tick of it (sensing/touch.py). */
+/* The touch of a finger that lies where it was first seen, and a tick of it (sensing/finger_tracking.py). */
 void fl_touch_begin(double *touch, double position, const fl_parameters *p);
 fl_measurement fl_touch_step(double *touch, double position, double load, double force, const fl_parameters *p);
 

@@ -15,7 +15,7 @@ Effects, trials rendering  experiments (their own names: help(fl.rendering))
 Run a device    connect  Device  device  firmware (their own names: help(fl.device))
 Know a bench    identify (load  weights  pick_hits  response  modes  noise  friction  bench)
 The page, paper studio (serve  export)  reproduce
-Blocks of yours register  Law  Vibration  Signal  StreamingMetric  RunMetric  step
+Blocks of yours register  calibrate  Law  Vibration  Signal  StreamingMetric  RunMetric  step
 
 ``help(fl.simulate)`` explains a name. Distances are in um or mm, forces in N, times in s: names end with their units.
 """
@@ -30,10 +30,10 @@ _HOME = {
     "quantities.units": "SignalWarning",
     "findings.catalogue": "explain",
     "parameters": "READINGS RETUNED System bench feasible paper preset read_toml write_toml",
-    "parameters.written": "to_toml",
+    "parameters.toml_writer": "to_toml",
     "parameters.summary": "parameters_named",
     "parameters.system": "Board",
-    "parameters.sources": "ColouredNoise Constant LogSweep Recording Samples Signal Sine Steps",
+    "parameters.input_signals": "ColouredNoise Constant LogSweep Recording Samples Signal Sine Steps",
     "parameters.plant": "FingerFriction Friction FrictionLimit LowpassPlate LowpassSensor ResonantPlate RigidFinger"
     " Skin SuspendedSensor",
     "parameters.motion": "LoadCells PositionSensor Sliding Strokes Touch",
@@ -41,39 +41,41 @@ _HOME = {
     "control.limit_observer": "LimitObserverController",
     "control.law": "Clamp ForceCommand Law clamp_of",
     "physics.vibration": "Vibration",
-    "quantities.arithmetic": "step",
-    "loop.blocks": "register",
+    "quantities.scalar_math": "step",
+    "loop.registered_blocks": "register",
     "loop.metric": "RunMetric Sample StreamingMetric",
     "physics.reach": "capable reachable",
     "physics.fingers": "coefficient_of fingers fingers_for",
     "physics.rough_contact": "RoughContactFriction",
+    "physics.controller_belief": "calibrate",
     "physics.friction": "amplitude_for friction_force",
     "sensing.measurement": "Measurement",
     "analysis": "command_noise_rms_n kp_limit linearise operating_band output_noise_rms_n rings touch_spectrum",
     "design.pi_synthesis": "retune",
     "design.run_diagnosis": "diagnose",
     "design.bench_file": "described",
-    "design.best_point": "best",
+    "design.sweep_summary": "best",
     "design.comparison.effect_comparison": "compare_effects",
     "design.comparison.law_comparison": "compare",
-    "design.comparison.run": "ComparisonInterrupted",
+    "design.comparison.comparison_run": "ComparisonInterrupted",
     "design.people_served": "PeopleInterrupted people",
     "design.robust_notch": "retune_notch",
     "loop.record": "load save system_of",
-    "loop.signal_findings": "doubts",
+    "loop.input_findings": "doubts",
     "loop.simulate": "simulate",
     "loop.stepper": "Movement Stepper",
     "loop.sweep": "SweepInterrupted sweep",
     "loop.sweep_shards": "open_sweep sweep_status",
-    "loop.reference_runs": "metrics perceptual_index plain_like plain_stroke relative_index",
+    "loop.sweep_quantiles": "sweep_quantiles",
+    "loop.companion_runs": "metrics perceptual_index plain_like plain_stroke relative_index",
     "loop.transients": "step_times",
-    "loop.band_split": "disturbance_left_by_band",
+    "loop.band_residuals": "disturbance_left_by_band",
     "device.device": "Device connect",
     "device.errors": "DeviceError",
-    "device.recorded_run": "Interrupted",
-    "report.plot": "plot",
+    "device.device_run": "Interrupted",
+    "report.result_plot": "plot",
     "report.certificate": "write_certificate",
-    "report.calibration_figures": "draw_refused",
+    "report.certificate_figures": "draw_refused",
     "report.reproduction": "reproduce",
     "loop.metrics": "METRICS output_noise r2_bound r2_identity r2_regression regression rms_error saturation_index"
     " scored_from",
@@ -97,7 +99,7 @@ _ROOMS = {
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used, so that ``import frictionloop`` and ``--help`` stay quick."""
     if name == "__version__":
-        return importlib.import_module("frictionloop.quantities.version").package_version()
+        return importlib.import_module("frictionloop.quantities.code_version").package_version()
     if name in _ROOMS:
         globals()[name] = importlib.import_module(_ROOMS[name])
         return globals()[name]

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from frictionloop.design.comparison import EVALUATION_SEED, SMALL, law_margins, trial_protocol
-from frictionloop.report.beyond import NOTCH, ORACLE, PRINTED, stored
+from frictionloop.report.control_law_study import NOTCH, ORACLE, PRINTED, stored
 from frictionloop.report.paper_protocol import the_bench
 from studies import beyond
 from studies.beyond import LAWS, SPEED_MM_S, race

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 import frictionloop as fl
-from frictionloop.loop.reference_runs import plain_stroke
+from frictionloop.loop.companion_runs import plain_stroke
 from studies import causes
 from studies.residual import residual_by_cause
 from studies.residual_bands import band_rms, residual_bands

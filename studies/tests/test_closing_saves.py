@@ -45,7 +45,7 @@ def test_the_tables_are_those_of_the_rows_that_are_kept():
 def test_the_first_participants_are_found_again():
     """Two of them, after 20 trials: a shorter study is the beginning of the long one."""
     from frictionloop.experiments import fits, read_protocol
-    from frictionloop.experiments.study import simulate_trials
+    from frictionloop.experiments.study_run import simulate_trials
 
     plan = read_protocol("study-friction").evolve({"stop.trials": TRIALS[0]})
     rows = closing_saves.read()

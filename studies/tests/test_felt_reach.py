@@ -7,7 +7,7 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
-from frictionloop.perception.thresholds import force_threshold_n
+from frictionloop.perception.detection_thresholds import force_threshold_n
 from studies.felt_reach import felt_reach
 from studies.linear_reach import linear_reach
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.elements import linearise_contact
+from frictionloop.analysis.loop_elements import linearise_contact
 from studies.causes import mean_occlusion
 from studies.friction_spectrum import log_limit_psd, power_of, stretch_psd
 

@@ -16,3 +16,8 @@ def results():
 @pytest.fixture(scope="session")
 def claims(results):
     return all_claims(results)
+
+
+@pytest.fixture(scope="session")
+def by_id(claims):
+    return {claim.id: claim for claim in claims}

@@ -11,8 +11,8 @@ from scipy.stats import linregress
 
 import frictionloop as fl
 from frictionloop.report import paper_protocol
-from frictionloop.report.other_fingers import LOOKUPS, WITHOUT, lookup, stronger, the_finger
-from frictionloop.report.paper_protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
+from frictionloop.report.other_fingers import FLUCTUATING, LOOKUPS, lookup, stronger, the_finger
+from frictionloop.report.paper_protocol import CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, WITH_KP, fit
 from frictionloop.report.step_response import (
     overshoot,
     skin_limit_ms,
@@ -133,12 +133,10 @@ def test_the_fitted_table_is_exact_for_the_finger_just_landed():
 def test_a_stronger_plate_and_what_is_taken_away():
     system = fl.bench().evolve(stronger({}))
     assert system.plate.max_amplitude_um == system.controller.model.max_amplitude_um == 5.0
-    left = {name: system.evolve(less) for name, less in WITHOUT.items()}
+    left = {name: system.evolve(changes) for name, changes in FLUCTUATING.items()}
     assert left["all"] == system
-    assert left["no sensor noise"].sensor.noise_density_n_rthz == left["no roughness"].friction.roughness_rms == 0.0
-    assert left["no tremor"].motion.tremor_um == left["no tremor"].motion.tremor_n == 0.0
-    assert left["neither"].motion == left["no tremor"].motion
-    assert left["neither"].friction == left["no roughness"].friction
+    motion = left["neither"].motion
+    assert motion.tremor_um == motion.tremor_n == left["neither"].friction.roughness_rms == 0.0
 
 
 def test_the_fit_is_that_of_scipy():
@@ -150,9 +148,9 @@ def test_the_fit_is_that_of_scipy():
     runs = xr.Dataset({"f_r": (dims, r), "f_a": (dims, np.where(turned, 9.0, f)), "scored": (dims, ~turned)})
     found, r, f = fit(runs), r[~turned], f[~turned]
     line = linregress(r.ravel(), f.ravel())
-    assert (found.regression, found.slope) == pytest.approx((line.rvalue**2, line.slope))
-    assert found.identity == pytest.approx(1 - np.sum((f - r) ** 2) / np.sum((r - r.mean()) ** 2))
-    assert found.rms_n == pytest.approx(np.sqrt(np.mean((f - r) ** 2)))
+    assert (found.r2_regression, found.slope) == pytest.approx((line.rvalue**2, line.slope))
+    assert found.r2_identity == pytest.approx(1 - np.sum((f - r) ** 2) / np.sum((r - r.mean()) ** 2))
+    assert found.error_n == pytest.approx(np.sqrt(np.mean((f - r) ** 2)))
 
 
 def test_the_pooled_r2_of_an_error_within_one_sine():
@@ -162,8 +160,8 @@ def test_the_pooled_r2_of_an_error_within_one_sine():
     f = r + 0.025 * np.sqrt(2) * np.cos(2 * np.pi * 7 * time)
     every = {"f_r": r, "f_a": f, "scored": np.ones(r.shape, bool)}
     runs = xr.Dataset({name: (("level", "time"), values) for name, values in every.items()})
-    assert fit(runs).identity == pytest.approx(1 - 0.025**2 / (0.08 / 3 + 0.005), abs=1e-6)
-    assert fit(runs.isel(level=0)).identity == pytest.approx(1 - 0.025**2 / 0.005, abs=1e-6)
+    assert fit(runs).r2_identity == pytest.approx(1 - 0.025**2 / (0.08 / 3 + 0.005), abs=1e-6)
+    assert fit(runs.isel(level=0)).r2_identity == pytest.approx(1 - 0.025**2 / 0.005, abs=1e-6)
 
 
 def test_times_of_an_exponential():
@@ -225,7 +223,7 @@ def test_the_skin_limit_is_the_fastest_rise_of_a_finger():
 
 
 def test_the_bench_runs_are_complete(results):
-    assert set(results.tracked) == {*CONTROLLERS, *LOOKUPS[1:]} and set(results.stepped) == set(CONTROLLERS)
+    assert set(results.tracked) == {*CONTROLLERS, *LOOKUPS[1:]} and set(results.stepped) == {*CONTROLLERS, WITH_KP}
     for runs in results.tracked.values():
         assert dict(runs.sizes) == {"level": 3, "stroke": 5, "time": 50_000}
         assert all(np.isfinite(runs[name].values).all() for name in runs.data_vars)

@@ -9,10 +9,18 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
-from frictionloop.report.gains import KIS, KPS, Range, at, middle, optimum, spread, useful_range
+from frictionloop.report.gain_maps import KIS, KPS, at, optimum, spread, useful_range
 from frictionloop.report.results import parts
 from frictionloop.report.sensor_noise import LEVELS_N, NOISE_READINGS, knee_n
-from frictionloop.report.systems import FEASIBLE, WORKING, at_means, compared, noise_above_n, reachable_share, readings
+from frictionloop.report.system_comparison import (
+    FEASIBLE,
+    WORKING,
+    at_means,
+    compared,
+    noise_above_n,
+    reachable_share,
+    readings,
+)
 
 
 def cut(values, gains=(1.0, 2.0, 4.0, 8.0)):
@@ -28,11 +36,6 @@ def test_the_useful_range_is_interpolated_over_the_logarithm():
 def test_a_range_without_end_says_so():
     assert useful_range(cut([0.9, 0.99, 1.0, 0.995]), step=0.02).high is None
     assert useful_range(cut([1.0, 0.9, 0.8, 0.7]), step=0.02).low is None
-
-
-def test_the_middle_of_a_range_is_by_ratio_and_of_one_without_end_there_is_none():
-    assert middle(Range(5.0, 20.0)) == pytest.approx(10.0)
-    assert middle(Range(None, 20.0)) is None and middle(Range(5.0, None)) is None
 
 
 def test_optimum_and_spread():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.operating import reach_at
+from frictionloop.analysis.operating_point import reach_at
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError
 from frictionloop.report import closed_loop, paper_protocol, reproduction
@@ -74,7 +74,7 @@ def test_bench_and_finger_of_fig_5a_are_a_file_that_other_verbs_take(tmp_path):
     moist = occlusion_after(there.friction, there.motion.contact_s, there.motion.lifted_s, len(paper_protocol.LOADS))
     assert moist == pytest.approx(paper_protocol.occlusion_at_end(there))
     by_hand, here = fl.design.check(asked_for(fl.RETUNED)), fl.design.check(there)
-    assert places_of(here) == places_of(by_hand) and places_of(here).held < places_of(here).places
+    assert places_of(here) == places_of(by_hand) and places_of(here)["within"] < places_of(here).total()
     assert fl.design.check(there.evolve({"controller.kp": 0.0, **by_hand.would_hold})).holds_everywhere
     heavy = fl.design.check(there.evolve({"motion.load_n": 1.0}))
     (found,) = (each for each in heavy.findings if each.code == "FORCE-REACH")

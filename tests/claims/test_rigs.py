@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frictionloop.identification import r2_with_friction
-from frictionloop.report.calibration import FLOORS, PRINTED_R2, SHAKING, STILL, loads_n, rubbing_bench
+from frictionloop.report.rig_characterisation import FLOORS, PRINTED_R2, SHAKING, STILL, loads_n, rubbing_bench
 
 
 def test_the_rubbing_string_gives_the_printed_r2(results):

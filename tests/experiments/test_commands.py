@@ -4,9 +4,9 @@ from pathlib import Path
 
 from frictionloop.cli.experiment import _range
 from frictionloop.experiments.protocol import read_protocol
-from frictionloop.experiments.study import unfitted
+from frictionloop.experiments.study_run import unfitted
 from frictionloop.experiments.study_summary import fits
-from frictionloop.experiments.trials import COLUMNS
+from frictionloop.experiments.trial_records import COLUMNS
 
 
 def test_a_range_has_its_ends_and_its_step():
@@ -27,7 +27,7 @@ def test_a_participant_without_a_threshold_is_told_with_the_reason():
 def test_the_protocol_of_the_page_passes_its_check(tmp_path):
     """The one that docs/experiments.md shows."""
     from frictionloop.experiments.planning import check
-    from frictionloop.experiments.study import study_system
+    from frictionloop.experiments.study_run import study_system
 
     page = (Path(__file__).parents[2] / "docs" / "experiments.md").read_text(encoding="utf-8")
     own = tmp_path / "own.toml"

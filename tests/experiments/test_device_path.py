@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, read_trials, resume, run, session_run
+from frictionloop.experiments import Protocol, read_trials, resumable_session, resume, run
 from frictionloop.experiments.device_strokes import ClockMap
 from frictionloop.experiments.protocol import bundled, read_protocol
 from frictionloop.experiments.respondent import Presented, Respondent, Response
-from frictionloop.experiments.study import study_system
+from frictionloop.experiments.study_run import study_system
 from frictionloop.quantities import FrictionloopError
 
 PLAN = Protocol(
@@ -46,13 +46,13 @@ class Person(Respondent):
 @pytest.fixture
 def engines(monkeypatch):
     """Return a list that every engine made is put into."""
-    made, real = [], session_run.engine_at
+    made, real = [], resumable_session.engine_at
 
     def kept(*given):
         made.append(real(*given))
         return made[-1]
 
-    monkeypatch.setattr(session_run, "engine_at", kept)
+    monkeypatch.setattr(resumable_session, "engine_at", kept)
     return made
 
 
@@ -111,7 +111,7 @@ def test_an_answer_is_mapped_to_the_clock_of_the_device_with_its_uncertainty(eng
     assert np.abs(errors).max() < 2 * sd
     assert clock.add(100.0 + 61.0 + 0.02, 61.0, 1e-3) == pytest.approx(0.02, abs=3e-3)
     assert clock.device_s(61.0)[0] == pytest.approx(161.02, abs=1e-6)  # the line starts afresh
-    engine = session_run.engine_at("sim:", study_system())
+    engine = resumable_session.engine_at("sim:", study_system())
     engine._waits, engine._clock = True, clock
     engine._device.clock = lambda: (161.02, 61.0, 1e-3)
     given, jump = engine.answered(Response("1", 0.0, 0.003, at_s=61.0), [Presented(None, 159.0, 160.5)])
@@ -192,9 +192,9 @@ def test_every_bundled_protocol_runs_on_the_emulated_board(name, image, tmp_path
 
 def test_the_bench_told_by_a_device_has_the_reach_of_its_finger(engines):
     system = study_system()
-    engine = session_run.engine_at("sim:", system)
+    engine = resumable_session.engine_at("sim:", system)
     found = engine.reach(system, 0)
     engine.close()
-    bench = session_run.engine_at("bench:", system).reach(system, 0)
+    bench = resumable_session.engine_at("bench:", system).reach(system, 0)
     assert found.reach.high_n == pytest.approx(bench.reach.high_n, rel=0.15)
     assert found.reach.low_n == pytest.approx(bench.reach.low_n, rel=0.25)

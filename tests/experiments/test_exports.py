@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sysconfig
@@ -84,7 +83,7 @@ def test_every_column_with_a_unit_says_it_and_the_readme_names_files_that_are_th
     assert all(list(dataset.rglob(name)) for name in named)
     shutil.copytree(session, tmp_path / "P01")
     table = tmp_path / "P01" / "trials.tsv"
-    table.write_text(re.sub(r"raw/\S+", "n/a", table.read_text()))
+    table.write_text(table.read_text().splitlines(keepends=True)[0])
     session_export.bids(tmp_path / "P01", tmp_path / "bids")
     assert "*" not in (tmp_path / "bids" / "README").read_text()
 

@@ -6,14 +6,14 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, fits, read_protocol
-from frictionloop.experiments.participant import (
+from frictionloop.experiments.simulated_participant import (
     Observer,
     SimulatedParticipant,
     asked_along,
     strength_along,
     strength_of_period,
 )
-from frictionloop.experiments.study import study_system
+from frictionloop.experiments.study_run import study_system
 
 RIDGE = Protocol(
     task="yes_no",

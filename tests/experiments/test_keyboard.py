@@ -8,9 +8,9 @@ import threading
 import pytest
 
 from frictionloop.experiments import Protocol, run
-from frictionloop.experiments.folder import read_trials
 from frictionloop.experiments.respondent import Aborted, Keyboard, bar
-from frictionloop.experiments.sequence import TrialOrder
+from frictionloop.experiments.session_folder import read_trials
+from frictionloop.experiments.trial_sequence import TrialOrder
 
 PLAN = Protocol(
     stimulus={"standard": 0.35},

@@ -6,8 +6,7 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_protocol, read_trials, resume, run
-from frictionloop.experiments.fitting import drawn_together, fitted, share_out
-from frictionloop.experiments.needed import needed
+from frictionloop.experiments.levels_within_reach import drawn_together, fitted, needed, share_out
 from frictionloop.experiments.protocol import bundled
 from frictionloop.physics.reach import Reach
 from frictionloop.quantities import FrictionloopError

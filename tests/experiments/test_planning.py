@@ -7,7 +7,7 @@ from scipy.stats import nct, norm, t
 
 from frictionloop.experiments import read_protocol
 from frictionloop.experiments.planning import POOLS, first_trials, power, shares
-from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.study_run import simulate_trials
 from frictionloop.quantities import FrictionloopError
 
 SHORT = read_protocol("study-friction").evolve(

@@ -1,5 +1,6 @@
 """A session is a folder that can be left at any moment, and goes on as if it had not been."""
 
+import csv
 import multiprocessing
 import os
 import shutil
@@ -9,11 +10,14 @@ import time
 import numpy as np
 import pandas
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.experiments import Protocol, folder
-from frictionloop.experiments.folder import read_trials
-from frictionloop.experiments.session_run import resume, run
+from frictionloop.experiments import Protocol, session_folder
+from frictionloop.experiments.resumable_session import resume, run
+from frictionloop.experiments.session_folder import read_trials
+from frictionloop.experiments.trial_records import check_of, read_rows
 from frictionloop.quantities import FrictionloopError
 
 STAIRCASE = Protocol(
@@ -64,7 +68,7 @@ def test_what_was_asked_is_what_was_delivered_and_the_traces_are_kept(whole):
 def test_intervals_of_unequal_length_are_kept_whole(whole, tmp_path):
     runs = [fl.simulate(fl.bench(), duration_s) for duration_s in (0.05, 0.04)]
     shutil.copytree(whole, tmp_path / "P02")
-    with folder.opened(tmp_path / "P02") as kept:
+    with session_folder.opened(tmp_path / "P02") as kept:
         read = fl.load(tmp_path / "P02" / kept.keep(99, runs))
     for number, run_ in enumerate(runs):
         interval, rows = read.isel(interval=number), run_.sizes["time"]
@@ -75,17 +79,17 @@ def test_intervals_of_unequal_length_are_kept_whole(whole, tmp_path):
 
 @pytest.mark.soak
 @pytest.mark.timeout(1800)
-def test_a_session_killed_at_50_random_moments_loses_no_row(whole, tmp_path):
+def test_a_session_killed_at_60_random_moments_loses_no_row(whole, tmp_path):
     path = tmp_path / "P01"
     shutil.copytree(whole, path)
     expected = (whole / "trials.tsv").read_text()
     header = expected.splitlines(keepends=True)[0]
     rng, kills = np.random.default_rng(1), 0
     made = multiprocessing.get_context("forkserver")  # a process that imported all it needs is copied for each
-    made.set_forkserver_preload(["frictionloop.experiments.session_run"])
+    made.set_forkserver_preload(["frictionloop.experiments.resumable_session"])
     (path / "trials.tsv").write_text(header)
     before = header
-    while kills < 50:
+    while kills < 60:
         log, size = path / "log.jsonl", (path / "log.jsonl").stat().st_size
         process = made.Process(target=resume, args=(path,))
         process.start()
@@ -127,8 +131,8 @@ def test_whole_rows_stay_whatever_power_supplies_and_other_programs_leave(whole,
     (path / "trials.tsv").write_bytes(LEFT[left](text).encode())
     expected = read_trials(whole)
     pandas.testing.assert_frame_equal(read_trials(tmp_path), expected)
-    with folder.opened(path) as kept:
-        kept.add(kept.rows[-1])
+    with session_folder.opened(path) as kept:
+        kept.add({**kept.rows[-1], "trial": len(expected) + 1, "raw": f"raw/trial-{len(expected) + 1:05d}.h5"})
         assert len(kept.rows) == len(expected) + 1
     pandas.testing.assert_frame_equal(read_trials(path).iloc[:-1], expected)
 
@@ -137,7 +141,7 @@ def test_a_line_of_the_log_that_cannot_be_read_is_passed_over_and_told(whole, tm
     shutil.copytree(whole, tmp_path / "P01")
     log = tmp_path / "P01" / "log.jsonl"
     log.write_text("{torn\n[1]\n" + log.read_text() + '{"event": "note"}')
-    assert folder.logged(tmp_path / "P01") == [*folder.logged(whole), {"event": "note"}]
+    assert session_folder.logged(tmp_path / "P01") == [*session_folder.logged(whole), {"event": "note"}]
     (found,) = [each for each in fl.experiments.report(tmp_path).findings if each.code == "STUDY-LOG"]
     assert found.value == 2
 
@@ -149,7 +153,7 @@ def test_a_session_left_before_its_first_trial_has_nothing_to_report(tmp_path):
 
 
 def test_two_runs_of_one_session_at_once_are_refused(whole):
-    with folder.opened(whole), pytest.raises(FrictionloopError, match="another run goes on"):
+    with session_folder.opened(whole), pytest.raises(FrictionloopError, match="another run goes on"):
         resume(whole)
 
 
@@ -175,13 +179,115 @@ def test_a_full_disk_ends_the_session_with_whole_rows(whole, tmp_path, monkeypat
     assert (path / "trials.tsv").read_text() == "".join(lines)
 
 
-def test_rows_that_were_edited_are_refused_with_their_trial(whole, tmp_path):
+def edited(table, changes, number):
+    """Change cells of a row of a table, by name."""
+    header, *rows = (line.split("\t") for line in table.read_text().splitlines())
+    cells = dict(zip(header, rows[number], strict=True)) | changes
+    rows[number] = list(cells.values())
+    table.write_text("".join("\t".join(row) + "\n" for row in (header, *rows)))
+
+
+EDITS = {
+    "requested": "0.01", "response": "2", "valid": "2", "rt_s": "nan", "participant": "P02", "trial": "7",
+    "raw": "/etc/passwd", "offset_s": "n/a", "check": "f" * 32, "method_state": "n/a", "counted": "seven",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("field", EDITS)
+def test_a_row_that_was_edited_is_refused_with_its_field(whole, tmp_path, field):
     path = tmp_path / "P01"
     shutil.copytree(whole, path)
-    lines = (path / "trials.tsv").read_text().splitlines()
-    cells = lines[2].split("\t")
-    cells[lines[0].split("\t").index("requested")] = "0.01"
-    lines[2] = "\t".join(cells)
-    (path / "trials.tsv").write_text("\n".join(lines) + "\n")
-    with pytest.raises(FrictionloopError, match="trial 2: differs from the protocol"):
+    edited(path / "trials.tsv", {field: EDITS[field]}, 1)
+    with pytest.raises(FrictionloopError, match=f"row 2: {field} = "):
         resume(path)
+    with pytest.raises(FrictionloopError, match=f"row 2: {field} = "):
+        read_trials(path)
+
+
+@given(first=st.integers(0, 15), second=st.integers(0, 15))
+def test_rows_that_changed_places_are_refused(whole, first, second):
+    rows = read_rows(whole / "trials.tsv", "P01")
+    before = rows[first - 1]["check"] if first else ""
+    assert (check_of(rows[second], before) == rows[second]["check"]) == (first == second)
+
+
+def test_a_row_that_was_taken_away_is_refused(whole, tmp_path):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    lines = (path / "trials.tsv").read_text().splitlines(keepends=True)
+    (path / "trials.tsv").write_text("".join(lines[:3] + lines[4:]))
+    with pytest.raises(FrictionloopError, match="row 3: trial = 4: must be 3"):
+        resume(path)
+
+
+def test_what_a_spreadsheet_writes_is_read(whole, tmp_path):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    table = pandas.read_csv(path / "trials.tsv", sep="\t", dtype=str, keep_default_na=False)
+    table.to_csv(path / "trials.tsv", sep="\t", index=False, quoting=csv.QUOTE_ALL, lineterminator="\r\n")
+    pandas.testing.assert_frame_equal(read_trials(path), read_trials(whole))
+
+
+def test_a_trial_that_is_amended_does_not_count_and_the_session_goes_on_as_before(whole, tmp_path):
+    path = tmp_path / "P01"
+    shutil.copytree(whole, path)
+    expected = (whole / "trials.tsv").read_text().splitlines(keepends=True)
+    (path / "trials.tsv").write_text("".join(expected[:-1]))
+    counts = read_trials(path)["counted"]
+    trial = int(np.flatnonzero(counts)[0]) + 1
+    for reason in ("once", 'the "phone" rang'):  # the last word counts
+        found = fl.experiments.amend(path, trial, reason)
+    assert (found.trials, found.counted) == (len(counts), counts.sum() - 1)
+    row = read_trials(path).iloc[trial - 1]
+    assert (row["valid"], row["counted"], row["reason"]) == (0, 0, 'amended: the "phone" rang')
+    resume(path)
+    pandas.testing.assert_frame_equal(
+        read_trials(path).drop(index=trial - 1).drop(columns="check"),
+        read_trials(whole).drop(index=trial - 1).drop(columns="check"),
+    )
+    edited(path / "trials.tsv", {"reason": "amended: not at all"}, -2)
+    with pytest.raises(FrictionloopError, match=f"row {len(counts) + 2}: reason = "):
+        read_trials(path)
+
+
+@pytest.mark.parametrize(
+    ("trial", "reason", "why"), [(0, "x", "trial = 0: must be from 1 to"), (1, " ", "reason = ' ': must be")]
+)
+def test_what_cannot_be_amended(whole, tmp_path, trial, reason, why):
+    shutil.copytree(whole, tmp_path / "P01")
+    with pytest.raises(FrictionloopError, match=why):
+        fl.experiments.amend(tmp_path / "P01", trial, reason)
+
+
+ABOUTS = {
+    "no UTF-8": b"\xff", "a list": b"[1]", "nothing": b"{}", "deep": b"[" * 100_000, "digits": b"9" * 5000,
+    "another schema": b'{"schema": 1, "participant": "P01", "source": "simulated"}',
+    "a number for a name": b'{"schema": 2, "participant": 1, "source": "simulated"}',
+    "no seed": b'{"schema": 2, "participant": "P01", "source": "simulated", "simulated": {"finger": {}}}',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("about", ABOUTS)
+def test_what_is_no_session_is_refused_by_its_file(whole, tmp_path, about):
+    shutil.copytree(whole, tmp_path / "P01")
+    (tmp_path / "P01" / "session.json").write_bytes(ABOUTS[about])
+    for verb in (resume, fl.experiments.report, lambda path: fl.experiments.amend(path, 1, "x")):
+        with pytest.raises(FrictionloopError, match=r"session\.json"):
+            verb(tmp_path / "P01")
+
+
+@pytest.mark.parametrize("event", ["[" * 100_000, '{"event": "given up"}', '{"event": 1}', "9" * 5000])
+def test_a_log_of_other_types_is_passed_over(whole, tmp_path, event):
+    shutil.copytree(whole, tmp_path / "P01")
+    with (tmp_path / "P01" / "log.jsonl").open("a") as log:
+        log.write(event + "\n")
+    assert session_folder.logged(tmp_path / "P01") == session_folder.logged(whole)
+
+
+@pytest.mark.parametrize("name", [".lock", "log.jsonl"])
+def test_a_folder_in_the_place_of_a_file_is_refused(whole, tmp_path, name):
+    shutil.copytree(whole, tmp_path / "P01")
+    (tmp_path / "P01" / name).unlink()
+    (tmp_path / "P01" / name).mkdir()
+    with pytest.raises(FrictionloopError, match="Is a directory"):
+        resume(tmp_path / "P01")

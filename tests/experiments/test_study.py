@@ -7,23 +7,25 @@ import numpy as np
 import pandas
 import psignifit
 import pytest
-from scipy.stats import ttest_rel
+from scipy.stats import norm, ttest_rel
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_protocol, read_trials, session_export
-from frictionloop.experiments.needed import needed
-from frictionloop.experiments.participant import Observer
+from frictionloop.experiments.levels_within_reach import needed
 from frictionloop.experiments.planning import check
 from frictionloop.experiments.protocol import bundled, to_toml
-from frictionloop.experiments.psychometric import fit, probability
-from frictionloop.experiments.sequence import TrialOrder, latin_square
-from frictionloop.experiments.session_run import run
-from frictionloop.experiments.study import STUDY, outside, simulate_trials, study_of, study_system, unfitted
+from frictionloop.experiments.psychometric import JND_Z, fit, probability
+from frictionloop.experiments.resumable_session import run
+from frictionloop.experiments.simulated_participant import Observer
+from frictionloop.experiments.study_run import STUDY, outside, simulate_trials, study_of, study_system, unfitted
 from frictionloop.experiments.study_summary import contrasts, fits, funnel, groups
-from frictionloop.experiments.trials import number_of, scored
-from frictionloop.parameters.toml_files import read_tree
+from frictionloop.experiments.trial_records import measures, number_of, scored
+from frictionloop.experiments.trial_sequence import TrialOrder, latin_square
+from frictionloop.parameters.toml_reader import read_tree
 from frictionloop.quantities import FrictionloopError
-from frictionloop.report.study_page import page
+from frictionloop.rendering.effect_setpoint import EffectSource
+from frictionloop.rendering.shapes import Grating
+from frictionloop.report.psychophysics_page import page
 
 
 def short(name, trials=4):
@@ -100,6 +102,19 @@ def test_a_level_that_the_finger_cannot_be_given_is_not_told_as_delivered():
     assert 0.02 < trials["delivered"][0.1] < 0.09
 
 
+@pytest.mark.parametrize(("field", "asked"), [("offset_n", 1.1), ("amplitude_n", 0.5)])
+def test_a_grating_out_of_reach_is_told_as_what_the_finger_got(field, asked):
+    finger = {"friction.nominal_n": 0.7, "friction.susceptibility_per_um2": 0.1, "controller.kind": "lookup"}
+    effect = Grating(offset_n=0.55, amplitude_n=0.05, spacing_mm=4.0).model_copy(update={field: asked})
+    system = fl.bench().evolve(finger).model_copy(update={"setpoint": EffectSource(effect=effect)})
+    run = fl.simulate(system, 1.0, seed=1)
+    plan = Protocol(stimulus={"effect": effect, "field": field, "standard": asked})
+    x, f = (run[name].values[run["scored"].values] for name in ("position", "f_a"))
+    wave = np.stack([np.ones(x.size), np.sin(2 * np.pi * x / 4e-3)], axis=1)
+    mean, amplitude = np.linalg.lstsq(wave, f)[0]
+    assert measures(run, plan, asked).level == pytest.approx(mean if field == "offset_n" else amplitude, rel=0.01)
+
+
 def test_a_study_is_the_same_whoever_takes_part_beside():
     plan = short("jnd-friction-staircase", 3)
     one, two = simulate_trials(plan, participants=1, seed=4), simulate_trials(plan, participants=2, seed=4)
@@ -129,6 +144,17 @@ def test_the_95_percent_interval_holds_the_threshold_95_times_in_100():
         apart.append(found.threshold / a - 1.0)
     assert 0.92 <= held / 300 <= 0.98
     assert abs(np.mean(apart)) < 0.05
+
+
+def test_a_jnd_of_constant_stimuli_is_neither_small_nor_large():
+    rng, plan, jnd, found = np.random.default_rng(3), read_protocol("jnd-friction-constant"), 0.04, []
+    level = np.repeat(plan.method.levels, plan.method.repeats)
+    for _ in range(40):
+        result = (rng.random(level.size) < 0.01 + 0.98 * norm.cdf(norm.ppf(0.75) * level / jnd)).astype(float)
+        found.append(JND_Z * np.array(fit(level, result, None)[3:6]))
+    value, low, high = np.transpose(found)
+    assert np.median(value) == pytest.approx(jnd, rel=0.15)
+    assert np.mean((low <= jnd) & (jnd <= high)) >= 0.9
 
 
 @pytest.mark.parametrize(("name", "press"), [("study-friction", "1"), ("jnd-friction-constant", "2")])

@@ -9,8 +9,8 @@ import pytest
 from scipy.stats import binom, norm
 
 from frictionloop.experiments import read_protocol
-from frictionloop.experiments.participant import Observer, SimulatedParticipant
-from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.simulated_participant import Observer, SimulatedParticipant
+from frictionloop.experiments.study_run import simulate_trials
 from frictionloop.experiments.study_summary import fits
 from frictionloop.perception import force_threshold_n
 from frictionloop.physics.fingers import fingers
@@ -19,7 +19,7 @@ PEOPLE = 32
 GROWTH = """
 import resource
 from frictionloop.experiments import read_protocol
-from frictionloop.experiments.study import simulate_trials
+from frictionloop.experiments.study_run import simulate_trials
 
 plan = read_protocol("study-friction").evolve({"blocks.practice": 0})
 for trials in (5, 60):

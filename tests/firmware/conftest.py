@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import Drive, HostBoard, Sample
 from frictionloop.device.codec import Decoder, Message, encode
-from frictionloop.firmware.board_law import board_law
+from frictionloop.device.simulated_boards import Drive, HostBoard, Sample
 from frictionloop.firmware.compiled_core import law_of_table
 from frictionloop.firmware.image import Image, build
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
-from frictionloop.quantities.schema import parameter_words, schema
+from frictionloop.quantities.protocol_schema import parameter_words, schema
 
 TICK_US = 200
 MOST = 8.0
@@ -132,8 +132,10 @@ def names(group: str) -> dict[int, str]:
 
 @pytest.fixture(scope="session")
 def words() -> np.ndarray:
-    """Return the parameter table of the bench with gains that hold."""
-    return firmware_words(fl.bench().evolve(RETUNED))
+    """Return the parameter table of the bench with gains that hold, but no limit to the jumps of a force."""
+    words = firmware_words(fl.bench().evolve(RETUNED))
+    words[parameter_words()["safety.force_jump_n"].first] = MOST
+    return words
 
 
 @pytest.fixture

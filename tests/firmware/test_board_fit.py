@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.firmware.board_fit import (
+from frictionloop.firmware.board_compatibility import (
     BUS_HZ,
     USUAL_TICKS,
     amplitude_left,
@@ -19,7 +19,7 @@ from frictionloop.firmware.board_fit import (
     gain_findings,
     period_ticks,
 )
-from frictionloop.quantities.schema import firmware_folder
+from frictionloop.quantities.protocol_schema import firmware_folder
 
 CARRIER_HZ = 132e6 / 2870
 """Of an image for the bench."""

@@ -15,19 +15,19 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.law import CLOSING, switched_clamp
 from frictionloop.control.laws import LAWS, law_of
-from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
-from frictionloop.firmware.board_law import board_law
+from frictionloop.device.simulated_boards import HostBoard, Sample
 from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.image import build
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.blocks import forget
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import law_rows
-from frictionloop.quantities import trees
-from frictionloop.quantities.schema import schema
+from frictionloop.loop.registered_blocks import forget
+from frictionloop.quantities import flat_tuples
+from frictionloop.quantities.protocol_schema import schema
+from frictionloop.sensing.finger_tracking import TouchState, board_touch, touch_step
 from frictionloop.sensing.measurement import Measurement
-from frictionloop.sensing.touch import TouchState, board_touch, touch_step
 from tests.helpers.host_frames import SESSION, heartbeat, hello
 from tests.helpers.own_laws import register_both
 
@@ -87,7 +87,7 @@ def test_the_core_has_the_bits_of_simulate(kind: str, table_size: int):
     system = bench(kind, **{"controller.open_until_s": OPEN_S, "controller.model.table_size": table_size})
     ran, law = simulated(system, TICKS), law_of(system.controller)
     ffi, library = host_library(law, 5000)
-    states, out = np.zeros((TICKS, trees.size(law.state))), np.zeros((TICKS, 3))
+    states, out = np.zeros((TICKS, flat_tuples.size(law.state))), np.zeros((TICKS, 3))
     pointers = [ffi.from_buffer("double[]", each) for each in (ran.measured, ran.setpoint, states, out)]
     library.fl_host_run(ffi.from_buffer("double[]", firmware_words(system)), TICKS, round(5000 * OPEN_S), *pointers)
     assert np.ptp(ran.commands[:, 0]) > 0.02 and np.ptp(ran.measured[:, 4]) == 1.0
@@ -104,7 +104,7 @@ def test_an_emulated_cortex_m7_has_the_bits_of_the_step(kind: str, tmp_path):
     ran, law = simulated(system, TICKS), law_of(system.controller)
     image = build("teensy41", firmware_words(system).tolist(), board_law(law), tmp_path, rate_hz=5000)
     core, model = EmulatedLaw(image.elf), system.controller.model
-    state, differ = trees.flat(law.start_for(system.controller)), 0
+    state, differ = flat_tuples.flat(law.start_for(system.controller)), 0
     for measured, setpoint_n, (u, saturated, _), after in zip(*ran, strict=True):
         found = core.step(state, measured, setpoint_n, model.floor_n, model.nominal_n)
         differ += found != np.array([*after, u, saturated]).tobytes()
@@ -149,7 +149,8 @@ def strokes(rate_hz: float, ticks: int, seed: int = 0):
     for k in range(ticks):
         t = k / rate_hz
         place_mm, lifted = abs(20.0 * t % 40.0 - 20.0), t % 3.0 > 2.8
-        force = 0 if lifted else 7000 + 900 * math.sin(9.0 * t)
+        pressed = np.clip(min(t % 3.0, 2.8 - t % 3.0) / 0.01, 0.0, 1.0)
+        force = pressed * (7000 + 900 * math.sin(9.0 * t))
         noise = rng.integers(-80, 81, 3)
         yield Sample(
             int(force + noise[0]), 0, round(1e3 * place_mm + noise[1] % 3), int((0 if lifted else 3277) + noise[2] // 8)
@@ -176,7 +177,7 @@ def test_counts_become_readings_and_readings_commands_as_in_the_simulators_steps
         gains = gains._replace(low=low, high=high)
         state = law.begin(state, low, 0.6, gains) if since == 0 else state
         state, command = law.step(state, Measurement(found[0], *seen), 0.6, gains, dt)
-        differ += [*found[1:5], found[6], *found[9:]] != [*seen, command.u, *trees.flat(state)]
+        differ += [*found[1:5], found[6], *found[9:]] != [*seen, command.u, *flat_tuples.flat(state)]
     assert differ == 0 and board.faults == []
 
 

@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop.control.laws import LAWS
-from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import encode
-from frictionloop.firmware.board_law import board_law
-from frictionloop.quantities.schema import firmware_folder, parameter_words
+from frictionloop.device.simulated_boards import HostBoard, Sample
+from frictionloop.firmware.image_law import board_law
+from frictionloop.quantities.protocol_schema import firmware_folder, parameter_words
 from tests.helpers.host_frames import SESSION, hello
 
 WATCHED = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all", "-g", "-O1"]

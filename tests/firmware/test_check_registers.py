@@ -1,8 +1,10 @@
-"""The script that compares the Teensy's registers with an SVD file, on a small file made by hand."""
+"""The script that compares the Teensy's registers with an SVD file: the vendor's, and a small one made by hand."""
 
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -48,6 +50,15 @@ SVD = f"<device><peripherals>{PIT}{SRC}{CCM}</peripherals></device>"
 def check(*arguments):
     run = subprocess.run([sys.executable, SCRIPT, *map(str, arguments)], capture_output=True, text=True, check=False)
     return run.returncode, run.stdout.splitlines(), run.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("pyocd") is None, reason="the vendor's file is in the wheel of pyocd")
+def test_registers_and_constants_agree_with_the_vendors_file(tmp_path):
+    with ZipFile(Path(find_spec("pyocd").origin).parent / "debug/svd/svd_data.zip") as files:
+        name = next(name for name in files.namelist() if name.endswith("MIMXRT1062.xml"))
+        code, lines, error = check(files.extract(name, tmp_path))
+    assert (code, error) == (0, "") and lines[0].endswith("agree"), lines
 
 
 @pytest.mark.parametrize(

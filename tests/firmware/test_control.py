@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import Sample
+from frictionloop.device.simulated_boards import Sample
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.protocol_schema import schema
 
 MODEL = fl.bench().controller.model
 RISE_TICKS = schema()["protocol"]["rise_ticks"]
@@ -82,7 +82,7 @@ LAWS = {
 def test_closing_begins_with_at_most_what_the_set_point_asks(make_rig, case: str, before: str, measured_n: float):
     """And in the first 0.1 s it is never beyond the straight line down from there."""
     rig = make_rig(overdrive__decay=0, overdrive__inverse=1)
-    rig = type(rig)(firmware_words(LAWS[case]), overdrive__decay=0, overdrive__inverse=1)
+    rig = type(rig)(firmware_words(LAWS[case]), overdrive__decay=0, overdrive__inverse=1, safety__force_jump_n=8.0)
     rig.run(300)
     rig.mode(before)
     for _ in range(200):

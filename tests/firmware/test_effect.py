@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.control.lookup import LOOKUP_LAW
-from frictionloop.device.bench_boards import Sample
+from frictionloop.device.simulated_boards import Sample
 from frictionloop.firmware.compiled_core import host_library
 from frictionloop.firmware.effect_tables import HEAD, STEP, TOLERANCE_N, effect_tables
-from frictionloop.quantities.schema import schema
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.quantities.protocol_schema import schema
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.library import LIBRARY
 from tests.helpers.effect_trees import TREES
 

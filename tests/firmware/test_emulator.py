@@ -10,18 +10,18 @@ from broken_sensors import FAILURES, bench
 import frictionloop as fl
 from frictionloop import FrictionloopError
 from frictionloop.control.laws import LAWS
-from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.budget import SESSION, edges, heartbeat, hello, opening, strokes
 from frictionloop.device.emulator.peripherals import CORE_HZ, converted
 from frictionloop.device.emulator.processor import is_floating_point
 from frictionloop.device.emulator.registers import Bank
-from frictionloop.firmware.board_law import board_law
+from frictionloop.device.simulated_boards import HostBoard, Sample
 from frictionloop.firmware.image import build
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.blocks import forget
-from frictionloop.quantities.schema import named, schema
+from frictionloop.loop.registered_blocks import forget
+from frictionloop.quantities.protocol_schema import named, schema
 from tests.helpers.own_laws import register_both
 
 unicorn = pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
@@ -355,7 +355,7 @@ def test_a_broken_sensor_is_the_image_s_fault_as_the_library_s(name, whole):
     pending = [frames[k : k + 40] for k in range(0, len(frames), 40)]
     teensy.receive(frames)
     lead, broke = 1700, None
-    for k in range(lead + 300):
+    for k in range(lead + 1000):
         sample = Sample(8000 + int(rng.integers(-3, 4)), 0, 8 * k - 8 * lead, 3277)
         if k == lead:
             broke = sample

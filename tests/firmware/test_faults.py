@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import Sample
+from frictionloop.device.simulated_boards import Sample
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
-from frictionloop.quantities.schema import parameter_words, schema
+from frictionloop.quantities.protocol_schema import parameter_words, schema
 
 N_PER_COUNT = 5.0 / 2**16
 LARGEST = 8.0
 PATIENT = {
     "safety__stuck_ticks": 500_000,
-    "safety__force_jump_n": LARGEST,
     "safety__position_jump_m": LARGEST,
     "safety__load_jump_n": LARGEST,
 }
@@ -305,16 +304,41 @@ def test_what_is_wrong_before_the_loop_is_on_stops_it_at_its_first_tick(rig):
     assert rig.drive.amplitude_um == 0.0
 
 
-def test_three_jumps_not_two_of_which_one_is_forgotten_every_20_ms(rig):
-    closed(rig)
-    for _ in range(2):  # there and back
+def test_three_jumps_not_two_of_which_one_is_forgotten_every_20_ms(make_rig):
+    rig = closed(make_rig(safety__force_jump_n=0.45))
+    feed(rig, 1, 8000)
+    for _ in range(2):  # a spark: there and back
         feed(rig, 1, 16000)
         feed(rig, 200, 8000)
     assert faults(rig) == []
-    feed(rig, 1, 16000)
-    feed(rig, 1, 8000)
-    feed(rig, 96, 16000)
+    for force in (16000, 8000, 16000, 8000):
+        feed(rig, 1, force)
     assert [(name, value) for name, _, value in faults(rig)] == [("sensor_jumps", 1)]
+
+
+@pytest.mark.parametrize("resonance_hz", [90.0, 145.0, 300.0])
+def test_a_force_that_steps_and_stays_faster_than_the_springs_turn(rig, resonance_hz):
+    """The limit is 2.1 (2 sin(w T/2))^2 of the range, at least a sixteenth."""
+    words = firmware_words(fl.bench().evolve({**RETUNED, "sensor.resonance_hz": resonance_hz}))
+    jump_n = words[parameter_words()["safety.force_jump_n"].first]
+    limit = 32768 * max(2.1 * (2 * math.sin(math.pi * resonance_hz / 5000)) ** 2, 1 / 16)
+    for step, told in ((0.95 * limit, []), (1.05 * limit, ["sensor_jumps"])):
+        rig = closed(type(rig)(words, safety__force_jump_n=jump_n))
+        feed(rig, 40, 8000 + round(step))
+        assert [name for name, *_ in faults(rig)] == told
+
+
+@pytest.mark.parametrize(
+    ("force", "told"), [(30, True), (1100, True), (1500, False)]
+)  # 0.2 of 0.5 N are 0.1 N, or 1311 counts
+def test_no_friction_under_load_once_the_skin_has_turned(make_rig, force, told):
+    rig = closed(make_rig(law__low_n=0.0, setpoint__hold_n=0.95))
+    rig.run(2500)
+    for k in range(2500):
+        if k % 500 == 0:
+            rig.ask("heartbeat")
+        feed(rig, 1, force)
+    assert [name for name, *_ in faults(rig)] == ["sensor_contrary"] * told
 
 
 def test_a_force_without_load_for_15_ms(rig):
@@ -366,6 +390,8 @@ def test_the_hum_that_a_bench_tolerates_is_its_share_of_the_range(make_rig, shar
         rig = closed(make_rig(safety__hum_n=limit))
         rig.run(3000)
         half = 0.5 * times * share * 2.5 / N_PER_COUNT
-        for k in range(400):
+        for k in range(800):
+            if k % 400 == 0:
+                rig.ask("heartbeat")
             rig.tick(1, Sample(round(3000 + half * math.sin(2 * math.pi * hz * k / 5000)), 0, 4 * rig.ticks, 3277))
         assert [name for name, *_ in faults(rig)] == told

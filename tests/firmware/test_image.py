@@ -6,10 +6,10 @@ import pytest
 
 from frictionloop import FrictionloopError
 from frictionloop.control.laws import LAWS
-from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.image import build
 from frictionloop.firmware.image_files import FLASH, check, check_teensy, elf_file, loaded, read_hex
-from frictionloop.quantities.schema import word_count
+from frictionloop.firmware.image_law import board_law
+from frictionloop.quantities.protocol_schema import word_count
 
 
 def intel_hex(text):

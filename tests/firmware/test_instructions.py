@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import pytest
 
-from frictionloop.control.cost import BEYOND, CORE_HZ, CYCLES_AT_MOST, WORST_TICK, highest_rate_hz
+from frictionloop.control.instruction_cost import BEYOND, CORE_HZ, CYCLES_AT_MOST, WORST_TICK, highest_rate_hz
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.budget import opening, strokes, traced
-from frictionloop.device.emulator.trace import LAW, InstructionTrace, count
+from frictionloop.device.emulator.instruction_counts import LAW, InstructionTrace, count
 from frictionloop.firmware.image_files import addresses
 
 unicorn = pytest.importorskip("unicorn", reason="install frictionloop[emulator]")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.codec import encode
+from frictionloop.device.simulated_boards import HostBoard, Sample
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.sensing.measurement import Measurement

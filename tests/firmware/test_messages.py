@@ -9,10 +9,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.codec import HEADER, LAYOUTS, encode, framed
-from frictionloop.firmware.built_in import revision_here
+from frictionloop.firmware.build_identity import revision_here
 from frictionloop.firmware.effect_tables import effect_tables
-from frictionloop.quantities.schema import schema, table_hash, word_count
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.quantities.protocol_schema import schema, table_hash, word_count
+from frictionloop.rendering.effect_setpoint import EffectSource
 
 MAJOR = schema()["protocol"]["major"]
 

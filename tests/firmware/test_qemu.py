@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from frictionloop.device.codec import Decoder
-from frictionloop.firmware.board_law import board_law
-from frictionloop.firmware.built_in import revision_here
+from frictionloop.firmware.build_identity import revision_here
 from frictionloop.firmware.compiled_core import declarations, host_sources, law_of_table
-from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.host_compiler import shared_library
 from frictionloop.firmware.image_files import loaded, symbol_bytes
-from frictionloop.quantities.schema import firmware_folder, schema
+from frictionloop.firmware.image_law import board_law
+from frictionloop.quantities.protocol_schema import firmware_folder, schema
 
 QEMU = shutil.which("qemu-system-arm")
 needs_qemu = pytest.mark.skipif(QEMU is None, reason="qemu-system-arm is not installed")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionloop.device.bench_boards import Sample
-from frictionloop.quantities.schema import parameter_words, schema
+from frictionloop.device.simulated_boards import Sample
+from frictionloop.quantities.protocol_schema import parameter_words, schema
 
 TICKS = schema()["protocol"]["rise_ticks"]
 NEAR = 1 / 512

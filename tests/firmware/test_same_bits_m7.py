@@ -5,10 +5,10 @@ import hashlib
 import numpy as np
 import pytest
 
-from frictionloop.device.bench_boards import HostBoard, Sample
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.budget import edges, heartbeat, opening, strokes
 from frictionloop.device.emulator.peripherals import converted
+from frictionloop.device.simulated_boards import HostBoard, Sample
 
 pytest.importorskip("unicorn", reason="install frictionloop[emulator]")
 

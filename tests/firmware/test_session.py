@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictionloop.device.codec import HEADER, LAYOUTS, Message, encode, framed
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.protocol_schema import schema
 
 STATES, REFUSALS = schema()["states"], schema()["refusals"]
 MAJOR = schema()["protocol"]["major"]

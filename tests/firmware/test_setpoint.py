@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionloop.device.bench_boards import Sample
-from frictionloop.quantities.schema import schema
+from frictionloop.device.simulated_boards import Sample
+from frictionloop.quantities.protocol_schema import schema
 
 SOURCES = schema()["sources"]
 STEP = 2.0**24

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from frictionloop.device.bench_boards import Sample
-from frictionloop.quantities.schema import parameter_words, schema
+from frictionloop.device.simulated_boards import Sample
+from frictionloop.quantities.protocol_schema import parameter_words, schema
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "firmware-states.md"
 END = 32767
@@ -60,7 +60,8 @@ def moving(force: int) -> Callable[[int], Sample]:
 
 def humming(rig) -> str:
     rig.run(3000)  # 12 mm since it landed
-    return ticks(200, lambda k: Sample(round(8000 + 4000 * math.sin(k * math.pi / 50)), 0, 4 * k, 3277))(rig)
+    rig.ask("heartbeat")
+    return ticks(700, lambda k: Sample(round(8000 + 4000 * math.sin(k * math.pi / 50)), 0, 4 * k, 3277))(rig)
 
 
 def late(rig) -> str:

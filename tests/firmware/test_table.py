@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 import pytest
 
-from frictionloop.quantities.schema import parameter_words, word_count
+from frictionloop.quantities.protocol_schema import parameter_words, word_count
 
 AT = {name: word.first for name, word in parameter_words().items()}
 

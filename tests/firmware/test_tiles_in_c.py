@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.host_compiler import shared_library
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.tiles_in_c import LoopInC
 from frictionloop.rendering.library import LIBRARY

@@ -13,15 +13,15 @@ from numba import njit
 
 import frictionloop as fl
 from frictionloop.control.laws import LAWS
-from frictionloop.firmware.c_source import BOOL, INT, REAL
-from frictionloop.firmware.compiler import compiler, shared_library, zig
+from frictionloop.firmware.c_types import BOOL, INT, REAL
+from frictionloop.firmware.host_compiler import compiler, shared_library, zig
 from frictionloop.firmware.translation import INCLUDES, Translation
-from frictionloop.loop.blocks import forget
-from frictionloop.quantities import trees
-from frictionloop.quantities.arithmetic import exp2, fma, log2
-from frictionloop.quantities.arithmetic import step as compiled
+from frictionloop.loop.registered_blocks import forget
+from frictionloop.quantities import flat_tuples
+from frictionloop.quantities.scalar_math import exp2, fma, log2
+from frictionloop.quantities.scalar_math import step as compiled
+from frictionloop.sensing.finger_tracking import TouchState, touch_coefficients, touch_step
 from frictionloop.sensing.measurement import Measurement
-from frictionloop.sensing.touch import TouchState, touch_coefficients, touch_step
 from tests.helpers.random_steps import module_of
 
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
@@ -78,8 +78,8 @@ void run({state} *state, const {measurement} *m, const double *f_r, const {gains
     )
     count = 50_000
     m, f_r = readings(count)
-    start = np.array(trees.flat(law.start_for(controller)), float)
-    values = np.array(trees.flat(law.gains_for(controller)), float)
+    start = np.array(flat_tuples.flat(law.start_for(controller)), float)
+    values = np.array(flat_tuples.flat(law.gains_for(controller)), float)
     step = law.step
 
     @njit(error_model="numpy")
@@ -91,9 +91,11 @@ void run({state} *state, const {measurement} *m, const double *f_r, const {gains
         return state
 
     ours, theirs, ended = np.empty((count, 2)), np.empty((count, 2)), start.copy()
-    last = run(trees.shaped(law.state, start.tolist()), trees.shaped(law.gains, values.tolist()), m, f_r, ours)
+    last = run(
+        flat_tuples.shaped(law.state, start.tolist()), flat_tuples.shaped(law.gains, values.tolist()), m, f_r, ours
+    )
     library.run(address(ended), address(m), address(f_r), address(values), address(theirs), count)
-    assert same_bits(ours, theirs) and same_bits(np.array(trees.flat(last), float), ended)
+    assert same_bits(ours, theirs) and same_bits(np.array(flat_tuples.flat(last), float), ended)
     assert np.ptp(ours[:, 0]) > 0.05
 
 
@@ -127,7 +129,7 @@ void run({state} *state, const double *x, const double *load, const {shape} *c, 
         return state
 
     ours, theirs = np.empty((count, 4)), np.empty((count, 4))
-    run(trees.shaped(TouchState, start.tolist()), x, load, coefficients, ours)
+    run(flat_tuples.shaped(TouchState, start.tolist()), x, load, coefficients, ours)
     library.run(
         address(start), address(x), address(load), address(np.array(coefficients, float)), address(theirs), count
     )

@@ -12,18 +12,18 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.laws import LAWS
-from frictionloop.device.bench_boards import HostBoard
 from frictionloop.device.codec import Decoder, encode
 from frictionloop.device.emulator import TeensyEmulator
 from frictionloop.device.emulator.teensy import RESETS
 from frictionloop.device.errors import Refused
-from frictionloop.firmware import built_in
-from frictionloop.firmware.board_law import board_law
-from frictionloop.firmware.exported import export
+from frictionloop.device.simulated_boards import HostBoard
+from frictionloop.firmware import build_identity
+from frictionloop.firmware.image_law import board_law
+from frictionloop.firmware.parameter_files import differing, fingerprint, word_of
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.words import differing, fingerprint, word_of
-from frictionloop.loop.blocks import forget
-from frictionloop.quantities.schema import firmware_folder, schema, table_hash, word_count
+from frictionloop.firmware.system_export import export
+from frictionloop.loop.registered_blocks import forget
+from frictionloop.quantities.protocol_schema import firmware_folder, schema, table_hash, word_count
 from tests.helpers.own_laws import register_both
 
 BENCH = fl.bench()
@@ -145,22 +145,22 @@ def test_a_bad_table_goes_before(words):
 def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a copy of the C sources that stands in their place."""
     copy = Path(shutil.copytree(firmware_folder(), tmp_path / "firmware"))
-    monkeypatch.setattr(built_in, "firmware_folder", lambda: copy)
-    built_in.revision_here.cache_clear()
+    monkeypatch.setattr(build_identity, "firmware_folder", lambda: copy)
+    build_identity.revision_here.cache_clear()
     yield copy
-    built_in.revision_here.cache_clear()
+    build_identity.revision_here.cache_clear()
 
 
 def test_it_is_the_version_and_eight_digits_and_fits_its_field():
-    told = built_in.revision_here()
+    told = build_identity.revision_here()
     assert re.fullmatch(r"[\w.+]+\+[0-9a-f]{8}", told)
-    assert len(told) <= built_in.REVISION_BYTES
+    assert len(told) <= build_identity.REVISION_BYTES
 
 
 def test_a_long_version_gives_way_to_the_checksum(monkeypatch, sources):
-    monkeypatch.setattr(built_in, "package_version", lambda: "10.20.30.dev4")
-    assert built_in.revision_here().startswith("10.20.3+")
-    assert len(built_in.revision_here()) == 16
+    monkeypatch.setattr(build_identity, "package_version", lambda: "10.20.30.dev4")
+    assert build_identity.revision_here().startswith("10.20.3+")
+    assert len(build_identity.revision_here()) == 16
 
 
 def test_the_checksum_is_the_crc_of_names_and_contents(sources):
@@ -168,13 +168,13 @@ def test_the_checksum_is_the_crc_of_names_and_contents(sources):
         str(path.relative_to(sources).as_posix()) for path in sources.rglob("*") if path.suffix in (".c", ".h")
     )
     joined = b"".join(name.encode() + b"\0" + (sources / name).read_bytes() + b"\0" for name in files)
-    assert built_in.revision_here().endswith(f"+{zlib.crc32(joined):08x}")
+    assert build_identity.revision_here().endswith(f"+{zlib.crc32(joined):08x}")
 
 
 @pytest.mark.parametrize("change", ["content", "name", "line ends"])
 def test_what_changes_it(sources, change):
-    before = built_in.revision_here()
-    built_in.revision_here.cache_clear()
+    before = build_identity.revision_here()
+    build_identity.revision_here.cache_clear()
     file = sources / "core" / "app_drive.c"
     if change == "content":
         file.write_bytes(file.read_bytes() + b"\n")
@@ -182,18 +182,18 @@ def test_what_changes_it(sources, change):
         file.rename(file.with_name("app_drive_2.c"))
     else:
         file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
-    assert (built_in.revision_here() == before) == (change == "line ends")
+    assert (build_identity.revision_here() == before) == (change == "line ends")
 
 
 def test_an_image_tells_it(images):
-    assert built_in.revision_of(images("pi").elf) == built_in.revision_here()
-    assert built_in.other_sources(images("pi").elf) == ""
+    assert build_identity.revision_of(images("pi").elf) == build_identity.revision_here()
+    assert build_identity.other_sources(images("pi").elf) == ""
 
 
 def test_a_file_without_one_says_nothing(tmp_path):
     (tmp_path / "a.elf").write_bytes(b"no ELF file")
-    assert built_in.other_sources(tmp_path / "a.elf") == ""
-    assert built_in.other_sources(tmp_path / "none.elf") == ""
+    assert build_identity.other_sources(tmp_path / "a.elf") == ""
+    assert build_identity.other_sources(tmp_path / "none.elf") == ""
 
 
 # An image has one law beside the lookup, says which, and refuses the table of another in one line.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -10,17 +11,15 @@ import numpy as np
 from whole_sensors import FIRST, population
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import Converters, HostBoard, Sample
 from frictionloop.device.codec import Decoder, encode
+from frictionloop.device.simulated_boards import Converters, HostBoard, Sample
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.parameters.presets import RETUNED
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.protocol_schema import schema
 from tests.helpers.host_frames import SESSION, heartbeat, hello
 
 COUNTS_A_NEWTON = 2**16 / 5
 LEAST, LARGEST, TICK_HZ = -32768, 32767, 5000
-TWO_PERIODS = TICK_HZ // 25
-"""Of the mains at 50 Hz, in ticks."""
 TICK_US = 1_000_000 // TICK_HZ
 
 Broken = Callable[[Sample, Sample, int, np.random.Generator], Sample]
@@ -79,6 +78,35 @@ def no_load(now: Sample, broke: Sample, k: int, rng: np.random.Generator) -> Sam
     return now._replace(load=int(rng.integers(-1, 2)))
 
 
+def scaled(times: float = 1.0, more_n: float = 0.0, drift_n_s: float = 0.0, noise_n: float = 0.0) -> Broken:
+    """Another gain, an offset, a drift and noise."""
+
+    def broken(now: Sample, broke: Sample, k: int, rng: np.random.Generator) -> Sample:
+        more = more_n + drift_n_s * k / TICK_HZ + noise_n * rng.standard_normal()
+        return now._replace(force=told(times * now.force + COUNTS_A_NEWTON * more))
+
+    return broken
+
+
+def late(ticks: int, every: int = 1) -> Broken:
+    """A force of some ticks ago, and of those one of ``every``."""
+    kept: deque[int] = deque(maxlen=ticks + 1)
+
+    def broken(now: Sample, broke: Sample, k: int, rng: np.random.Generator) -> Sample:
+        if k == 0:
+            kept.clear()
+        if k % every == 0:
+            kept.append(now.force)
+        return now._replace(force=kept[0])
+
+    return broken
+
+
+def stuck_bit(bit: int) -> Broken:
+    """A bit of the converter is 1."""
+    return lambda now, broke, k, rng: now._replace(force=now.force | 1 << bit)
+
+
 class Failure(NamedTuple):
     """How a sensor breaks, the fault that it is, and the longest time until it is told, in ticks."""
 
@@ -89,18 +117,46 @@ class Failure(NamedTuple):
 
 HUMS = ("sensor_hums", "force_range")
 """A hum may take a large force out of its range."""
+THIRTEEN = 15 * TICK_HZ // 100
+"""Ticks of 13 swings of the mains at 50 Hz, and of two more until they are told apart from the force."""
 FAILURES = {
     "stuck with a bit of dither": Failure(dither, ("sensor_stuck",)),
-    "floating": Failure(floating, (*HUMS, "sensor_jumps"), TWO_PERIODS),
+    "floating": Failure(floating, (*HUMS, "sensor_jumps"), THIRTEEN),
     "random codes": Failure(random_codes, ("sensor_jumps",)),
-    "mains, 50 Hz": Failure(hum(0.5, 50.0), HUMS, TWO_PERIODS),
-    "mains, 60 Hz": Failure(hum(0.5, 60.0), HUMS, TWO_PERIODS),
-    "mains, strong": Failure(hum(1.0, 50.0), HUMS, TWO_PERIODS),
+    "mains, 50 Hz": Failure(hum(0.5, 50.0), HUMS, THIRTEEN),
+    "mains, 60 Hz": Failure(hum(0.5, 60.0), HUMS, THIRTEEN),
+    "mains, strong": Failure(hum(1.0, 50.0), HUMS, THIRTEEN),
     "reversed sign": Failure(reversed_sign, ("sensor_contrary",)),
+    "open input": Failure(scaled(0.0, noise_n=1e-4), ("sensor_jumps", "sensor_contrary")),
+    "an offset": Failure(scaled(more_n=1.0), ("sensor_jumps", "force_range")),
+    "half the gain": Failure(scaled(0.5), ("sensor_jumps",)),
+    "a tenth of the gain": Failure(scaled(0.1), ("sensor_jumps", "sensor_contrary")),
     "intermittent overload": Failure(overload(10, 10), ("sensor_jumps", "sensor_saturated")),
     "position jumps": Failure(position_jumps, ("sensor_jumps",)),
     "no load": Failure(no_load, ("sensor_contrary", "sensor_jumps")),
 }
+
+
+UNTOLD = {
+    "twice the gain": scaled(2.0),
+    "a drift of 0.5 N/s": scaled(drift_n_s=0.5),
+    "ten times the noise": scaled(noise_n=9e-4),
+    "every second sample": late(0, 2),
+    "2 ms late": late(10),
+    "10 ms late": late(50),
+    "a hum of 100 Hz": hum(0.5, 100.0),
+    "a hum of 400 Hz": hum(0.5, 400.0),
+    "bit 12": stuck_bit(12),
+    "bit 13": stuck_bit(13),
+}
+"""What no fault, or none for certain, tells."""
+FROM_THE_START = {
+    "open input": scaled(0.0, noise_n=1e-4),
+    "an offset": scaled(more_n=1.0),
+    "half the gain": scaled(0.5),
+    "a tenth of the gain": scaled(0.1),
+}
+"""Of sensors that broke before the loop was closed."""
 
 
 LAWS = ("notch_pi", "limit_observer", "pi", "lookup")
@@ -125,25 +181,32 @@ def slid(number: int, seed: int = FIRST) -> fl.System:
 
 
 class Noticed(NamedTuple):
-    """Name of the fault, ticks until it was told, and ticks from then until the duty was 0."""
+    """Name of the fault, empty if none; ticks until it was told, and from then until the duty was 0.
+
+    The highest amplitude since the sensor broke; and of the last 0.1 s the means of the force on the finger, over the
+    set-point, and of the amplitude.
+    """
 
     fault: str
     ticks: int
     down: int
     highest_um: float
+    force_share: float
+    amplitude_um: float
 
 
 def notice(
     system: fl.System, tells: Broken, *, seed: int = 0, lead_s: float = 0.8, most: int = TICK_HZ // 2
-) -> Noticed | None:
-    """Return what a board at a bench does about a sensor that breaks after a time; None when it told nothing.
+) -> Noticed:
+    """Return what a board at a bench does about a sensor that breaks after a time.
 
     The board closes its loop at the first tick; the sensor breaks while the plate is driven.
     """
     plant, board, wires = fl.Stepper(system, seed), HostBoard(firmware_words(system)), Converters(system)
     rng, decoder, names = np.random.default_rng(seed), Decoder(), {n: name for name, n in schema()["faults"].items()}
     board.receive(hello() + encode("mode", 1, SESSION, state=schema()["states"]["closed"]), 0)
-    lead, broke, found, highest = round(lead_s * TICK_HZ), None, None, 0.0
+    lead, broke, found = round(lead_s * TICK_HZ), None, None
+    driven: list[tuple[float, float]] = []
     for k in range(lead + most):
         sample = wires.sample(plant.measured)
         if k == lead:
@@ -153,13 +216,16 @@ def notice(
         drive = board.tick(sample, TICK_US * k)
         if k % 500 == 0:
             board.receive(heartbeat(k + 2), TICK_US * k)
-        highest = max(highest, drive.amplitude_um if broke else 0.0)
+        driven.append((drive.amplitude_um, plant.force_n))
         for message in decoder.feed(board.transmit(TICK_US * k)):
             if message.name == "fault":
                 found = names[message["fault"]], message["tick"] - lead
         if found and not broke:
             raise AssertionError(f"{found[0]} at tick {k} while every sensor was whole")
         if found and drive.duty == 0:
-            return Noticed(*found, k + 1 - lead - found[1], highest)
+            break
         plant.tick(drive.amplitude_um)
-    return None
+    amplitude_um, force_n = np.mean(driven[-TICK_HZ // 10 :], axis=0)
+    fault, ticks = found or ("", most)
+    left = force_n / system.setpoint.offset_n, amplitude_um
+    return Noticed(fault, ticks, k + 1 - lead - ticks, max(driven[lead:])[0], *left)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frictionloop.parameters import Skin
-from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
+from frictionloop.physics.bristle_contact import ContactCoefficients, contact_coefficients
 
 
 def constants_of(dt, k, c, m, slip_length_um=11.5) -> ContactCoefficients:

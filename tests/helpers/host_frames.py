@@ -1,7 +1,7 @@
 """The first frames of a host, for boards in memory."""
 
 from frictionloop.device.codec import encode
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.protocol_schema import schema
 
 NONCE = 20261124
 SESSION = NONCE + 1

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import tanhsinh
 from scipy.signal import dlsim
 
-from frictionloop.analysis.disturbance import noise_sources
+from frictionloop.analysis.disturbance_spectrum import noise_sources
 from frictionloop.analysis.limits import panel_edges
 from frictionloop.analysis.linear import LinearLoop
 

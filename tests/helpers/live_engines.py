@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import frictionloop as fl
-from frictionloop.live.engines import CHANNELS
+from frictionloop.live.live_engines import CHANNELS
 
 GRATING = fl.bench().evolve({"setpoint": {"kind": "effect"}, "controller.kind": "limit_observer"})
 

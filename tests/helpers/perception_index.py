@@ -10,9 +10,9 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import welch
 
 from frictionloop.parameters import Skin
-from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n
-from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import Array, number, numbers
+from frictionloop.perception.detection_thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n
+from frictionloop.quantities import Array, FrictionloopError
+from frictionloop.quantities.value_checks import number, numbers
 
 SEGMENT_S = 4.0
 """Length of a Welch segment: 0.25 Hz between frequencies, the Hann window is 1 Hz wide (zero to zero)."""

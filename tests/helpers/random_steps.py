@@ -9,7 +9,7 @@ HEAD = '''"""Drawn."""
 import math
 import numpy as np
 from typing import NamedTuple
-from frictionloop.quantities.arithmetic import bits, double, exp2, fma, log2, step
+from frictionloop.quantities.scalar_math import bits, double, exp2, fma, log2, step
 
 SCALE = 0.75
 COUNT = 3

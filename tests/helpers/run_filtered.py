@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from frictionloop.control.filtered_pi import filtered_pi_gains, filtered_pi_start, filtered_pi_step
-from frictionloop.quantities.trees import flat
+from frictionloop.quantities.flat_tuples import flat
 from frictionloop.sensing.measurement import Measurement
 
 RATE = 5000.0

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import signal
 
 from frictionloop.hardware.sensor import front_end, springs
-from frictionloop.hardware.sensor.electrodes import capacitance_f
+from frictionloop.hardware.sensor.front_end import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import FrictionloopError, Lti
 

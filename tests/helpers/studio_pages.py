@@ -6,7 +6,7 @@ import time
 
 from live_engines import Echo
 
-from frictionloop.live.session import Session
+from frictionloop.live.live_session import Session
 from frictionloop.studio.room import Room
 
 

@@ -11,19 +11,19 @@ import numpy as np
 
 import frictionloop as fl
 from frictionloop.control.law import Law
-from frictionloop.device.bench_boards import ENDS
-from frictionloop.firmware.board_law import board_law
+from frictionloop.control.laws import LAWS
+from frictionloop.device.simulated_boards import ENDS
 from frictionloop.firmware.compiled_core import host_sources, law_of_table
-from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware.host_compiler import shared_library
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import n_per_count
 from frictionloop.parameters.presets import RETUNED
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import named
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.protocol_schema import named
 
 TICK_HZ = 5000
 FINGERS, EACH_S = 1000, 36.0
-"""Ten hours."""
-LAWS = ("notch_pi", "limit_observer", "pi", "lookup", "notch_pi")
+SPEEDS_MM_S = 3.0, 150.0
 REPLAYED = Path(__file__).parents[1] / "firmware" / "replayed.c"
 
 
@@ -37,9 +37,8 @@ class Raised(NamedTuple):
     force_n: float
 
 
-FIRST, OTHER, FRESH = 11, 12, 13
-"""Seeds of populations. Whole sensors of the other one were judged once, with the band as it is; broken ones with
-other bands as well, before this one was kept. The fresh one was judged when all limits were as they are."""
+FIRST = 11
+"""Seed of a population."""
 
 
 @cache
@@ -52,13 +51,13 @@ def slid(finger: int, seed: int = FIRST) -> fl.System:
     """Return a finger on the bench: its law, set-point, speed, strokes and contact go through all kinds in turn."""
     rng = np.random.default_rng((seed + 12, finger))
     plain = fl.bench().evolve(RETUNED).model_dump()
-    law = LAWS[finger % len(LAWS)]
+    law = list(LAWS)[finger % len(LAWS)]
     if law != "pi":
         plain["controller"] = {"kind": law, "delay_s": 200e-6, "model": plain["controller"]["model"]}
     plain["setpoint"] = _setpoint(finger // len(LAWS), rng)
-    speed = float(rng.choice([5.0, 10.0, 20.0, 40.0, 80.0, 150.0]))
+    slowest, fastest = SPEEDS_MM_S
     changed: dict[str, Any] = {
-        "motion.speed_mm_s": speed,
+        "motion.speed_mm_s": float(slowest * (fastest / slowest) ** rng.random()),
         "motion.stroke_mm": float(rng.choice([30.0, 60.0])),
         "motion.reversal_s": float(rng.choice([0.03, 0.1])),
         "motion.start": float(rng.random()),
@@ -96,10 +95,11 @@ def _setpoint(number: int, rng: np.random.Generator) -> dict[str, Any]:
 
 
 class Told(NamedTuple):
-    """What the converters told at each tick, (ticks, 4) of int32, set-points in N, and the force on the finger."""
+    """What the converters told at each tick, (ticks, 4) of int32; set-point, amplitude and force of the run."""
 
     samples: np.ndarray
     setpoints: np.ndarray
+    amplitude_um: np.ndarray
     force_n: np.ndarray
 
 
@@ -114,18 +114,20 @@ def told(system: fl.System, seed: int, duration_s: float = EACH_S) -> Told:
         load / board.load_n_per_count,
     )  # fmt: skip
     samples = np.clip(np.rint(np.stack(columns, axis=1)), *ENDS).astype(np.int32)
-    return Told(np.ascontiguousarray(samples), np.clip(run["f_r"].values, 0.0, 7.9), run["f_a"].values)
+    setpoints, amplitude_um = np.clip(run["f_r"].values, 0.0, 7.9), np.ascontiguousarray(run["a"].values)
+    return Told(np.ascontiguousarray(samples), setpoints, amplitude_um, run["f_a"].values)
 
 
 def raised(readings: Told, words: np.ndarray, finger: int = 0) -> list[Raised]:
-    """Return the faults that a board raises, however it drives; after each it is idle for a second."""
+    """Return the faults that a board raises; after each it is idle for a second."""
     ffi, library = _library(law_of_table(words))
     room = 100
     found = np.zeros((room, 3))
-    pointers = [ffi.from_buffer("double[]", array) for array in (words, readings.setpoints, found)]
+    arrays = words, readings.setpoints, readings.amplitude_um, found
+    pointers = [ffi.from_buffer("double[]", array) for array in arrays]
     samples = ffi.from_buffer("int32_t[]", readings.samples)
     count = len(readings.setpoints)
-    many = library.fl_replayed(pointers[0], count, samples, pointers[1], room, pointers[2])
+    many = library.fl_replayed(pointers[0], count, samples, *pointers[1:3], room, pointers[3])
     faults = named("faults")
     rows = found[: min(many, room)].tolist()
     return [
@@ -139,7 +141,7 @@ def _library(law: Law) -> tuple[Any, Any]:
     ffi = needed("cffi", "cffi", "firmware").FFI()
     ffi.cdef(
         "int32_t fl_replayed(const double *words, int32_t count, const int32_t *samples, const double *setpoints, "
-        "int32_t room, double *told);"
+        "const double *amplitudes, int32_t room, double *told);"
     )
     sources, folders = host_sources()
     core = [source for source in sources if source.parent.name == "core"]

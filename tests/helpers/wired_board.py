@@ -10,8 +10,8 @@ import time
 from collections import deque
 from contextlib import contextmanager, suppress
 
-from frictionloop.device.bench_boards import BenchPipe, Simulated
-from frictionloop.live.finger import Ghost
+from frictionloop.device.simulated_boards import BenchPipe, Simulated
+from frictionloop.live.pointer_motion import Ghost
 from frictionloop.loop.stepper import Movement
 
 BLOCK_S = 0.005

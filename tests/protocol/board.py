@@ -14,7 +14,7 @@ import numpy as np
 from frictionloop.device.codec import Decoder, Message, encode
 from frictionloop.device.errors import Unplugged
 from frictionloop.device.transport import Pipe
-from frictionloop.quantities.schema import schema, table_hash, word_count
+from frictionloop.quantities.protocol_schema import schema, table_hash, word_count
 
 SAMPLES = 16
 POINTS = 1024  # of a set-point table, as in firmware/core/fl_app.h
@@ -217,7 +217,7 @@ class Firmware:
 
     def __init__(self) -> None:
         from frictionloop import bench
-        from frictionloop.device.bench_boards import HostBoard, Sample
+        from frictionloop.device.simulated_boards import HostBoard, Sample
         from frictionloop.firmware.parameter_words import firmware_words
 
         self.board, self.sample = HostBoard(firmware_words(bench())), Sample

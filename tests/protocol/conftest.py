@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from cffi import FFI
 
-from frictionloop.firmware.compiler import FLAGS, compiler, shared_library
-from frictionloop.quantities.schema import firmware_folder, schema_path
+from frictionloop.firmware.host_compiler import FLAGS, compiler, shared_library
+from frictionloop.quantities.protocol_schema import firmware_folder, schema_path
 
 SOURCES = "fl_frame.c", "fl_crc.c"
 DECLARED = """

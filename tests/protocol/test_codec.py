@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from frictionloop import FrictionloopError
 from frictionloop.device.codec import HEADER, LARGEST_CODED, LAYOUTS, REPLIES, TYPES, Decoder, encode, framed, uncoded
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.protocol_schema import schema
 
 NUMBERS = {
     "u8": st.integers(0, 2**8 - 1),
@@ -144,6 +144,6 @@ def test_a_missing_library_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, "cobs.cobs", None)
     with pytest.raises(
         FrictionloopError,
-        match=r"^cobs is missing; install with: .*pip install --constraint .*lock\.txt --editable '\.\[device\]'$",
+        match=r"^cobs is missing; install with: pip install 'frictionloop\[device\]'$",
     ):
         needed("cobs.cobs", "cobs")

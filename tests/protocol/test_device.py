@@ -9,10 +9,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.device.device import Device
+from frictionloop.device.device_run import Interrupted
 from frictionloop.device.errors import Refused
-from frictionloop.device.recorded_run import Interrupted
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities.schema import parameter_words, schema, word_count
+from frictionloop.quantities.protocol_schema import parameter_words, schema, word_count
 
 
 @pytest.fixture
@@ -155,7 +155,7 @@ def test_an_unplugged_device_ends_a_run_and_keeps_it_in_a_file(
     boards: Any, board: Any, tmp_path: Any, monkeypatch: Any
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("frictionloop.device.recorded_run.PAUSE_S", 0.0)
+    monkeypatch.setattr("frictionloop.device.device_run.PAUSE_S", 0.0)
     lines: list[Any] = []
 
     def opened() -> Any:

@@ -9,11 +9,11 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.laws import LAWS
-from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.effect_tables import effect_tables, write_tables
 from frictionloop.firmware.image import build
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_setpoint import EffectSource
 
 R = fl.rendering
 SYSTEM = fl.bench().evolve(fl.RETUNED)

@@ -9,8 +9,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.control.laws import LAWS
-from frictionloop.firmware.board_law import board_law
 from frictionloop.firmware.image import build
+from frictionloop.firmware.image_law import board_law
 from frictionloop.firmware.parameter_words import firmware_words
 
 SYSTEM = fl.bench().evolve(fl.RETUNED | {"sensor.adc_bits": 12})

@@ -15,7 +15,7 @@ import pytest
 
 from frictionloop.device import codec
 from frictionloop.device.codec import HEADER, LAYOUTS, Decoder, Message, cobs, crc16, encode, framed
-from frictionloop.quantities.schema import firmware_folder
+from frictionloop.quantities.protocol_schema import firmware_folder
 
 FUZZ = Path(__file__).with_name("fuzz.c")
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]

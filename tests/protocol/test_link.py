@@ -11,7 +11,7 @@ import pytest
 from frictionloop.device.device import Device
 from frictionloop.device.link import Link
 from frictionloop.device.recording import ALL, SCALES
-from frictionloop.live.telemetry import Rows
+from frictionloop.live.telemetry_channels import Rows
 
 
 @pytest.mark.parametrize("kind", ["Board", "Firmware"])

@@ -105,7 +105,7 @@ def test_two_hosts(port: Any) -> None:
 
 
 def test_pulled_out_in_mid_run(port: Any, tmp_path: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr("frictionloop.device.recorded_run.PAUSE_S", 0.0)
+    monkeypatch.setattr("frictionloop.device.device_run.PAUSE_S", 0.0)
     device = fl.connect(f"serial://{port[0]}")
     pulled = []
 
@@ -129,7 +129,7 @@ def test_a_port_of_another_group(monkeypatch: Any, tmp_path: Any) -> None:
 
 
 def test_a_run_over_tcp_and_a_connection_that_ends(boards: Any, tmp_path: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr("frictionloop.device.recorded_run.PAUSE_S", 0.0)
+    monkeypatch.setattr("frictionloop.device.device_run.PAUSE_S", 0.0)
     listening = socket.create_server(("127.0.0.1", 0))
     address = f"tcp://127.0.0.1:{listening.getsockname()[1]}"
     accepted: list[Any] = []

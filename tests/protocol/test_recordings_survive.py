@@ -18,7 +18,7 @@ import pytest
 from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
-from frictionloop.device.recorded_run import ending
+from frictionloop.device.device_run import ending
 from frictionloop.device.recording import counted
 from frictionloop.loop import growing_file as module
 from frictionloop.loop.growing_file import CHUNK_ROWS, Column, Spool, recovered, unfinished

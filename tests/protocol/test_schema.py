@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 from frictionloop.device.codec import HEADER, LARGEST_BODY
-from frictionloop.quantities.schema import firmware_folder, parameter_words, schema, schema_path
+from frictionloop.quantities.protocol_schema import firmware_folder, parameter_words, schema, schema_path
 
 
 def test_the_headers_are_up_to_date() -> None:

@@ -15,8 +15,8 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.laws import BUILT_IN
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities import trees
-from frictionloop.quantities.schema import schema, schema_path, table_hash, word_count
+from frictionloop.quantities import flat_tuples
+from frictionloop.quantities.protocol_schema import schema, schema_path, table_hash, word_count
 
 SOURCE = Path(__file__).with_name("written_client.py")
 
@@ -83,5 +83,5 @@ def test_it_is_told_that_it_speaks_another_version(make: Any, boards: Any) -> No
 @pytest.mark.parametrize("law", BUILT_IN, ids=lambda law: law.kind)
 def test_the_gains_and_start_words_of_the_page_are_those_of_the_laws(law: Any, page: str) -> None:
     gains, start = ("".join(re.findall(rf"^\| {law.kind} \|(.*)\|$", page, re.M)[k : k + 1]) for k in (0, 1))
-    assert re.findall(r"`([\w.]+)`", gains) == list(trees.names(law.gains))[:-2]
-    assert re.findall(r"`([\w.]+)`", start) == list(trees.names(law.state))
+    assert re.findall(r"`([\w.]+)`", gains) == list(flat_tuples.names(law.gains))[:-2]
+    assert re.findall(r"`([\w.]+)`", start) == list(flat_tuples.names(law.state))

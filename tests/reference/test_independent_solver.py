@@ -15,8 +15,8 @@ import pytest
 from scipy.integrate import DOP853
 
 import frictionloop as fl
-from frictionloop.physics.sources import sampler
-from frictionloop.quantities.normals import normals
+from frictionloop.physics.signal_values import sampler
+from frictionloop.quantities.counter_noise import normals
 
 RTOL, ATOL = 1e-12, 1e-14
 """Of the solver, per step; that it has converged is tested below."""

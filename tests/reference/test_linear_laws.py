@@ -13,12 +13,12 @@ from steady_finger import SILENT, SLIDING
 
 import frictionloop as fl
 from frictionloop.analysis import LinearLoop, linearise
-from frictionloop.analysis import rest as resting
+from frictionloop.analysis import controller_rest as resting
+from frictionloop.analysis.controller_rest import rest_of
 from frictionloop.analysis.law_space import jacobian_space, pi_space
-from frictionloop.analysis.rest import rest_of
 from frictionloop.analysis.stability import rings
 from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
-from frictionloop.quantities.arithmetic import step
+from frictionloop.quantities.scalar_math import step
 
 # A response is measured about a point, with a signal that is small on purpose.
 pytestmark = pytest.mark.filterwarnings("ignore:UNIT-DOUBT:frictionloop.SignalWarning")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictionloop.hardware.sensor import front_end, springs
-from frictionloop.hardware.sensor.electrodes import capacitance_f
+from frictionloop.hardware.sensor.front_end import capacitance_f
 from frictionloop.hardware.sensor.netlist import to_spice
 from frictionloop.parameters.sensor_design import SensorDesign
 

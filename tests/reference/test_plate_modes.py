@@ -10,8 +10,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from frictionloop.hardware.plate.dispersion import SHEAR, frequency_hz
-from frictionloop.hardware.plate.modes import mode, thickness_for_mm
+from frictionloop.hardware.plate.modes import SHEAR, frequency_hz, mode, thickness_for_mm
 from frictionloop.parameters.plate_design import Glass
 
 GLASS = Glass()

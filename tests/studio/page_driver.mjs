@@ -1,12 +1,23 @@
 // Runs the modules of a page without a server on what a test gives, and writes numbers as their bytes.
-const [modules, given] = Deno.args, { data, build, steps, session, numbers } = JSON.parse(Deno.readTextFileSync(given));
+const [modules, given] = Deno.args, { data, build, steps, crowd, ahead, session, numbers } = JSON.parse(Deno.readTextFileSync(given));
 const out = (values) => Deno.stdout.writeSync(new Uint8Array(Float64Array.from(values).buffer));
 const load = (name) => import(`file://${modules}/${name}`);
 
 if (data) {
   const { Loops } = await load("page-loops.js");
-  const loops = await Loops.open(build ? { ...data, wasm: { fused: data.wasm[build], exact: data.wasm[build] } } : data);
-  if (!build) console.log(loops.build);
+  const loops = !ahead && await Loops.open(build ? { ...data, wasm: { fused: data.wasm[build], exact: data.wasm[build] } } : data);
+  if (!build && !ahead) console.log(loops.build);
+  if (crowd) {
+    const { Twelve } = await load("page-crowd.js");
+    loops.at = crowd.at;
+    const twelve = new Twelve(loops, { ...data, rate: 1 }); // however slow this machine is
+    crowd.steps.forEach((path, block) => out(twelve.follow(Float64Array.from(path), 25 * (block + 1)).channels.map(([value]) => value)));
+  }
+  if (ahead) {
+    const [{ reasonsOf }, { mapOf }, { unpacked }] = await Promise.all(["page-ahead.js", "maps.js", "page-loops.js"].map(load));
+    console.log(JSON.stringify(reasonsOf(mapOf(await unpacked(data.maps[ahead.effect])), data.steep[ahead.effect], ahead.band)));
+    Deno.exit();
+  }
   for (const { at, path } of steps ?? []) {
     if (at) {
       loops.at = at;

@@ -7,8 +7,8 @@ from live_engines import GRATING
 from studio_files import png
 from studio_pages import opened, until
 
-from frictionloop.live.engines import TwinEngine
-from frictionloop.live.session import Session
+from frictionloop.live.live_engines import TwinEngine
+from frictionloop.live.live_session import Session
 from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow

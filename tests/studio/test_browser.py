@@ -9,7 +9,7 @@ from studio_files import wav
 from studio_pages import opened, room_of, seen, until
 
 import frictionloop as fl
-from frictionloop.live.engines import TwinEngine
+from frictionloop.live.live_engines import TwinEngine
 from frictionloop.studio.connections import Doors
 
 pytestmark = pytest.mark.slow
@@ -256,6 +256,8 @@ def test_two_viewers_see_the_same_and_one_takes_over(page, serve):
     other.click("#take")
     page.wait_for_selector("#take:visible")
     assert len(room.guests) == 2
+    for each in (page, other):  # who drives does not look on
+        seen(each, "document.querySelector('#status').textContent.endsWith('page drives · 1 page looks on')")
 
 
 def test_an_address_restores_the_loop(page, serve):

@@ -7,7 +7,7 @@ import pytest
 from live_engines import Echo
 from studio_pages import opened, room_of, seen, until
 
-from frictionloop.live.session import Session
+from frictionloop.live.live_session import Session
 from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow

@@ -8,9 +8,9 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
 import frictionloop as fl
-from frictionloop.live.engines import CHANNELS, CROWD, Crowd, TwinEngine
-from frictionloop.live.session import Session
-from frictionloop.studio.crowd import PEOPLE
+from frictionloop.live.live_engines import CHANNELS, CROWD, Crowd, TwinEngine
+from frictionloop.live.live_session import Session
+from frictionloop.studio.parallel_fingers import PEOPLE
 from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow

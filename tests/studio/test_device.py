@@ -10,22 +10,22 @@ import pytest
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
-from frictionloop.cli.effect import LAW
-from frictionloop.device.bench_boards import Simulated
+from frictionloop.cli.flags import LAW
 from frictionloop.device.codec import Message
 from frictionloop.device.device import connect
 from frictionloop.device.errors import fault_code
 from frictionloop.device.recording import ALL
 from frictionloop.device.recording import CHANNELS as TOLD
+from frictionloop.device.simulated_boards import Simulated
 from frictionloop.findings import CATALOGUE
 from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.live.device_engine import DeviceEngine
 from frictionloop.live.device_session import DeviceSession
-from frictionloop.live.engines import CHANNELS
-from frictionloop.live.session import recorded
-from frictionloop.live.telemetry import Rows
+from frictionloop.live.live_engines import CHANNELS
+from frictionloop.live.live_session import recorded
+from frictionloop.live.telemetry_channels import Rows
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.protocol_schema import schema
 from frictionloop.studio.commands import obey
 from frictionloop.studio.connections import Guest
 from frictionloop.studio.live_numbers import numbers_of

@@ -10,11 +10,11 @@ import pytest
 from wired_board import wired
 
 import frictionloop as fl
-from frictionloop.cli.effect import LAW
+from frictionloop.cli.flags import LAW
 from frictionloop.device.device import connect
 from frictionloop.live.device_engine import DeviceEngine
 from frictionloop.live.device_session import DeviceSession
-from frictionloop.live.engines import CHANNELS
+from frictionloop.live.live_engines import CHANNELS
 from frictionloop.studio.commands import obey
 from frictionloop.studio.connections import Guest
 from frictionloop.studio.room import Room

@@ -16,8 +16,8 @@ import pytest
 from live_engines import GRATING, Echo
 
 import frictionloop as fl
-from frictionloop.live.engines import TwinEngine
-from frictionloop.live.session import Session
+from frictionloop.live.live_engines import TwinEngine
+from frictionloop.live.live_session import Session
 from frictionloop.quantities import FrictionloopError
 from frictionloop.studio import background, commands
 from frictionloop.studio.commands import obey
@@ -160,8 +160,8 @@ def test_numbers_are_taken_at_once_and_another_law_or_kind_of_effect_is_not():
 OPENS = """
 import sys
 import frictionloop as fl
-from frictionloop.live.engines import TwinEngine
-from frictionloop.live.session import Session
+from frictionloop.live.live_engines import TwinEngine
+from frictionloop.live.live_session import Session
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
 studio_app(Room(Session(TwinEngine(fl.bench().evolve({"setpoint": {"kind": "effect"}})))))

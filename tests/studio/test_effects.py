@@ -11,7 +11,7 @@ from studio_files import png
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
-from frictionloop.live.session import Session
+from frictionloop.live.live_session import Session
 from frictionloop.rendering.force_tables import Map
 from frictionloop.studio import effect_feasibility
 from frictionloop.studio.effect_feasibility import BEYOND, STEEP, WEAK, previewed

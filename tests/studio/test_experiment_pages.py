@@ -10,8 +10,8 @@ import pytest
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_trials, run
 from frictionloop.experiments.respondent import Aborted, Live
-from frictionloop.studio.experiment.desk import Desk, live_of, trace_of
 from frictionloop.studio.experiment.experiment_server import served
+from frictionloop.studio.experiment.page_respondent import Desk, live_of, trace_of
 
 slow = pytest.mark.slow
 PLAN = Protocol(
@@ -111,8 +111,9 @@ def test_a_session_on_two_pages(page, other, session):
     other.fill("#text", "the finger is dry")
     other.click("#note button")
     until(lambda: "the finger is dry" in other.text_content("#notes"))
-    page.click("[data-choice='2']")
     other.click("#pause")
+    until(lambda: logged(going.path, "pause"))  # else a trial that has begun waits for an answer
+    page.click("[data-choice='2']")
     until(lambda: page.text_content("#said") == "One moment, please")
     held = len(read_trials(going.path))
     time.sleep(0.6)
@@ -137,7 +138,27 @@ def test_a_session_on_two_pages(page, other, session):
     assert '"row"' in told
     for secret in ("requested", "delivered", "condition", "force_n", "setpoint_n", "comparison", "correct", "response"):
         assert f'"{secret}"' not in told
-    assert "over" in other.text_content("#status")
+    until(lambda: "over" in other.text_content("#status"))
+
+
+@slow
+def test_a_session_is_paused_and_goes_on_by_two_presses_before_the_page_hears_of_the_first(page, other, session):
+    """What the page asks for must not hang on a status that comes late: the second press was a pause too."""
+    going = session()
+    other.add_init_script(
+        "const Plain = WebSocket; window.WebSocket = class extends Plain { set onmessage(take) {"
+        " const late = ({ data }) => (String(data).includes('\"status\"') ? 1500 : 0);"
+        " super.onmessage = (event) => setTimeout(take, late(event), event); } };"
+    )
+    other.goto(going.addresses.experimenter)
+    page.goto(going.addresses.participant)
+    until(lambda: page.is_visible("#go"))
+    until(lambda: "running" in other.text_content("#status"))
+    for said, pressed in (("pause", "Go on"), ("go on", "Pause")):
+        other.click("#pause")
+        assert other.text_content("#pause") == pressed
+        until(lambda said=said: len(logged(going.path, said)) == 1)
+    assert going.desk.heard.going.is_set()
 
 
 @slow

@@ -107,7 +107,7 @@ def test_a_try_that_takes_long_holds_nobody_up_and_is_told_once():
     again.try_on()
     again.end()
     assert not again.opened()  # nothing was lost
-    again.lost()
+    again.away = True
     again.try_on()
     assert again.away and not again.opened()
     answers.set()
@@ -125,7 +125,7 @@ def test_a_line_whose_try_fails_is_away_until_a_later_one_succeeds():
             raise DeviceError("serial:///nowhere: no answer")
 
     again = LineAgain(reconnect)
-    again.lost()
+    again.away = True
     again.try_on()
     again.end()
     assert again.away and not again.opened()

@@ -11,13 +11,13 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, until
 
 import frictionloop as fl
-from frictionloop.live.engines import TwinEngine
-from frictionloop.live.session import Session
-from frictionloop.loop.blocks import forget
+from frictionloop.live.live_engines import TwinEngine
+from frictionloop.live.live_session import Session
+from frictionloop.loop.registered_blocks import forget
 from frictionloop.studio.commands import obey
 from frictionloop.studio.connections import Guest
 from frictionloop.studio.effect_pictures import gallery
-from frictionloop.studio.panels import as_python, panels_of, system_message
+from frictionloop.studio.parameter_panels import as_python, differences, panels_of, system_message
 from frictionloop.studio.room import Room
 
 
@@ -78,7 +78,7 @@ def test_a_law_from_outside_has_its_name_its_fields_and_their_meaning(own):
     share = by_path(mine, "controller")["controller.share"]
     assert (share["value"], share["low"], share["high"]) == (0.7, 0.0, pytest.approx(3.5))
     assert share["means"] == "Share of the wish that is commanded."
-    assert "\"controller.kind\": 'half'" in as_python(mine)
+    assert "\"controller.kind\": 'half'" in as_python(mine, differences(mine))
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from live_engines import GRATING
 
 import frictionloop as fl
 from frictionloop.parameters.block import Block
-from frictionloop.studio.panels import panels_of
+from frictionloop.studio.parameter_panels import panels_of
 
 
 def changed_by(fields):

@@ -13,12 +13,11 @@ from live_engines import GRATING, Echo
 from studio_pages import opened, seen, until
 
 import frictionloop as fl
-from frictionloop.live.engines import CHANNELS
-from frictionloop.live.session import Session
-from frictionloop.parameters.written import to_toml
+from frictionloop.live.live_engines import CHANNELS
+from frictionloop.live.live_session import Session
+from frictionloop.parameters.toml_writer import to_toml
 from frictionloop.studio.connections import Guest
-from frictionloop.studio.one_page import needed_by
-from frictionloop.studio.replay import STEPS, page_of, played, read_run, stroked
+from frictionloop.studio.replay import STEPS, needed_by, page_of, played, read_run, stroked
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
 

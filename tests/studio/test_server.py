@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import shlex
+import threading
 import warnings
 from pathlib import Path
 
@@ -15,13 +16,16 @@ from live_engines import GRATING, Echo
 
 import frictionloop as fl
 from frictionloop import studio
-from frictionloop.cli.effect import LAW
+from frictionloop.cli.flags import LAW
 from frictionloop.cli.studio import _given as opened_with
-from frictionloop.live.engines import CHANNELS, TwinEngine
-from frictionloop.live.session import Session
+from frictionloop.live.live_engines import CHANNELS, TwinEngine
+from frictionloop.live.live_session import Session
+from frictionloop.parameters.presets import RETUNED
+from frictionloop.studio.commands import WAITS, obey
 from frictionloop.studio.connections import MOST_WAITING, WAITING, Doors, Guest
 from frictionloop.studio.frames import FRAME, pack_map, unpack
-from frictionloop.studio.panels import as_command
+from frictionloop.studio.opened_studio import on_plate, ringing
+from frictionloop.studio.parameter_panels import as_command, differences
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
 
@@ -41,6 +45,20 @@ def client(room=None, doors=None):
 
 def at_socket(at, query="", **headers):
     return at.websocket_connect(f"ws://localhost/live{query}", headers=headers)
+
+
+class Slow(Echo):
+    """An engine that compiles another loop until it is let."""
+
+    def __init__(self):
+        super().__init__()
+        self.compiled = threading.Event()
+
+    def ready(self, system):
+        return system.controller.kind == GRATING.controller.kind
+
+    def prepare(self, system):
+        self.compiled.wait(10.0)
 
 
 def heard(live, kind, most=400):
@@ -177,6 +195,44 @@ def test_one_page_drives_and_another_can_take_over():
             pass
 
 
+@pytest.mark.parametrize("end", ["leaves", "is taken over", "ends it"])
+def test_whoever_comes_after_a_tour_finds_the_loop_as_it_was_before(end):
+    room = Room(Session(Echo()))
+    first, second = Guest(may_drive=True), Guest(may_drive=True)
+    room.join(first)
+    room.join(second)
+    before = room.session.engine.system
+    obey(room, first, {"do": "tour", "on": True})
+    obey(room, first, {"do": "set", "values": {"friction.nominal_n": 1.3}})
+    assert room.session.engine.system != before
+    if end == "leaves":
+        room.leave(first)
+    elif end == "is taken over":
+        room.take(second)
+    else:
+        obey(room, first, {"do": "tour", "on": False})
+    assert room.session.engine.system == before
+    room.take(second)
+    obey(room, second, {"do": "set", "values": {"friction.nominal_n": 0.7}})
+    room.leave(second)
+    assert room.session.engine.system.friction.nominal_n == 0.7  # what is no tour stays
+
+
+def test_a_step_of_the_tour_whose_loop_is_compiled_too_late_is_not_put_in_force():
+    engine = Slow()
+    before = engine.system
+    with client(Room(Session(engine))) as at:
+        with at_socket(at) as first:
+            ask(first, do="tour", on=True)
+            ask(first, do="set", values={"controller.kind": "pi"})
+            assert heard(first, "said")["why"] == WAITS
+        engine.compiled.set()
+        with at_socket(at) as second:
+            for _ in range(5):  # a second
+                heard(second, "status")
+    assert engine.system == before
+
+
 def test_the_engine_that_dies_is_told_to_every_page_with_its_reason():
     with client(Room(Session(Echo(fails_at=500)))) as at, at_socket(at) as live:
         while (told := heard(live, "status"))["state"] != "dead":
@@ -235,7 +291,7 @@ def test_a_change_is_undone_and_told():
 )
 def test_the_command_that_is_shared_opens_the_same_system(changes):
     system = fl.bench().evolve({"setpoint": {"kind": "effect"}}).evolve(changes)
-    words = shlex.split(as_command(system))
+    words = shlex.split(as_command(system, differences(system)))
     assert words[:2] == ["frictionloop", "studio"]
     given = dict(zip(words[2::2], words[3::2], strict=True))
     effect = given.pop("--effect", None)
@@ -249,6 +305,16 @@ def test_a_set_point_of_time_gives_way_to_a_grating_with_a_finding(tmp_path):
     assert given.system.setpoint.kind == "effect"
     assert [(each.code, each.value) for each in given.findings] == [("STUDIO-EFFECT", "sine")]
     assert opened_with(None, None, None, None).findings == ()
+
+
+@pytest.mark.parametrize(("values", "codes"), [({}, ["LOOP-UNSTABLE"]), (RETUNED, []), (LAW, [])])
+def test_a_page_that_opens_on_a_loop_that_rings_says_so(values, codes):
+    found = ringing(on_plate(fl.bench().evolve(values), "detents"))
+    assert [each.code for each in found] == codes
+    for each in found:
+        assert each.severity == "error"
+        assert 100.0 < each.value < 300.0  # above the sensor's resonance of 145 Hz
+        assert "Gains that hold" in str(each)
 
 
 @pytest.mark.slow

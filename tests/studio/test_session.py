@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from live_engines import GRATING, Echo
 
-from frictionloop.live.engines import CHANNELS, TwinEngine
-from frictionloop.live.finger import FASTEST_MM_S, LATE_S
-from frictionloop.live.session import CATCH_UP_S, GONE_S, KEPT_S, SPARSE, Session
+from frictionloop.live.live_engines import CHANNELS, TwinEngine
+from frictionloop.live.live_session import CATCH_UP_S, GONE_S, KEPT_S, SPARSE, Session
+from frictionloop.live.pointer_motion import FASTEST_MM_S, LATE_S
 from frictionloop.studio.live_numbers import TURNED_MM, numbers_of, slides
 
 X, LOAD = 0, 1
@@ -183,9 +183,7 @@ def test_numbers_of_what_was_asked_for_are_perfect_and_of_a_resting_finger_none(
     assert told["closed_r2"] == pytest.approx(1.0)
     assert told["open_error_n"] == pytest.approx(0.1)
     assert told["open_contrast"] == pytest.approx(1.0)
-    assert told["closed_felt"] == pytest.approx(0.0)
     assert told["beyond"] == pytest.approx(1 / 3, abs=0.02)  # 0.1 sin x is above 0.05 for a third of its period
-    assert told["open_felt"] > 1.0  # 0.1 N that comes with the touch is felt
     rows[X] = 3.0
     assert numbers_of(rows, 5000.0, 0.02) == {}
 
@@ -222,12 +220,20 @@ def test_ringing_is_at_both_limits_and_a_plate_that_does_all_it_can_at_one():
     assert numbers_of(rows, 5000.0, 0.02)["swings"] == 0.0
 
 
-@pytest.mark.parametrize(("hz", "fast"), [(20.0, 0.0), (250.0, 1.0)])
-def test_what_of_the_felt_error_is_fast_is_told(hz, fast):
-    rows = np.zeros((len(CHANNELS), 10_000))
-    rows[X], rows[LOAD] = np.linspace(0, 80, 10_000), 0.5
-    rows[list(CHANNELS).index("closed_n")] = 0.05 * np.sin(2 * np.pi * hz / 5000 * np.arange(10_000))
-    assert numbers_of(rows, 5000.0, 0.02)["closed_fast"] == pytest.approx(fast, abs=0.03)
+@pytest.mark.parametrize("late_s", [0.0, 0.004, 0.012])
+def test_the_contrast_is_the_share_at_the_patterns_own_period_whatever_else_is_in_the_force(late_s):
+    rows, names, k = np.zeros((len(CHANNELS), 10_000)), list(CHANNELS), np.arange(10_000)
+    rows[X], rows[LOAD] = 80.0 * k / 10_000, 0.5
+    turns = 2.0 * np.pi * rows[X] / 2.0  # 20 Hz
+    rows[names.index("asked_n")] = 0.5 + 0.1 * np.sin(turns)
+    other = 0.05 * np.random.default_rng(0).standard_normal(k.size) + 0.03 * np.sin(2 * np.pi * 7.0 * k / 5000)
+    rows[names.index("closed_n")] = force = 0.6 + 0.07 * np.sin(turns - 40.0 * np.pi * late_s) + other
+    told = numbers_of(rows.astype(np.float32), 5000.0, 0.02)
+    count = slides(rows[X], rows[LOAD], 5000.0, 0.02)
+    wave = np.exp(1j * turns[count])
+    share = abs(np.mean((force[count] - force[count].mean()) * wave)) / abs(np.mean(0.1 * np.sin(turns[count]) * wave))
+    assert told["closed_contrast"] == pytest.approx(share, rel=0.02)
+    assert told["closed_contrast"] == pytest.approx(0.7, rel=0.03)
 
 
 @pytest.mark.parametrize("other_s", [-50.0, 50.0])

@@ -8,22 +8,27 @@ import json
 import math
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from firefox import firefox
 from studio_pages import seen
 
 import frictionloop as fl
-from frictionloop.live.engines import CHANNELS, TwinEngine
-from frictionloop.live.session import Session
+from frictionloop.live.live_engines import CHANNELS, TwinEngine
+from frictionloop.live.live_session import Session
+from frictionloop.physics.reach import Reach
 from frictionloop.rendering.effect import TURNS_MM_S
-from frictionloop.studio.live_numbers import numbers_of
-from frictionloop.studio.one_page import STATIC
+from frictionloop.studio import opened_studio
+from frictionloop.studio.effect_feasibility import BEYOND, SLACK_N, STEEP
+from frictionloop.studio.effect_pictures import force_over
+from frictionloop.studio.live_numbers import numbers_of, slides
+from frictionloop.studio.offline_choices import Choices, PageBench, axes_of
 from frictionloop.studio.opened_studio import scene
-from frictionloop.studio.page_choices import Choices, PageBench, axes_of
-from frictionloop.studio.replay import packed
+from frictionloop.studio.replay import STATIC, packed
 
 BASE = scene()
 DRIVER = Path(__file__).with_name("page_driver.mjs")
@@ -159,8 +164,28 @@ def test_the_numbers_are_those_of_the_served_page(tmp_path):
     rows, limits = session.last(2.0), {"touch_n": BASE.touch.load.touch_n, "turns_mm_s": TURNS_MM_S}
     numbers = {"rows": rows.astype(float).tolist(), "names": list(CHANNELS), "limits": limits}
     found, expected = json.loads(deno(tmp_path, numbers=numbers)), numbers_of(rows, 5000.0, limits["touch_n"])
-    assert len(found) == 9
+    count = slides(rows[0].astype(float), rows[1], 5000.0, limits["touch_n"])
+    reach = [rows[list(CHANNELS).index(name), count].mean(dtype=float) for name in ("floor_n", "limit_n")]
+    assert found.pop("reach") == pytest.approx(reach, rel=1e-5)
+    assert set(found) == set(expected)
     assert found == {name: pytest.approx(expected[name], rel=1e-5, abs=1e-9) for name in found}
+
+
+@pytest.mark.parametrize("effect", ["square", "edge", "braille"])
+def test_what_will_not_arrive_is_hatched_where_the_served_page_would(data, effect, tmp_path):
+    band = [0.41, 0.47]
+    found = json.loads(deno(tmp_path, data=data, ahead={"effect": effect, "band": band}))
+    source = BASE.evolve({"setpoint.effect": fl.rendering.LIBRARY[effect]}).setpoint
+    rows = np.array(found["reasons"])
+    x = found["from_mm"] + found["step_mm"] * np.arange(rows.shape[1])
+    lines = found["bottom_mm"] + found["row_mm"] * np.arange(rows.shape[0])
+    assert len(lines) == (60 if effect == "braille" else 1)
+    beyond = Reach(*band).beyond(force_over(source, x, lines), SLACK_N)
+    assert 0.1 < beyond.mean() == pytest.approx(found["shares"]["beyond"], abs=0.02)
+    assert np.mean((rows & BEYOND > 0) != beyond) < 0.02  # 255 steps of force, lines of 0.25 mm
+    fine = np.linspace(x[0], x[-1], 20 * x.size)
+    steep = np.abs(np.gradient(force_over(source, fine, lines), fine, axis=1)).max(axis=1) > 1.0  # N/mm of the skin
+    assert np.array_equal((rows & STEEP > 0).any(axis=1), steep)
 
 
 def test_choices_that_do_not_add_up_are_refused_by_name():
@@ -230,7 +255,37 @@ def test_the_page_runs_from_a_file_and_has_its_choices(page, play):
     seen(page, "document.getElementById('as-command').textContent.includes('--plate.max_amplitude_um 1.2')")
     page.locator("#undo").click()
     seen(page, "!document.getElementById('as-command').textContent.includes('max_amplitude')")
+    page.click("#presets-open")
+    page.click("#presets >> text=Weak plate")
+    seen(page, "document.getElementById('ahead-told').textContent.includes(\"out of this finger's reach\")")
     assert static_page.MORE in page.locator("footer").text_content()
+
+
+def test_twelve_fingers_feel_the_stroke_each_as_if_alone(data, tmp_path):
+    chosen = {"law": "pi", "effect": "square", "finger": "", "stops": {"friction.nominal_n": 0.8, "controller.kp": 0.2}}
+    steps = [stroke(25 * block, 25) for block in range(60)]
+    given = {"at": chosen, "steps": [path.ravel().tolist() for path in steps]}
+    found = np.frombuffer(deno(tmp_path, data=data, build="fused", crowd=given)).reshape(60, 25)
+    choices = static_page.choices_of(BASE)
+    for number, person in list(enumerate(choices.fingers.values()))[::5]:
+        system = BASE.evolve(choices.effects["square"]).evolve(choices.laws["pi"])
+        twin = TwinEngine(system.evolve({"controller.kp": 0.2} | person), 0)
+        rows = np.array([twin.advance(path)[[2, 3, 4], -1] for path in steps])
+        assert np.array_equal(found[:, [0, 1 + number, 13 + number]], rows)
+
+
+def test_the_row_of_fingers_is_shown_where_it_is_quick_enough_and_one_is_taken(page, play):
+    running(page, play.as_uri())
+    page.click("#crowd-on")
+    told = "document.getElementById('crowd-told').textContent"
+    seen(page, f"{told}.startsWith('Error with the loop open') || {told}.includes('cannot be shown')")
+    if "cannot" in page.text_content("#crowd-told"):
+        assert "µs here, at most 8" in page.text_content("#crowd-told")  # this machine, or this hour, is too slow
+        return
+    assert page.locator("#people button").count() == 12
+    page.click("#people button:nth-child(4)")
+    wanted = fl.fingers(4, 0)[3]["friction.nominal_n"]
+    seen(page, f"document.getElementById('as-command').textContent.includes('{wanted}')")
 
 
 def test_what_the_page_cannot_do_is_named_with_what_can(page, play):
@@ -240,6 +295,29 @@ def test_what_the_page_cannot_do_is_named_with_what_can(page, play):
     running(page, play.as_uri() + given)
     seen(page, "document.getElementById('as-command').textContent.includes('--friction.nominal_n 0.5')")
     assert page.locator("#status").text_content() == f"controller.rate_hz: {static_page.MORE}"
+
+
+def test_the_tour_says_what_is_done_and_ends_where_it_began(page, play):
+    running(page, play.as_uri())
+    before = command(page)
+    page.click("#tour")
+    box = page.locator("#plate").bounding_box()
+    page.mouse.move(box["x"] + 100, box["y"] + 60)
+    page.mouse.down()
+    for step in range(60):
+        page.mouse.move(box["x"] + 100 + 3 * step, box["y"] + 60)
+        page.wait_for_timeout(10)
+    page.mouse.up()
+    done = "document.querySelector('#tour-card .done').textContent.startsWith('✓')"
+    seen(page, done)
+    for _ in range(5):
+        page.click("[data-tour=next]")
+    assert page.text_content("#tour-card .count") == "6 of 7"
+    seen(page, "document.getElementById('ahead-told').textContent.includes(\"out of this finger's reach\")")
+    page.get_by_role("slider", name="plate.max_amplitude_um").fill("2.5")
+    seen(page, done)
+    page.click("[data-tour=end]")
+    seen(page, f"document.getElementById('as-command').textContent === {json.dumps(before)}")
 
 
 def test_the_pointer_takes_the_finger_over_at_once(page, play):
@@ -266,6 +344,24 @@ def test_a_strict_host_and_a_processor_that_does_not_fuse_will_do(page, play, bu
     assert page.locator("#verdict").text_content().startswith("The closed loop leaves")
 
 
+def test_firefox_runs_it_from_a_file_to_the_same_bits(play, tmp_path):
+    program = shutil.which("firefox-esr") or shutil.which("firefox") or pytest.skip("no firefox on the PATH")
+    with firefox(program, tmp_path) as tab:
+        tab.goto(play.as_uri())
+        seen(tab, "document.querySelector('[data-number=closed_error_n]')?.textContent.includes('mN')")
+        assert tab.evaluate("document.body.dataset.build") in ("fused", "exact")  # proven, or it would not run
+        assert tab.evaluate("document.getElementById('trouble').textContent") == ""
+        assert tab.evaluate("document.getElementById('verdict').textContent").startswith("The closed loop leaves")
+
+
+def test_a_wheel_brings_the_page_for_those_without_a_compiler(play, tmp_path, monkeypatch):
+    monkeypatch.setattr(opened_studio, "CARRIED", play)
+    monkeypatch.setattr(opened_studio, "find_spec", lambda name: None)
+    found = fl.studio.export(tmp_path / "out.html")
+    assert found.path.read_bytes() == play.read_bytes()
+    assert found.runs == found.findings == ()
+
+
 def test_a_browser_without_the_simulators_bits_says_so(page, play):
     page.add_init_script("WebAssembly.validate = () => false")
     page.goto(play.as_uri())
@@ -282,6 +378,16 @@ def test_axe_finds_nothing_serious_on_the_page(page, play, width, scheme):
     seen(page, "document.body.dataset.build !== undefined")
     found = axe.Axe().run(page).response["violations"]
     assert [each["id"] for each in found if each["impact"] in ("serious", "critical")] == []
+
+
+def test_nothing_moves_by_itself_for_who_wants_no_motion(page, play):
+    page.emulate_media(reduced_motion="reduce")
+    page.goto(play.as_uri())
+    seen(page, "document.getElementById('verdict').textContent.startsWith('Slide on the plate')")
+    assert not page.is_checked("#ghost")
+    page.focus("#plate")
+    page.keyboard.down("ArrowRight")
+    seen(page, "document.querySelector('[data-number=closed_error_n]').textContent.includes('mN')")
 
 
 def test_a_phone_shows_plate_curves_and_numbers_at_once(page, play):

@@ -6,8 +6,8 @@ import pytest
 from live_engines import GRATING
 from studio_pages import opened, seen, until
 
-from frictionloop.live.engines import TwinEngine
-from frictionloop.live.session import Session
+from frictionloop.live.live_engines import TwinEngine
+from frictionloop.live.live_session import Session
 from frictionloop.studio.room import Room
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,7 @@ import pytest
 from live_engines import GRATING
 from studio_pages import opened, room_of
 
-from frictionloop.live.engines import TwinEngine
+from frictionloop.live.live_engines import TwinEngine
 
 pytestmark = pytest.mark.slow
 SPANS = """(name) => {
@@ -74,3 +74,22 @@ def test_the_moving_picture_begins_anew_in_another_look_and_span(page, serve):
     columns = [np.count_nonzero(each[:, 0] >= 0) for each in (moving, still)]
     assert columns[1] > 200
     assert abs(columns[0] - columns[1]) < 0.05 * columns[1]
+
+
+def test_what_the_skin_pulls_along_at_a_turn_is_a_gap_and_no_spike(page, serve):
+    opened(page, serve(room_of()).url)
+    found = page.evaluate(
+        """async () => {
+          const { Ring } = await import("/static/ring.js"), { LEAST_N } = await import("/static/signals.js");
+          const force = (row) => (row > 400 && row < 440 ? -0.5 : 0.5 + 1e-3 * (row % 3));
+          const channels = [Float32Array.from({ length: 900 }, (_, row) => force(row))];
+          const ring = new Ring(["closed_n"], 1, 1000);
+          ring.push({ time: 0, spacing: 1e-3, rows: 900, channels });
+          return [1800, 90].map((stretches) => ring.envelope(["closed_n"], 0, 0.899, stretches, LEAST_N));
+        }"""
+    )
+    for x, drawn_n in found:
+        gap = [at for at, value in zip(x, drawn_n, strict=True) if value is None]
+        assert min(value for value in drawn_n if value is not None) == pytest.approx(0.5)
+        assert min(gap) == pytest.approx(0.401, abs=0.01)
+        assert max(gap) == pytest.approx(0.439, abs=0.01)

@@ -10,13 +10,13 @@ from live_engines import GRATING, Echo
 from studio_files import png, wav
 
 import frictionloop as fl
-from frictionloop.live.session import Session
+from frictionloop.live.live_session import Session
 from frictionloop.rendering.force_tables import Map
 from frictionloop.studio.connections import Doors, Guest
-from frictionloop.studio.panels import system_message
+from frictionloop.studio.effect_uploads import MOST_BYTES, PAINT_MM, PAINT_MOST_N, brought
+from frictionloop.studio.parameter_panels import system_message
 from frictionloop.studio.room import Room
 from frictionloop.studio.server import studio_app
-from frictionloop.studio.uploads import MOST_BYTES, PAINT_MM, PAINT_MOST_N, brought
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette would have another client than httpx

@@ -13,7 +13,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from numba import njit
 
-from frictionloop.quantities import arithmetic
+from frictionloop.quantities import scalar_math
 
 DIGITS = 50  # of the reference; an ulp of 1 is 2e-16
 LIMITS = {"exp2": 4, "log2": 5, "sin": 2}  # ulp, what the module promises
@@ -36,38 +36,38 @@ def over_arrays(function):
     return call
 
 
-EXP2, LOG2 = over_arrays(arithmetic.exp2), over_arrays(arithmetic.log2)
-SIN, COS = over_arrays(arithmetic.sin_turns), over_arrays(arithmetic.cos_turns)
+EXP2, LOG2 = over_arrays(scalar_math.exp2), over_arrays(scalar_math.log2)
+SIN, COS = over_arrays(scalar_math.sin_turns), over_arrays(scalar_math.cos_turns)
 
 
 @njit(error_model="numpy")
 def scalar_exp2(x):
-    return arithmetic.exp2(x)
+    return scalar_math.exp2(x)
 
 
 @njit(error_model="numpy")
 def scaled_exp2(x, factor):
-    return arithmetic.exp2(x, factor)
+    return scalar_math.exp2(x, factor)
 
 
 @njit(error_model="numpy")
 def scalar_log2(x):
-    return arithmetic.log2(x)
+    return scalar_math.log2(x)
 
 
 @njit(error_model="numpy")
 def scalar_sin_turns(x):
-    return arithmetic.sin_turns(x)
+    return scalar_math.sin_turns(x)
 
 
 @njit(error_model="numpy")
 def multiply_add(a, b, c):
-    return arithmetic.fma(a, b, c)
+    return scalar_math.fma(a, b, c)
 
 
 @njit
 def there_and_back(x):
-    return arithmetic.bits(x), arithmetic.double(arithmetic.bits(x))
+    return scalar_math.bits(x), scalar_math.double(scalar_math.bits(x))
 
 
 def ulps(got, exact):

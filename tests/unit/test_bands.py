@@ -10,7 +10,7 @@ from scipy.signal.windows import tukey
 
 import frictionloop as fl
 from frictionloop.analysis import operating_band
-from frictionloop.loop.band_split import rms_by_band
+from frictionloop.loop.band_residuals import rms_by_band
 
 RATE_HZ = 5000.0
 TIME_S = np.arange(10000) / RATE_HZ

@@ -10,11 +10,11 @@ import pytest
 import frictionloop as fl
 from frictionloop.control.lookup import inverse_step
 from frictionloop.loop import simulate as simulate_module
+from frictionloop.loop.companion_runs import TURNS
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import BENCH_TRACES
 from frictionloop.loop.parallel_runs import simulate_all
-from frictionloop.loop.reference_runs import TURNS
 from frictionloop.loop.simulate import run_tile
 
 PERIODS = 333  # not a whole number of blocks of 32

@@ -122,10 +122,10 @@ def test_three_lines_of_uncertainty():
     from frictionloop.identification import Estimate
     from frictionloop.identification.estimate import measured
 
-    one = measured("a", [Estimate(10.0, 0.3, "N", 8)], [0.4], "how", ["f"], "")
+    one = measured("a", [Estimate(10.0, 0.3, "N", 8)], [0.4], "how")
     assert one.error == pytest.approx(0.5) and one.between is None
     # Files that differ by more than chance: mean 11, scatter sqrt(2), of which 0.1^2/2 is chance.
-    two = measured("a", [Estimate(10.0, 0.1, "N", 8), Estimate(12.0, 0.1, "N", 8)], [0.0, 0.0], "how", ["f", "g"], "")
+    two = measured("a", [Estimate(10.0, 0.1, "N", 8), Estimate(12.0, 0.1, "N", 8)], [0.0, 0.0], "how")
     assert (
         two.value == 11
         and two.between == pytest.approx(np.sqrt(1 - 0.005))

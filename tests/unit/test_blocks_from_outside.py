@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
+import math
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -13,9 +16,11 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
-from frictionloop.analysis.elements import lumped_gain
-from frictionloop.loop.blocks import forget, outside_digest
-from frictionloop.quantities.arithmetic import fma
+from frictionloop.analysis.loop_elements import lumped_gain
+from frictionloop.control.lookup import lookup_table
+from frictionloop.design.comparison.trial_protocol import entrants
+from frictionloop.loop.registered_blocks import forget, outside_digest
+from frictionloop.quantities.scalar_math import fma
 
 BENCH = fl.bench().evolve(fl.RETUNED)
 GAINS = {path: fl.RETUNED[path] for path in ("controller.kp", "controller.ki")}
@@ -256,6 +261,34 @@ def test_a_friction_law_from_outside_is_felt_inverted_and_linearised(sticky):
     assert gain == pytest.approx(slope / (model.susceptibility_per_um2 * believed), rel=1e-5)
 
 
+def test_a_friction_law_from_outside_spreads_with_the_fingers_susceptibility_and_moisture(sticky):
+    # The built-in e^(-a sqrt(tau (1 - l w))) depends on the root of tau: the same halving, the same fingers.
+    halving_um = math.log(2.0) / math.sqrt(0.38)
+    own = sticky.evolve({"friction.halving_um": halving_um})
+    built_in = BENCH.evolve({"friction.kind": "rough_contact"})
+    people = fl.fingers(4, 1)
+    got, wanted = (fl.sweep(each, people, duration_s=0.4).rms_error.values for each in (own, built_in))
+    np.testing.assert_allclose(got, wanted, rtol=1e-6)
+    assert np.ptp(got) > 0.1 * got.mean()
+
+
+def test_a_calibrated_lookup_commands_the_force_of_a_law_from_outside(sticky):
+    still = sticky.evolve({"friction.halving_um": 1.1})
+    believed = fl.calibrate(still, table_size=512).controller.model
+    table = lookup_table(believed)
+    forces = np.linspace(believed.floor_n, believed.nominal_n, 512)
+    np.testing.assert_allclose(fl.friction_force(np.sqrt(table), still.friction), forces, rtol=1e-6)
+
+
+def test_calibrating_a_bench_that_is_known_changes_nothing_and_mends_what_is_not():
+    assert fl.calibrate(BENCH) == BENCH.evolve({"controller.model.nominal_n": BENCH.friction.nominal_n})
+    wrong = {"plate.q": 460.0, "sensor.resonance_hz": 120.0, "friction.susceptibility_per_um2": 0.5}
+    model = fl.calibrate(BENCH.evolve(wrong)).controller.model
+    assert (model.plate_hz, model.resonance_hz, model.susceptibility_per_um2) == (50.0, 120.0, 0.5)
+    with pytest.raises(fl.FrictionloopError, match="table_size = 1: "):
+        fl.calibrate(BENCH, table_size=1)
+
+
 def test_a_signal_is_what_its_function_says_and_samples_are_linear_between():
     fl.register(Ramp)
     f_r = fl.simulate(BENCH.evolve({"setpoint.kind": "ramp", "setpoint.rise_n": 0.2}), 0.1).f_r
@@ -316,7 +349,7 @@ if __name__ == "__main__":
 BACKENDS = {
     "loky": 'with joblib.parallel_config(backend="loky"):',
     "dask": """from dask.distributed import Client
-    client = Client(n_workers=2, threads_per_worker=1, dashboard_address=None)
+    client = Client(n_workers=2, threads_per_worker=1, dashboard_address=":0")
     with client, joblib.parallel_config(backend="dask"):""",
 }
 
@@ -334,7 +367,42 @@ def test_other_processes_know_what_the_caller_registered(backend, tmp_path):
 def test_every_process_gives_a_sweep_the_same_fingerprint(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.replace("BACKEND", "if True:"), encoding="utf-8")
-    ask = "import runpy, sys, frictionloop.loop.blocks as b; runpy.run_path(sys.argv[1]); print(b.outside_digest())"
+    ask = "import runpy, sys; from frictionloop.loop.registered_blocks import outside_digest\n"
+    ask += "runpy.run_path(sys.argv[1]); print(outside_digest())"
     told = {subprocess.check_output([sys.executable, "-c", ask, script], text=True) for _ in range(2)}
     assert len(told) == 1
     assert len(told.pop()) > 10
+
+
+FILE = Path(__file__).parents[2] / "examples" / "sliding_mode.py"
+
+
+@pytest.fixture
+def example():
+    spec = importlib.util.spec_from_file_location("sliding_mode", FILE)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_on_a_rigid_finger_the_mean_force_is_the_set_point(example):
+    plain = {"finger.kind": "rigid", "disturbance": fl.Constant(offset_n=0.05), "setpoint": fl.Constant(offset_n=0.6)}
+    run = fl.simulate(fl.bench().evolve({**plain, "controller.kind": "sliding_mode"}), 4.0)
+    assert float(run.f_a[10_000:].mean()) == pytest.approx(0.6, abs=2e-3)
+
+
+def test_the_step_is_implicit_and_ends_in_the_sliding_surface(example):
+    """|s| <= k2 dt is taken away whole in a period; beyond it w moves by k2 dt, u by k1 (|s| - k2 dt)^(1/2) more."""
+    gains, dt = example.Gains(0.02, 10.0, 0.1, 0.95), 2e-4
+    for s in (1e-3, -1e-3, 0.01, -0.01):
+        state, command = example.sliding_mode(
+            example.State(-0.4), fl.Measurement(0.5 + s, 0, 0, 0, 1.0), 0.5, gains, dt
+        )
+        moved = -np.sign(s) * min(abs(s), 2e-3)
+        assert state.w + 0.4 == pytest.approx(moved, abs=1e-12)
+        beyond = np.sign(s) * 0.02 * np.sqrt(max(abs(s) - 2e-3, 0.0))
+        assert command.u == pytest.approx(0.95 - 0.4 + moved - beyond, abs=1e-12)
+
+
+def test_it_is_an_entrant_by_its_kind(example):
+    assert list(entrants(["lookup", "sliding_mode"])) == ["lookup", "sliding_mode"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.loop.blocks import forget
+from frictionloop.loop.registered_blocks import forget
 
 BENCH = fl.bench().evolve(fl.RETUNED)
 KPS = {"controller.kp": [0.05, 0.062, 0.07]}

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.device.bench_boards import Converters
+from frictionloop.device.simulated_boards import Converters
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.loop.kernel.structure import structure
+from frictionloop.loop.kernel.tile_compatibility import structure
 from frictionloop.loop.sweep_points import fingerprint, points_of
-from frictionloop.quantities.schema import parameter_words
+from frictionloop.quantities.protocol_schema import parameter_words
 from frictionloop.sensing.measurement import Measurement
 
 WIRED = {

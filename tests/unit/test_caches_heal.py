@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 import textwrap
 
+import numba
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware import compiler
+from frictionloop.firmware import host_compiler
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities import compiled as cache_module
+from frictionloop.quantities import compile_cache as cache_module
+from frictionloop.quantities.file_integrity import seal_of
 
 DOUBLED = """
     import sys, warnings
     from numba import types
     from own import doubled
-    from frictionloop.quantities.compiled import compile_c
+    from frictionloop.quantities.compile_cache import compile_c
 
     warnings.showwarning = lambda message, *more: print("said:", message)
     for _ in range(int(sys.argv[1])):
@@ -60,6 +63,14 @@ def test_a_damaged_function_is_compiled_anew(folder, ending):
         assert compiled(folder, times=2) == [f"said: {path}: is damaged; it is made anew", "0 6.0", "1 6.0"]
 
 
+def test_a_function_whose_index_names_a_class_that_is_gone_is_compiled_anew(folder):
+    compiled(folder)
+    (path,) = folder.rglob("*.nbi")
+    content = pickle.dumps(numba.__version__) + b"cgone.module\nThing\n."
+    path.write_bytes(content + seal_of(content))
+    assert compiled(folder) == ["0 6.0"]
+
+
 @pytest.mark.slow
 @posix
 def test_functions_that_others_could_have_put_there_are_not_run(folder):
@@ -85,12 +96,12 @@ def test_a_file_of_another_user_is_not_run(folder, monkeypatch):
 
 
 def core(folder, monkeypatch):
-    monkeypatch.setattr(compiler, "cache_folder", lambda: folder / "core")
+    monkeypatch.setattr(host_compiler, "cache_folder", lambda: folder / "core")
     source = folder / "answer.c"
     source.write_text("int answer(void);\nint answer(void) { return 42; }\n")
 
     def build():
-        return compiler.shared_library("answer", [source])
+        return host_compiler.shared_library("answer", [source])
 
     return build(), build
 

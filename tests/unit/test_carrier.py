@@ -11,25 +11,23 @@ from hypothesis import strategies as st
 from scipy.signal import butter, freqs_zpk, lsim, step, zpk2ss
 
 import frictionloop as fl
-from frictionloop.hardware.plate.carrier import (
+from frictionloop.hardware.plate.carrier_simulation import (
     _filter_spread_s,
     actual_carrier_hz,
     allowed_error,
-    check_envelope,
-    first_order_um,
-    plate_resonator,
-    simulate_carrier,
-)
-from frictionloop.hardware.plate.carrier_pwm import (
     amplitude_step,
     band_pass,
+    check_envelope,
     duty_for,
+    first_order_um,
     period_ticks,
+    plate_resonator,
     pulse_ticks,
     pulses,
     share_of,
+    simulate_carrier,
 )
-from frictionloop.hardware.plate.envelope import detuned_gain, envelope, envelope_pole, time_constant_s
+from frictionloop.hardware.plate.drive_requirements import detuned_gain, envelope, envelope_pole, time_constant_s
 from frictionloop.parameters.plate_design import Carrier, PlateDesign
 from frictionloop.physics.plate import pulse_step
 

@@ -13,15 +13,15 @@ from own_laws import register_both
 
 import frictionloop as fl
 from frictionloop.analysis.margins import gain_factor
-from frictionloop.analysis.operating import moistest
+from frictionloop.analysis.operating_point import moistest
 from frictionloop.design.bench_file import changed_since, read_designed, write_controller
 from frictionloop.design.controller_check import check
 from frictionloop.design.controller_findings import beyond_range, noisy, of_assumed, unbelieved
-from frictionloop.design.corners import broken, corners
+from frictionloop.design.grid_corners import broken, corners
 from frictionloop.design.operating_grid import ITSELF, with_longest_contact
 from frictionloop.design.requirements import Requirements
-from frictionloop.loop.blocks import forget
-from frictionloop.loop.reference_runs import swing_n
+from frictionloop.loop.companion_runs import swing_n
+from frictionloop.loop.registered_blocks import forget
 from frictionloop.parameters.motion import one_stroke_a_contact
 
 LIMITED = ITSELF._replace(limits=Requirements().limits)

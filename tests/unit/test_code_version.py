@@ -12,8 +12,8 @@ import pytest
 
 import frictionloop
 from frictionloop.loop.sweep_checkpoint import COMPUTING, computing
-from frictionloop.quantities import version
-from frictionloop.quantities.version import sources_digest
+from frictionloop.quantities import code_version
+from frictionloop.quantities.code_version import sources_digest
 
 LAW = '''"""A law."""
 
@@ -93,12 +93,12 @@ def test_every_process_finds_the_same():
 
 
 def test_what_is_cited_is_the_version_and_of_a_clone_its_commit(monkeypatch):
-    of_clone = (Path(version.__file__).parents[3] / ".git").exists()
-    cited = rf"{re.escape(version.package_version())}\+g[0-9a-f]{{10,}}(\.modified)?"
-    assert not of_clone or re.fullmatch(cited, version.cited_version.__wrapped__())
+    of_clone = (Path(code_version.__file__).parents[3] / ".git").exists()
+    cited = rf"{re.escape(code_version.package_version())}\+g[0-9a-f]{{10,}}(\.modified)?"
+    assert not of_clone or re.fullmatch(cited, code_version.cited_version.__wrapped__())
 
     def without_git(*words, **more):
         raise FileNotFoundError("git")
 
-    monkeypatch.setattr(version.subprocess, "run", without_git)
-    assert version.cited_version.__wrapped__() == version.package_version()
+    monkeypatch.setattr(code_version.subprocess, "run", without_git)
+    assert code_version.cited_version.__wrapped__() == code_version.package_version()

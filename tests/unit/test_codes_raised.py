@@ -25,14 +25,14 @@ from frictionloop.cli.studio import _given as on_page
 from frictionloop.design import limiting_parts
 from frictionloop.design.comparison import law_comparison
 from frictionloop.device.errors import FAULTS, fault_code
-from frictionloop.experiments.study import outside
+from frictionloop.experiments.study_run import outside
 from frictionloop.findings import CATALOGUE, Result
 from frictionloop.findings.render import lines
 from frictionloop.firmware import image
 from frictionloop.identification import rigs
-from frictionloop.loop.blocks import forget
 from frictionloop.loop.growing_file import Column, Spool
-from frictionloop.studio.page_choices import Choices, PageBench, axes_of
+from frictionloop.loop.registered_blocks import forget
+from frictionloop.studio.offline_choices import Choices, PageBench, axes_of
 
 D, R, X, I = fl.design, fl.rendering, fl.experiments, fl.identify
 BENCH, PEOPLE = fl.bench(), fl.fingers(6, 0)

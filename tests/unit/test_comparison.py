@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
-from frictionloop.control.cost import CORE_HZ, CYCLES_AT_MOST, WORST_TICK
+from frictionloop.control.instruction_cost import CORE_HZ, CYCLES_AT_MOST, WORST_TICK
 from frictionloop.design import comparison as rooms
-from frictionloop.design import synthesis
-from frictionloop.design.comparison import entrants, run, trial_protocol
+from frictionloop.design import controller_synthesis
+from frictionloop.design.comparison import comparison_run, trial_protocol
 from frictionloop.design.requirements import Designed, Requirements
 from frictionloop.quantities import FrictionloopError
 
@@ -29,7 +29,7 @@ def short(path=None, count=2, seed=5, laws=LAWS, speeds=(20.0,), system=None, **
 @pytest.fixture(autouse=True, scope="module")
 def _swept_once():
     """The same few cells are asked for again and again: each is computed once in this file."""
-    really, swept = run.sweep, {}
+    really, swept = comparison_run.sweep, {}
 
     def sweep(*given, **options):
         key = repr((given, options))
@@ -38,7 +38,7 @@ def _swept_once():
         return swept[key].copy(deep=True)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(run, "sweep", sweep)
+        patch.setattr(comparison_run, "sweep", sweep)
         yield
 
 
@@ -50,16 +50,16 @@ def whole():
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.slow] * (name in entrants.DESIGNED))
-        for name in entrants.ENTRANTS
+        pytest.param(name, marks=[pytest.mark.slow] * (name in trial_protocol.DESIGNED))
+        for name in trial_protocol.ENTRANTS
         if name != "notch_pi"  # half a minute, which tests/unit/test_retune_notch.py has spent on it
     ],
 )
 def test_every_entrant_is_a_system(name):
-    assert fl.bench().evolve(entrants.ENTRANTS[name](fl.bench())).controller.kind
+    assert fl.bench().evolve(trial_protocol.ENTRANTS[name](fl.bench())).controller.kind
 
 
-@pytest.mark.parametrize("law", sorted(entrants.DESIGNED))
+@pytest.mark.parametrize("law", sorted(trial_protocol.DESIGNED))
 def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law, monkeypatch):
     asked = []
 
@@ -67,18 +67,18 @@ def test_an_entrant_that_is_designed_is_what_the_synthesis_of_its_law_finds(law,
         asked.append(given)
         return Designed({"controller.kind": "lookup"}), given[-1]
 
-    monkeypatch.setattr(synthesis, "synthesised", synthesised)
-    assert entrants.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
+    monkeypatch.setattr(controller_synthesis, "synthesised", synthesised)
+    assert trial_protocol.ENTRANTS[law](fl.bench()) == {"controller.kind": "lookup"}
     assert asked == [(fl.bench(), law, Requirements())]  # as `design controller` does
 
 
 def test_the_printed_and_the_re_tuned_gains():
-    printed = fl.bench().evolve(entrants.ENTRANTS["printed_pi"](fl.bench())).controller
+    printed = fl.bench().evolve(trial_protocol.ENTRANTS["printed_pi"](fl.bench())).controller
     assert (printed.kp, printed.ki) == (10.0, 2.0)  # paper, Sec. 2.3
-    assert entrants.retuned_pi(fl.bench()) == {"controller.kind": "pi", **fl.RETUNED}
-    assert entrants.retuned_pi(fl.bench().evolve({"controller.kp": 3.0})) == entrants.retuned_pi(fl.bench())
+    assert trial_protocol.retuned_pi(fl.bench()) == {"controller.kind": "pi", **fl.RETUNED}
+    assert trial_protocol.retuned_pi(fl.bench().evolve({"controller.kp": 3.0})) == trial_protocol.retuned_pi(fl.bench())
     slower = fl.bench().evolve({"controller.delay_s": 400e-6})
-    gains = entrants.retuned_pi(slower)
+    gains = trial_protocol.retuned_pi(slower)
     found = fl.retune(slower)
     assert (gains["controller.kp"], gains["controller.ki"]) == (found.kp, found.ki)
 
@@ -136,7 +136,7 @@ def test_the_cells_are_those_of_a_sweep(whole):
 
 
 def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
-    path, calls, really = tmp_path / "r.h5", [], run._Trial.run
+    path, calls, really = tmp_path / "r.h5", [], comparison_run._Trial.run
 
     def stopping(self, law, at):
         calls.append(at)
@@ -144,7 +144,7 @@ def test_what_was_interrupted_goes_on(whole, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return really(self, law, at)
 
-    monkeypatch.setattr(run._Trial, "run", stopping)
+    monkeypatch.setattr(comparison_run._Trial, "run", stopping)
     with pytest.raises(rooms.ComparisonInterrupted) as stop:
         short(path)
     total = 2 * (2 * len(trial_protocol.TASKS) + len(trial_protocol.SINES))
@@ -161,7 +161,7 @@ KILLED = """
 import os, signal, sys
 from frictionloop import bench
 from frictionloop.design import comparison
-from frictionloop.design.comparison import run
+from frictionloop.design.comparison import comparison_run as run
 
 calls, really = [], run._Trial.run
 
@@ -181,10 +181,10 @@ comparison.run_laws(bench(), ["lookup", "retuned_pi"], 2, 5, [20.0], path=sys.ar
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal on this system")
 def test_a_comparison_that_is_killed_goes_on(whole, tmp_path, monkeypatch):
-    path, calls, really = tmp_path / "r.h5", [], run._Trial.run
+    path, calls, really = tmp_path / "r.h5", [], comparison_run._Trial.run
     done = subprocess.run([sys.executable, "-c", KILLED, str(path)], capture_output=True, text=True, check=False)
     assert done.returncode == -signal.SIGKILL, done.stderr
-    monkeypatch.setattr(run._Trial, "run", lambda *given: (calls.append(given), really(*given))[1])
+    monkeypatch.setattr(comparison_run._Trial, "run", lambda *given: (calls.append(given), really(*given))[1])
     xr.testing.assert_identical(short(path, resume=True).cells, whole.cells)
     total = 2 * (2 * len(trial_protocol.TASKS) + len(trial_protocol.SINES))
     assert len(calls) == total - 4
@@ -209,7 +209,7 @@ def test_an_interrupt_while_more_laws_are_designed_counts_what_the_file_has(tmp_
 
     path = tmp_path / "r.h5"
     short(path, laws=["lookup"])
-    both = {"lookup": entrants.ENTRANTS["lookup"], "mine": interrupted}
+    both = {"lookup": trial_protocol.ENTRANTS["lookup"], "mine": interrupted}
     with pytest.raises(rooms.ComparisonInterrupted) as stop:
         short(path, resume=True, laws=both)
     assert stop.value.done == 2 * (len(trial_protocol.TASKS) + len(trial_protocol.SINES))
@@ -220,18 +220,18 @@ LATE = {"controller.delay_s": 1.9e-3}
 
 
 def test_a_law_that_cannot_run_on_the_bench_is_left_out_with_the_reason(monkeypatch):
-    cheap = {name: entrants.ENTRANTS[name] for name in ("lookup", "limit_observer", "retuned_pi")}
-    monkeypatch.setattr(entrants, "ENTRANTS", cheap)
+    cheap = {name: trial_protocol.ENTRANTS[name] for name in ("lookup", "limit_observer", "retuned_pi")}
+    monkeypatch.setattr(trial_protocol, "ENTRANTS", cheap)
     ran = short(laws=None, system=fl.bench().evolve(LATE))
     assert list(ran.laws) == ["lookup", "retuned_pi"]
     assert list(ran.left_out) == ["limit_observer"] and "delay_s = 0.0019 s: " in ran.left_out["limit_observer"]
 
 
 def test_a_law_that_is_named_and_cannot_run_is_refused_before_any_is_designed(monkeypatch):
-    monkeypatch.setattr(synthesis, "synthesised", lambda *given: pytest.fail("designed"))
+    monkeypatch.setattr(controller_synthesis, "synthesised", lambda *given: pytest.fail("designed"))
     with pytest.raises(FrictionloopError, match="delay_s"):
         late = {"mine": lambda _: {"controller.kind": "limit_observer"}}
-        short(laws=late | {"notch_pi": entrants.ENTRANTS["notch_pi"]}, system=fl.bench().evolve(LATE))
+        short(laws=late | {"notch_pi": trial_protocol.ENTRANTS["notch_pi"]}, system=fl.bench().evolve(LATE))
 
 
 @pytest.mark.slow
@@ -249,7 +249,7 @@ def test_more_laws_and_speeds_join_a_file(whole, tmp_path):
 def test_cells_of_other_code_are_refused(tmp_path, monkeypatch):
     path = tmp_path / "r.h5"
     short(path, laws=["lookup"])
-    monkeypatch.setattr(run, "computing", lambda: "of a law that was changed meanwhile")
+    monkeypatch.setattr(comparison_run, "computing", lambda: "of a law that was changed meanwhile")
     with pytest.raises(fl.FrictionloopError, match=r"r\.h5: .*20 mm/s"):
         short(path, resume=True, laws=["lookup"])
 
@@ -284,7 +284,7 @@ def test_a_file_refuses_what_it_does_not_keep(tmp_path, monkeypatch):
     refused("of fingers = 2, not 3", count=3)
     refused("of duration_s = 1.0, not 1.2", duration_s=1.2)
     refused("of another bench", system=fl.bench().evolve({"controller.delay_s": 1e-4}))
-    monkeypatch.setitem(entrants.ENTRANTS, "lookup", lambda system: {"controller.kind": "lookup", **MODEL})
+    monkeypatch.setitem(trial_protocol.ENTRANTS, "lookup", lambda system: {"controller.kind": "lookup", **MODEL})
     refused(r"lookup .*20 mm/s")
     assert path.read_bytes() == before
     fl.save(fl.simulate(fl.paper(), 0.01), tmp_path / "run.h5")
@@ -300,7 +300,7 @@ MODEL = {"controller.model.nominal_n": 0.9}
 
 
 def test_entrants_of_ones_own_run_under_their_names():
-    own = {"mine": lambda system: {"controller.kind": "lookup"}, "printed_pi": entrants.ENTRANTS["printed_pi"]}
+    own = {"mine": lambda system: {"controller.kind": "lookup"}, "printed_pi": trial_protocol.ENTRANTS["printed_pi"]}
     found, named = short(laws=own), short(laws=["lookup", "printed_pi"])
     assert list(found.laws) == ["mine", "printed_pi"]
     for mine, theirs in (("mine", "lookup"), ("printed_pi", "printed_pi")):
@@ -322,8 +322,8 @@ def test_a_design_is_kept_and_not_made_again(tmp_path, monkeypatch):
         made.append(system)
         return {"controller.kind": "notch_pi", "controller.kp": 2.0, "controller.ki": 60.0}
 
-    monkeypatch.setitem(entrants.DESIGNED, "notch_pi", design)
-    monkeypatch.setitem(entrants.ENTRANTS, "notch_pi", design)
+    monkeypatch.setitem(trial_protocol.DESIGNED, "notch_pi", design)
+    monkeypatch.setitem(trial_protocol.ENTRANTS, "notch_pi", design)
     options = {"duration_s": 1.6, "progress": False, "path": tmp_path / "kept.h5"}
     first = rooms.run_laws(fl.bench(), ["notch_pi"], 2, 0, [20.0], **options)
     again = rooms.run_laws(fl.bench(), ["notch_pi"], 2, 0, [20.0], resume=True, **options)

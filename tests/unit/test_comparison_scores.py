@@ -13,9 +13,15 @@ from hypothesis import strategies as st
 import frictionloop as fl
 from frictionloop.design import comparison as rooms
 from frictionloop.design.comparison import law_margins, trial_protocol
-from frictionloop.design.comparison.run import plain_strokes
-from frictionloop.design.comparison.scores import Moments, answering, dead_times_s, pooled, pooled_rms, spread
-from frictionloop.loop.reference_runs import plain_stroke
+from frictionloop.design.comparison.comparison_run import plain_strokes
+from frictionloop.design.comparison.comparison_scores import (
+    answering,
+    dead_times_s,
+    pooled,
+    pooled_rms,
+    spread,
+)
+from frictionloop.loop.companion_runs import plain_stroke
 from frictionloop.physics.fingers import Fingers
 
 DURATION_S, START_S, SEED = 2.0, 0.5, 9
@@ -153,7 +159,7 @@ def test_pooling_moments_is_pooling_samples(runs):
         (x.size, np.sqrt(np.mean((y - x) ** 2)), x.mean(), y.mean(), x.std(), y.std(), np.polyfit(x, y, 1)[0])
         for x, y in parts
     ]
-    found = pooled(Moments(*np.array(columns).T))
+    found = pooled(*np.array(columns).T)
     assert found.rms_error == pytest.approx(np.sqrt(np.mean((f - r) ** 2)), rel=1e-9)
     assert found.r2_identity == pytest.approx(
         1 - np.sum((f - r) ** 2) / np.sum((r - r.mean()) ** 2), rel=1e-6, abs=1e-9

@@ -11,8 +11,8 @@ from multiprocessing import get_context
 
 import pytest
 
-from frictionloop.firmware import compiler
-from frictionloop.firmware.compiler import shared_library
+from frictionloop.firmware import host_compiler
+from frictionloop.firmware.host_compiler import shared_library
 from frictionloop.quantities import FrictionloopError, compile_events
 
 
@@ -20,7 +20,7 @@ from frictionloop.quantities import FrictionloopError, compile_events
 def folder(tmp_path, monkeypatch):
     """A folder for sources, with a cache of its own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(compiler, "cache_folder", lambda: tmp_path / "cache")
+    monkeypatch.setattr(host_compiler, "cache_folder", lambda: tmp_path / "cache")
     return tmp_path
 
 
@@ -69,15 +69,15 @@ def test_a_complaint_of_the_compiler_is_one_line(folder):
 
 def test_no_compiler_says_what_to_install(folder, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    monkeypatch.setattr(compiler, "find_spec", lambda name: None)
+    monkeypatch.setattr(host_compiler, "find_spec", lambda name: None)
     with pytest.raises(FrictionloopError, match=r"install frictionloop\[image\]"):
         shared_library("answer", source(folder, "int answer;\n"))
 
 
 def test_without_cc_zig_is_taken(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    monkeypatch.setattr(compiler, "find_spec", lambda name: object())
-    assert compiler.compiler() == (sys.executable, "-m", "ziglang", "cc")
+    monkeypatch.setattr(host_compiler, "find_spec", lambda name: object())
+    assert host_compiler.compiler() == (sys.executable, "-m", "ziglang", "cc")
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored_energy import bristle_energy_j, skin_energy_j
 
-from frictionloop.physics.contact import ContactState, bristle_step
+from frictionloop.physics.bristle_contact import ContactState, bristle_step
 
 K, C, M, DT = 1e3, 1.0, 1e-4, 2e-5
 TINY = 1e-300

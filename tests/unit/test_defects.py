@@ -9,7 +9,7 @@ from finger_strokes import strokes
 
 import frictionloop as fl
 from frictionloop.identification import rigs
-from frictionloop.identification.entry_result import Sensor
+from frictionloop.identification.project_entry_result import Sensor
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.quiet import quiet_entry
 from frictionloop.identification.sensor_resonance import hits_entry
@@ -26,7 +26,7 @@ def told_or_right(analysis, kind, run, truth, words, **more):
     """Return whether the defect is named by a code, or all values are within their interval of 99.9 %."""
     take = Take(kind=kind, files=("a.h5",), **more)
     try:
-        told = analysis(take, [run], Sensor(), "")
+        told = analysis(take, [run], Sensor())
     except fl.FrictionloopError as refused:
         assert "\n" not in str(refused)
         return words is not None and words in str(refused)
@@ -223,7 +223,7 @@ def test_a_wrap_and_a_delay_are_taken_off_by_the_map(tmp_path, hit):
     channels = {"f_m": {"column": "f_m", "unit": "N"}, "hammer": {"column": "hammer", "unit": "N", "delay_s": 5 / RATE}}
     moved = fl.identify.load(tmp_path / "b.npz", channels)
     assert told_or_right(hits_entry, "hits", moved, {"sensor.cutoff_hz": SENSOR.cutoff_hz}, None)
-    values = hits_entry(Take(kind="hits", files=("b",)), [moved], Sensor(), "").measured
+    values = hits_entry(Take(kind="hits", files=("b",)), [moved], Sensor()).measured
     assert "sensor.cutoff_hz" in {each.path for each in values}
 
 

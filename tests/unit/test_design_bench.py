@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop.analysis import elements, kp_limit, linearise, lumped_gain, operating_band, output_noise_rms_n
-from frictionloop.analysis.operating import force_band, law_at
+from frictionloop.analysis.operating_point import force_band, law_at
 from frictionloop.design import retune
 from frictionloop.design.pi_synthesis import forbidden, open_stretches
-from frictionloop.design.plants import Plants
+from frictionloop.design.plant_set import Plants
 from frictionloop.parameters import RETUNED, ColouredNoise, LogSweep, Recording, Sine, Steps, System, bench, paper
 from frictionloop.physics.friction import amplitude_for, friction_force
 

@@ -13,8 +13,8 @@ from scipy.signal import tf2ss
 import frictionloop as fl
 from frictionloop.analysis.linear import linearise
 from frictionloop.control.filtered_pi import filtered_pi_gains
+from frictionloop.design.friction_noise import NoiseModel
 from frictionloop.design.hinf import MOST_STATES, Weights, design_hinf, weighted_plant
-from frictionloop.design.noise_model import NoiseModel
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.design.slicot import Quadruple, synthesise
 from frictionloop.parameters import bench

@@ -1,18 +1,20 @@
-"""Gains that hold with sensor, delay and gain at the ends of their intervals at once."""
+"""Gains that hold over speeds and loads, with sensor, delay and gain at the ends of their intervals."""
 
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
 import frictionloop as fl
 from frictionloop.cli import main
 from frictionloop.design.bench_file import read_designed
-from frictionloop.design.corners import corners
-from frictionloop.design.operating_grid import ITSELF, Lean, leaning
-from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import synthesised
+from frictionloop.design.controller_synthesis import held_between, synthesised
+from frictionloop.design.grid_corners import corners
+from frictionloop.design.operating_grid import ITSELF, Lean, OperatingGrid, leaning
+from frictionloop.design.requirements import Designed, Requirements
+from frictionloop.quantities import FrictionloopError
 
 BENCH = fl.bench()
 LEAN = Lean(sensor_error=0.2, delay_error=0.2, gain_error=0.1)
@@ -111,3 +113,68 @@ def test_a_q_that_may_be_off_is_looked_at_on_both_sides_one_at_a_time():
         Requirements(q_error=0.9)
     with pytest.raises(fl.FrictionloopError, match=r"q_error = 0.3: needs sensor.kind"):
         leaning([fl.linearise(fl.feasible())], lean)
+
+
+def at(systems):
+    return [(each.finger.slip_length_um, each.motion.speed_mm_s, each.motion.load_n) for each in systems]
+
+
+def test_every_combination_the_longest_first():
+    assert ITSELF.systems(BENCH) == [BENCH]
+    found = OperatingGrid((0.0, 11.5), (20.0, 60.0), (0.4,)).systems(BENCH)
+    assert at(found) == [(length_um, v, 0.4) for length_um in (11.5, 0.0) for v in (20.0, 60.0)]
+    longer, none = (BENCH.evolve({"finger.slip_length_um": z}) for z in (30.0, 0.0))
+    assert OperatingGrid(None).lengths_of(longer) == (30.0, 0.0) and OperatingGrid(None).lengths_of(none) == (11.5, 0.0)
+    assert OperatingGrid().lengths_of(longer) == (30.0,) and OperatingGrid((5.0, 5.0)).lengths_of(longer) == (5.0,)
+    rigid = BENCH.evolve({"finger": {"kind": "rigid"}})
+    assert OperatingGrid((0.0, 11.5)).systems(rigid) == [rigid]
+
+
+@pytest.mark.slow
+def test_a_design_for_loads_and_contacts_holds_its_limits_between_them():
+    wanted = Requirements(loads_n=(0.4, 0.8))
+    limited = ITSELF._replace(limits=wanted.limits)
+    made = BENCH.evolve(dict(synthesised(BENCH, "pi", wanted)[0].overrides))
+    own = BENCH.evolve(dict(synthesised(BENCH, "pi", Requirements())[0].overrides))
+    for length_um in (11.5, 0.0):
+        for load in (0.4, 0.5, 0.65, 0.8):
+            there = corners(made.evolve({"finger.slip_length_um": length_um, "motion.load_n": load}), limited)
+            assert max(each.excess for each in there) <= 1.002
+        assert max(each.excess for each in corners(own.evolve({"finger.slip_length_um": length_um}), limited)) <= 1.002
+    heavy = corners(own.evolve({"finger.slip_length_um": 0.0, "motion.load_n": 0.8}), limited)
+    assert max(each.excess for each in heavy) > 1.05  # which a design for 0.5 N does not hold
+
+
+WANTED = Requirements(resonance_error=0.0, slip_lengths_um=(11.5,))
+PI = {"controller.kind": "pi", "controller.kp": 0.03, "controller.ki": 40.0}
+
+
+def limit_on_ki() -> float:
+    """The factor on `PI` up to which Ms stays within 1.7 wherever it is looked at, by each loop alone."""
+    at = corners(BENCH.evolve(PI), WANTED.grid(1, 1))
+    return min(each.loop.gain_factor(each.limit) for each in at)
+
+
+def times(factor):
+    gains = {path: factor * PI[path] for path in ("controller.kp", "controller.ki")}
+    return lambda system, wanted: Designed({**PI, **gains})
+
+
+def test_gains_that_are_a_little_too_large_are_lowered_to_those_that_hold():
+    most = limit_on_ki()
+    found, at = held_between(BENCH, "pi", times(1.03 * most), WANTED)
+    assert found.overrides["controller.ki"] == pytest.approx(most * PI["controller.ki"], rel=1e-3)
+    assert found.overrides["controller.kp"] == pytest.approx(most * PI["controller.kp"], rel=1e-3)
+    assert max(each.sensitivity_peak for each in at) == pytest.approx(1.7, rel=1e-3)
+
+
+def test_gains_that_are_much_too_large_are_refused_with_the_nearest_limit_that_would_do():
+    most = limit_on_ki()
+    said = r"law pi: Ms \S+, 1\.7 asked, .*; --sensitivity-peak \S+ may hold$"
+    with pytest.raises(FrictionloopError, match=said) as caught:
+        held_between(BENCH, "pi", times(1.2 * most), WANTED)
+    assert caught.value.code == "NO-CONTROLLER"
+    peak = float(re.search(r"--sensitivity-peak (\S+) may", str(caught.value))[1])
+    assert held_between(BENCH, "pi", times(1.2 * most), Requirements(peak, 0.0, slip_lengths_um=(11.5,)))
+    with pytest.raises(FrictionloopError, match=r"; --sensitivity-peak \S+ may hold, or --law pi$"):
+        held_between(BENCH, "notch_pi", times(1.2 * most), WANTED)

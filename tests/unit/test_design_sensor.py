@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionloop.hardware.sensor import front_end
-from frictionloop.hardware.sensor.sensor_answers import clips_from_n, sensor, suspended_values
+from frictionloop.hardware.sensor.sensor_answers import clips_from_n, sensor
 from frictionloop.hardware.sensor.sensor_search import GAP_PER_TRAVEL, LARGEST_GAP_UM, SensorRequirement, propose_sensor
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.toml_files import read_design
-from frictionloop.parameters.written import to_toml, write_toml
+from frictionloop.parameters.toml_reader import read_design
+from frictionloop.parameters.toml_writer import to_toml, write_toml
 from frictionloop.quantities import FrictionloopError
 
 LOOP_BLOCK = {
@@ -165,7 +165,7 @@ def proposed(block):
 @pytest.mark.parametrize("cutoff", [300.0, 1000.0])
 def test_the_block_of_the_loop_comes_back(cutoff):
     block = LOOP_BLOCK | {"cutoff_hz": cutoff}
-    found = suspended_values(proposed(block).design)
+    found = sensor(proposed(block).design).suspended
     assert found.keys() == block.keys()
     for name, value in block.items():
         assert found[name] == (value if isinstance(value, str) else pytest.approx(value, rel=1e-9)), name
@@ -192,7 +192,7 @@ def test_any_block_comes_back(mass, resonance, q, cutoff, bits, range_n):
         "adc_bits": bits,
         "range_n": range_n,
     }
-    found = suspended_values(proposed(block).design)
+    found = sensor(proposed(block).design).suspended
     for name, value in block.items():
         assert found[name] == (value if isinstance(value, str) else pytest.approx(value, rel=1e-9)), name
 
@@ -201,10 +201,10 @@ def test_the_loop_accepts_the_block():
     plant = pytest.importorskip("frictionloop.parameters.plant")
     if not hasattr(plant, "SuspendedSensor"):
         pytest.skip("this version has no sensor block of kind 'suspended'")
-    block = plant.SuspendedSensor(**suspended_values(SensorDesign()))
+    block = plant.SuspendedSensor(**sensor().suspended)
     assert block.resonance_hz == pytest.approx(145, abs=0.05)
     default = plant.SuspendedSensor().model_dump()
-    back = suspended_values(proposed(default).design)
+    back = sensor(proposed(default).design).suspended
     assert {k: v for k, v in back.items() if k != "kind"} == pytest.approx(
         {k: v for k, v in default.items() if k != "kind"}, rel=1e-9
     )

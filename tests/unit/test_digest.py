@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from frictionloop.control.laws import LAWS
-from frictionloop.quantities.digest import code_digest
+from frictionloop.quantities.code_version import code_digest
 
 SOURCE = '''
 from typing import NamedTuple
@@ -186,9 +186,9 @@ def test_functions_that_call_themselves_or_one_another():
 IN_ANOTHER = """
     from frictionloop.control.laws import LAWS
     from frictionloop.loop.kernel.bench_tile import build_sense
-    from frictionloop.loop.kernel.tiles import lifting
+    from frictionloop.loop.kernel.step_lifting import lifting
     from frictionloop.physics.vibration import GAUSSIAN
-    from frictionloop.quantities.digest import code_digest
+    from frictionloop.quantities.code_version import code_digest
 
     print(*(code_digest(law.step) for law in LAWS.values()))
     print(code_digest(build_sense(lifting("sense", 32), "bristle", GAUSSIAN, True)))
@@ -210,7 +210,7 @@ def test_it_is_the_same_in_every_process():
 KEPT = """
     from numba import types
     from own import doubled
-    from frictionloop.quantities.compiled import compile_c
+    from frictionloop.quantities.compile_cache import compile_c
 
     compiled = compile_c(types.float64(types.float64), doubled, "doubled")
     print(compiled.cache_hits, compiled.ctypes(3.0))

@@ -15,7 +15,7 @@ import pytest
 from kinds import kinds_of
 
 import frictionloop as fl
-from frictionloop.loop.blocks import forget
+from frictionloop.loop.registered_blocks import forget
 from frictionloop.parameters.block import Block
 from frictionloop.parameters.plate_design import PlateDesign
 from frictionloop.parameters.refusals import known_names

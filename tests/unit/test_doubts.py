@@ -8,11 +8,11 @@ import pytest
 from scipy.io import savemat, wavfile
 
 import frictionloop as fl
-from frictionloop.loop.signal_findings import of_recorded
+from frictionloop.loop.input_findings import of_recorded
 from frictionloop.quantities import FrictionloopError
+from frictionloop.recordings.force_channel import read_recording
+from frictionloop.recordings.force_channel import scaled as found
 from frictionloop.recordings.plausibility import doubts_of
-from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 import frictionloop as fl
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import scaled
+from frictionloop.recordings.force_channel import scaled
 
 R = fl.rendering
 

@@ -9,10 +9,10 @@ from designed_notch import DESIGNED_NOTCH
 import frictionloop as fl
 from frictionloop.analysis import linearise, operating_band
 from frictionloop.design.controller_findings import of_places
-from frictionloop.design.corners import corners, elsewhere, strokes_of
+from frictionloop.design.controller_synthesis import synthesised
+from frictionloop.design.grid_corners import corners, elsewhere, strokes_of
 from frictionloop.design.operating_grid import ITSELF, OperatingGrid
 from frictionloop.design.requirements import Requirements
-from frictionloop.design.synthesis import synthesised
 
 LIMITED = ITSELF._replace(limits=Requirements().limits)
 NOWHERE = (), ()

@@ -10,10 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from kinds import kinds_of
+from pydantic import BaseModel
 
 import frictionloop as fl
+from frictionloop.loop.kernel.lane_grouping import placed
+from frictionloop.loop.kernel.slab_columns import column
 from frictionloop.parameters.controller import Timing
-from frictionloop.parameters.description import _change_kind
+from frictionloop.parameters.frozen_blocks import _change_kind, _values
 from frictionloop.parameters.refusals import known_names
 from frictionloop.parameters.sensor_design import SensorDesign, StraightSprings
 
@@ -199,3 +202,45 @@ def test_a_swept_coefficient_is_the_friction_it_stands_for():
 def test_a_coefficient_beside_a_friction_or_that_is_none_is_refused(overrides):
     with pytest.raises(fl.FrictionloopError, match=r"friction\.coefficient"):
         fl.bench().evolve(overrides)
+
+
+CASES = {
+    "two gains": [{"controller.kp": float(k), "controller.ki": 2.0} for k in (1, 2, 3)],
+    "several blocks": [{"plate.max_amplitude_um": 2.0, "controller.model.nominal_n": n} for n in (0.8, 0.9)],
+    "another kind": [{"controller.kind": "lookup"}, {"controller.kind": "pi", "controller.kp": 3.0}],
+    "different paths": [{"controller.kp": 1.0}, {"friction.nominal_n": 1.1}, {}],
+}
+
+
+@pytest.mark.parametrize("system", [fl.paper(), fl.bench()], ids=["paper", "bench"])
+@pytest.mark.parametrize("overrides", CASES.values(), ids=CASES)
+def test_placed_systems_are_those_that_evolve_makes(system, overrides):
+    found = placed(system, overrides)
+    for made, override in zip(found, overrides, strict=True):
+        wanted = system.evolve(override)
+        assert made == wanted
+        assert made.model_dump() == wanted.model_dump()
+    assert system == type(system).model_validate(system.model_dump())  # nothing was written into the one they share
+
+
+def test_blocks_that_no_path_enters_stay_one_object():
+    system = fl.paper()
+    one, other = placed(system, [{"controller.kp": 1.0}, {"controller.kp": 2.0}])
+    assert one.plate is other.plate is system.plate
+    assert one.controller is not other.controller
+    assert one.controller.model is system.controller.model
+
+
+def test_a_column_is_asked_once_of_a_shared_object():
+    shared, asked = object(), []
+    assert column([shared] * 4, lambda each: asked.append(each) or 3.0).shape == (1,)
+    assert len(asked) == 1
+    np.testing.assert_array_equal(column([1.0, 2.0], lambda x: (x, -x)), [[1.0, 2.0], [-1.0, -2.0]])
+
+
+@pytest.mark.parametrize("system", [fl.paper(), fl.bench()], ids=["paper", "bench"])
+def test_a_block_is_read_as_pydantic_dumps_it(system):
+    for name in type(system).model_fields:
+        block = getattr(system, name)
+        if isinstance(block, BaseModel):
+            assert _values(block) == block.model_dump()

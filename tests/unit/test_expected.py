@@ -9,7 +9,7 @@ import pytest
 from scipy import signal
 
 import frictionloop as fl
-from frictionloop.control.expected import expected_gains, expected_start, expected_step
+from frictionloop.control.expected_reading import expected_gains, expected_start, expected_step
 
 RATE, FINE = 5000.0, 60
 DT = 1.0 / RATE

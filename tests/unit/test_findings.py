@@ -190,3 +190,11 @@ def test_nothing_branches_on_text_of_our_own(tmp_path):
         "    c = str(error).endswith('x')\n    d = re.search('x', str(error))\n    e = error.code == 'X'\n"
     )
     assert [*branches_on_messages(bad)] == [4, 5, 6, 7]
+
+
+def test_in_ipython_a_result_is_what_the_command_line_shows():
+    from IPython.core.formatters import DisplayFormatter
+
+    answer = Answer(gain=1.5)
+    found, _ = DisplayFormatter().format(answer)
+    assert found["text/plain"] == str(answer) and "<table" in found["text/html"]

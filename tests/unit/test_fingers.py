@@ -11,11 +11,15 @@ from hypothesis import strategies as st
 from scipy.stats import kstest, lognorm, loguniform, spearmanr, uniform
 from scipy.stats import norm as normal
 
+import frictionloop as fl
+from frictionloop.identification import people
 from frictionloop.parameters.motion import Strokes
 from frictionloop.parameters.plant import FingerFriction, Skin
-from frictionloop.physics.fingers import DRAWN_AT, SLOTS, Fingers, fingers
+from frictionloop.parameters.population import Population
+from frictionloop.physics.fingers import DRAWN_AT, SLOTS, UNIFORM, Fingers, fingers
 from frictionloop.physics.occlusion import occlusion_after, occlusion_at
 from frictionloop.physics.reach import capable, finger_reach
+from frictionloop.report.system_comparison import sliding_trials
 
 MANY = fingers(4000, 1)
 DISTRIBUTIONS = {
@@ -211,3 +215,133 @@ def test_a_run_of_contacts_leaves_the_moisture_of_the_last_one(contact_s, lifted
         if k in (300, 1999, 2200, 7_999):
             there = occlusion_at(friction, contact_s, lifted_s, (k + 1) * step_s)
             assert there == pytest.approx(touched, rel=2e-3)
+
+
+LOW_N, HIGH_N = UNIFORM["friction.nominal_n"]
+
+
+def test_a_trial_is_equation_1():
+    trials = sliding_trials(4)
+    g = trials["f0"] * np.exp(-trials["tau"] * trials["a"] ** 2)
+    assert trials["f"].values == pytest.approx((g + trials["d"]).transpose("trial", "sample").values, abs=1e-12)
+
+
+@given(st.integers(1, 40), st.integers(0, 2**32))
+@settings(max_examples=25)
+def test_friction_is_never_negative(n, seed):
+    trials = sliding_trials(n, seed)
+    assert float(trials["f"].min()) >= 0
+    assert float(trials["f0"].min()) >= LOW_N and float(trials["f0"].max()) <= HIGH_N
+    assert float(trials["tau"].min()) > 0
+
+
+def test_the_carrier_is_modulated_once_a_second_from_0_to_2_5_um():
+    trials = sliding_trials(1)
+    assert float(trials["a"].min()) == 0 and float(trials["a"].max()) == pytest.approx(2.5)
+    assert trials["a"].values[:200] == pytest.approx(trials["a"].values[200:], abs=1e-12)
+
+
+def test_the_same_seed_gives_the_same_bits_and_more_trials_change_none():
+    few, many = sliding_trials(3, seed=5), sliding_trials(26, seed=5)
+    assert np.array_equal(few["f"], many["f"][:3])
+    assert not np.array_equal(few["f"], sliding_trials(3, seed=6)["f"])
+
+
+def test_a_large_population_has_the_spread_it_was_given():
+    trials = sliding_trials(4000)
+    assert float(trials["f0"].mean()) == pytest.approx((LOW_N + HIGH_N) / 2, abs=0.02)
+    assert float(np.log(trials["tau"]).std()) == pytest.approx(0.35, abs=0.02)
+    assert float(np.log(trials["tau"]).mean()) == pytest.approx(np.log(0.38), abs=0.02)
+
+
+def test_each_trial_falls_clearly_and_trials_disagree():
+    trials = sliding_trials(26)
+    within = [np.corrcoef(trials["a"], force)[0, 1] for force in trials["f"].values]
+    pooled = np.corrcoef(np.tile(trials["a"], 26), trials["f"].values.ravel())[0, 1]
+    assert np.median(within) < -0.9 < pooled
+
+
+F0, TAU = "friction.nominal_n", "friction.susceptibility_per_um2"
+S = np.array([[0.09, -0.04], [-0.04, 0.12]])
+
+
+def crowd(fingers=12, takes=3, seed=0, within=(0.1, 0.2)):
+    rng = np.random.default_rng(seed)
+    truth = rng.multivariate_normal(np.log([0.9, 0.35]), S, fingers)
+    return {
+        f"finger {k}": [
+            {F0: (mean[0] + within[0] * rng.normal(), 0.05), TAU: (mean[1] + within[1] * rng.normal(), 0.05)}
+            for _ in range(takes)
+        ]
+        for k, mean in enumerate(truth)
+    }, truth
+
+
+def test_a_balanced_crowd_has_the_closed_form():
+    """Equal numbers: the restricted likelihood gives the difference of mean squares where that is a covariance."""
+    measured, _ = crowd()
+    found = people(measured)
+    x = np.array([[[entry[path][0] for path in (F0, TAU)] for entry in entries] for entries in measured.values()])
+    means = x.mean(axis=1)
+    inside = sum((each - each.mean(axis=0)).T @ (each - each.mean(axis=0)) for each in x) / (12 * 2)
+    between = np.cov(means.T) - inside / 3
+    assert [each.spread for each in found.population.value] == pytest.approx(np.sqrt(np.diag(between)), rel=2e-3)
+    r = between[0, 1] / np.sqrt(between[0, 0] * between[1, 1])
+    assert found.population.correlation[0][1] == pytest.approx(r, abs=2e-3)
+    assert np.log([each.median for each in found.population.value]) == pytest.approx(means.mean(axis=0), abs=1e-4)
+    pulled = means.mean(axis=0) + (means - means.mean(axis=0)) @ (between @ np.linalg.inv(between + inside / 3)).T
+    np.testing.assert_allclose(found.pooled, pulled, atol=2e-3)
+    np.testing.assert_allclose(found.within, np.sqrt(np.diag(inside)))
+
+
+def test_pooled_fingers_are_nearer_to_the_truth():
+    better = 0
+    for seed in range(20):
+        measured, truth = crowd(8, 1, seed, within=(0.3, 0.3))
+        noisy = {k: [{F0: (e[F0][0], 0.3), TAU: (e[TAU][0], 0.3)} for e in v] for k, v in measured.items()}
+        found = people(noisy)
+        better += np.sum((found.pooled - truth) ** 2) < np.sum((found.raw - truth) ** 2)
+    assert better >= 16
+
+
+def test_spreads_and_medians_hold_the_truth():
+    hits = np.zeros(2)
+    for seed in range(60):
+        found = people(crowd(12, 2, seed)[0])
+        ends = found.medians[0].interval(0.9), found.spreads[0].interval(0.9)
+        hits += [ends[0].low < 0.9 < ends[0].high, ends[1].low < 0.3 < ends[1].high]
+    # 54 of 60 are expected; fewer than 46 come by chance once in a thousand.
+    assert hits[0] >= 46 and hits[1] >= 46
+
+
+def test_fingers_of_a_measured_population():
+    population = people(crowd(40, 3)[0]).population
+    drawn = fl.fingers(3000, 1, population=population)
+    logs = np.log([[each[F0], each[TAU]] for each in drawn])
+    np.testing.assert_allclose(np.exp(np.median(logs, axis=0)), [v.median for v in population.value], rtol=0.03)
+    np.testing.assert_allclose(logs.std(axis=0), [v.spread for v in population.value], rtol=0.05)
+    assert np.corrcoef(logs.T)[0, 1] == pytest.approx(population.correlation[0][1], abs=0.05)
+    assumed = fl.fingers(5, 1)
+    for one, other in zip(assumed, drawn, strict=False):
+        kept = one.keys() - {F0, TAU, *DRAWN_AT}
+        assert {k: one[k] for k in kept} == {k: other[k] for k in kept}
+        assert not DRAWN_AT.keys() & other.keys() and DRAWN_AT.items() <= one.items()
+    fl.bench().evolve(drawn[0])
+
+
+def test_a_population_as_a_file(tmp_path):
+    path = tmp_path / "people.toml"
+    path.write_text('fingers = 4\n[[value]]\npath = "friction.nominal_n"\nmedian = 1.2\nspread = 0.0\n')
+    assert {each[F0] for each in fl.fingers(3, 0, population=path)} == {1.2}
+    assert fl.fingers(3, 0, population={"value": [{"path": F0, "median": 1.2, "spread": 0.0}]})[2][F0] == 1.2
+
+
+def test_few_fingers():
+    measured, _ = crowd(3)
+    (few,) = people(measured).findings
+    assert (few.value, few.limit, few.more["what"]) == (3, 5, "correlations")
+    assert people(measured).population.matrix().tolist() == [[1, 0], [0, 1]]
+    with pytest.raises(fl.FrictionloopError, match="must be at least 3"):
+        people(dict(list(measured.items())[:2]))
+    with pytest.raises(ValueError, match="must all differ"):
+        Population.model_validate({"value": [{"path": F0, "median": 1, "spread": 0}] * 2})

@@ -101,7 +101,7 @@ def test_a_verdict_does_not_contradict_a_count(name):
 def answers() -> list[type[Result]]:
     """Return the classes of answers of the whole package."""
     for path in SRC.rglob("*.py"):
-        if "SCHEMA: ClassVar" in path.read_text(encoding="utf-8"):
+        if ", schema=" in path.read_text(encoding="utf-8"):
             inside = path.relative_to(SRC).with_suffix("").parts
             importlib.import_module(".".join(("frictionloop", *inside)))
     found, left = set(), [Result]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hammer_files import HammerFile, hammer_file
 
 import frictionloop as fl
 from frictionloop.identification import modes, pick_hits, response, rigs
+from frictionloop.quantities import FrictionloopError
 
 RING_S = np.arange(4000) / 5000.0
 HEAD = '[[recording]]\nkind = "{}"\nfiles = {}\n'
@@ -97,7 +100,17 @@ def test_modes_beyond_those_there_are_not_asked_for(bench):
     assert "MODE-LEFT-OUT" in codes(found)
 
 
-def test_a_mislabelled_weight_is_named_and_its_doubt_is_in_the_density(bench):
+def test_a_refusal_lists_frequency_and_q_of_what_it_found():
+    draw = np.random.default_rng(0)
+    reading = rung([(150.0, 20.0, 1.0), (420.0, 30.0, 0.8)], 6)
+    reading += 0.3 * np.abs(reading) * draw.normal(size=reading.size)
+    with pytest.raises(FrictionloopError) as refused:
+        modes(HammerFile(reading, None, 5000.0, 6, 150.0, 20.0).recording())
+    found = np.array(re.findall(r"([\d.]+) Hz \(Q ([\d.]+)\)", str(refused.value)), float)
+    assert np.all(np.abs(found / [[150, 20], [420, 30]] - 1) < [0.005, 0.15])
+
+
+def test_a_mislabelled_weight_is_named_and_left_out_of_the_line(bench):
     marks = np.array([0, 25, 50, 200, 150, 200, 250, 200, 150, 100, 50, 25, 0.0])
     hung = np.where(np.arange(13) == 3, 100.0, marks)
     draw = np.random.default_rng(1)
@@ -110,7 +123,10 @@ def test_a_mislabelled_weight_is_named_and_its_doubt_is_in_the_density(bench):
     assert label.more["row"] == 4 and label.value == 200 and label.more["other"] == pytest.approx(100, rel=0.01)
     assert "LINE-OFF" not in codes(found)
     slope, density = found.measured["sensitivity"], found.measured["sensor.noise_density_n_rthz"]
-    assert density.error / density.value >= slope.error / slope.value > 0.05
+    assert slope.value == pytest.approx(3.0, rel=0.005) and density.error / density.value >= slope.error / slope.value
+    kept = {name: np.delete(each, 3) for name, each in files["w"].items()}
+    mended = bench(text, w=kept).measured["sensitivity"]
+    assert (slope.value, slope.error) == pytest.approx((mended.value, mended.error), rel=1e-9)
 
 
 @pytest.mark.parametrize("masses", [[0, 50, 100, 50, 0], [0, 50, 100, 50]])

@@ -15,7 +15,7 @@ from scipy.signal import bilinear, freqz, lfilter
 import frictionloop as fl
 import frictionloop.identification as find
 from frictionloop.identification import rigs
-from frictionloop.identification.resonance import model, sandwich
+from frictionloop.identification.frequency_response import model, sandwich
 from frictionloop.identification.weights_calibration import arriving
 
 G = 9.80665

@@ -17,7 +17,7 @@ FRESH_PROCESS = """
     from numba.core import event
 
     import frictionloop as fl
-    from frictionloop.loop.kernel.tiles import _compiled
+    from frictionloop.loop.kernel.step_lifting import _compiled
 
     with event.install_recorder("numba:compile") as compiled, event.install_recorder("numba:run_pass") as passes:
         fl.simulate(fl.paper(), 0.01)

@@ -109,7 +109,7 @@ def test_a_missing_extra_is_one_line(tmp_path, monkeypatch):
     files.tdms(tmp_path / "a.tdms", columns(), RATE)
     monkeypatch.setitem(sys.modules, "nptdms", None)
     said = complaint(tmp_path / "a.tdms")
-    assert "npTDMS (LGPL) is missing; install with: " in said and said.endswith("'.[identify]'")
+    assert "npTDMS (LGPL) is missing; install with: " in said and said.endswith("'frictionloop[identify]'")
 
 
 def test_what_is_left_out_and_what_is_assumed_is_told(tmp_path):

@@ -11,12 +11,12 @@ from three_modes import TRUE, plate
 
 import frictionloop as fl
 from frictionloop.identification import recording_file
-from frictionloop.identification.entry_result import Sensor
-from frictionloop.identification.file_channels import first_look
+from frictionloop.identification.file_overview import first_look
 from frictionloop.identification.project_analysis import analyse
+from frictionloop.identification.project_entry_result import Sensor
 from frictionloop.identification.project_file import Take
-from frictionloop.recordings import stored, text_tables
-from frictionloop.recordings.whole import _read, read_contents
+from frictionloop.recordings import contents, text_tables
+from frictionloop.recordings.file_opening import _read, read_contents
 
 RATE = 8000.0
 forget = _read.cache_clear
@@ -25,9 +25,9 @@ BY_THE_BLOCK = ("time.csv", "european.csv", "file.h5", "seven.mat", "file.wav", 
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(contents, "LARGE_BYTES", 1000)
     forget()
-    monkeypatch.setattr(stored, "BLOCK", 300)
+    monkeypatch.setattr(contents, "BLOCK", 300)
     monkeypatch.setattr(recording_file, "ROWS", 2**14)
 
 
@@ -41,12 +41,12 @@ def columns(samples=4321):
 def test_blocks_give_what_the_whole_file_gives(tmp_path, name, monkeypatch):
     files.FORMATS[name](tmp_path / name, columns(), RATE)
     at_once, seen = read_contents(tmp_path / name), fl.identify.channels(tmp_path / name)
-    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(contents, "LARGE_BYTES", 1000)
     forget()
-    monkeypatch.setattr(stored, "BLOCK", 300)
+    monkeypatch.setattr(contents, "BLOCK", 300)
     parts = read_contents(tmp_path / name)
     lines = {line.name: line.samples for line in parts.channels}
-    assert all(isinstance(samples, stored.Stored) for samples in lines.values() if samples.size > 300)
+    assert all(isinstance(samples, contents.Stored) for samples in lines.values() if samples.size > 300)
     for line in at_once.channels:
         np.testing.assert_array_equal(np.asarray(lines[line.name]), line.samples)
         np.testing.assert_array_equal(lines[line.name][250:1250], line.samples[250:1250])
@@ -90,9 +90,9 @@ def test_hits_of_a_long_recording_are_those_of_a_short_one(tmp_path, monkeypatch
     files.hdf5(tmp_path / "long.h5", {"f": run.f_m.values}, 100e3)
     take = project("hits", "long.h5")
     whole = analyse(take, tmp_path, Sensor())
-    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(contents, "LARGE_BYTES", 1000)
     forget()
-    monkeypatch.setattr(stored, "BLOCK", 2**12)
+    monkeypatch.setattr(contents, "BLOCK", 2**12)
     monkeypatch.setattr(recording_file, "ROWS", 2**15)
     monkeypatch.setattr(recording_file, "CALM_S", 0.01)
     parts = analyse(take, tmp_path, Sensor())
@@ -111,9 +111,9 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
     files.hdf5(tmp_path / "w.h5", {"mass": mass, "f": reading}, RATE)
     quiet = 1e-3 * draw.normal(size=40000) * np.repeat([9, 1, 1, 1, 9], 8000)
     files.hdf5(tmp_path / "q.h5", {"f": quiet}, RATE)
-    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(contents, "LARGE_BYTES", 1000)
     forget()
-    monkeypatch.setattr(stored, "BLOCK", 2**11)
+    monkeypatch.setattr(contents, "BLOCK", 2**11)
     monkeypatch.setattr(recording_file, "ROWS", 2**13)
     channels = {"f_m": {"column": "f", "unit": "V"}, "mass": {"column": "mass", "unit": "kg"}}
     take = Take(kind="weights", files=("w.h5",), settle_s=0.1, channels=channels, gravity_m_s2=9.80665)
@@ -127,7 +127,7 @@ def test_weights_and_quiet_of_a_long_recording(tmp_path, monkeypatch):
 
 
 def test_a_first_look_at_a_large_table_is_one_all_along_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(stored, "LARGE_BYTES", 1000)
+    monkeypatch.setattr(contents, "LARGE_BYTES", 1000)
     forget()
     rising = {"force": np.linspace(0, 1, 300_000), "other": np.sin(np.arange(300_000) / 50)}
     files.csv(tmp_path / "a.csv", rising, RATE)

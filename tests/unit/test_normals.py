@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from numba import njit
 from scipy import stats
 
-from frictionloop.quantities.normals import BLOCK, normals, philox
+from frictionloop.quantities.counter_noise import BLOCK, covariance_root, normals, philox
 
 word = st.integers(0, 2**32 - 1)
 
@@ -141,3 +142,15 @@ def test_the_spectrum_is_white():
     # Periodogram ordinates of N white samples are exponential with mean 1 (Brockwell and Davis, ch. 10).
     power = np.abs(np.fft.rfft(MANY)[1:-1]) ** 2 / N
     assert stats.kstest(power, "expon").pvalue > 1e-6
+
+
+@given(arrays(float, (3, 3), elements=st.floats(-2, 2)), st.tuples(*[st.sampled_from([-1.0, 1.0])] * 3))
+def test_correlated_normals_do_not_hang_on_the_signs_of_eigenvectors(factor, signs):
+    """Which LAPACK leaves open: builds of it for other processors give others."""
+    covariance = factor @ factor.T
+    powers, directions = np.linalg.eigh(covariance)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(np.linalg, "eigh", lambda _: (powers, directions * signs))
+        root = covariance_root(covariance)
+    np.testing.assert_allclose(root, covariance_root(covariance), atol=1e-12)
+    np.testing.assert_allclose(root @ root.T, covariance, atol=1e-12)

@@ -9,8 +9,8 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.quantities.schema import parameter_words
-from frictionloop.sensing.touch import touch_coefficients
+from frictionloop.quantities.protocol_schema import parameter_words
+from frictionloop.sensing.finger_tracking import touch_coefficients
 
 SYSTEMS = {"paper": fl.paper(), "feasible": fl.feasible(), "bench": fl.bench()}
 

@@ -77,7 +77,7 @@ def test_coefficients_and_loads_are_as_asked():
     assert 0.4 <= min(loads) < 0.45 and 1.15 < max(loads) <= 1.2
     assert 0.3 <= min(mu) < 0.33 and 0.87 < max(mu) <= 0.9
     one = SYSTEM.evolve(drawn[0] | {"motion.speed_mm_s": 20.0})
-    from frictionloop.analysis.operating import law_at
+    from frictionloop.analysis.operating_point import law_at
 
     assert law_at(one).nominal_n / one.motion.load_n == pytest.approx(mu[0])
     with pytest.raises(fl.FrictionloopError, match="coefficients"):

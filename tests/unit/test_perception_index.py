@@ -1,4 +1,4 @@
-"""The index D of spectra and residuals: lines, bands, scaling, and what is refused."""
+"""The index D of spectra and residuals, and as it is accumulated: lines, bands, scaling, and what is refused."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from perception_index import index_of_residual, index_of_spectrum
 from scipy.integrate import quad
+from streaming import streaming_index, weighted_residual, weighting_error_db
 
 from frictionloop.parameters import Skin
 from frictionloop.perception import force_threshold_n
-from frictionloop.perception.thresholds import THRESHOLD_UM
+from frictionloop.perception.detection_thresholds import THRESHOLD_UM
 
 RATE = 5000.0
 GRID = np.linspace(0, 2500, 10001)
@@ -106,3 +107,21 @@ def test_a_rate_of_twice_the_upper_limit_is_enough(samples):
 
 def test_a_stiffer_finger_feels_less():
     assert index_of_spectrum(GRID, FLAT, Skin(stiffness_n_m=2000.0)) < index_of_spectrum(GRID, FLAT)
+
+
+def sine(frequency_hz, duration_s, amplitude_n=0.01):
+    return amplitude_n * np.sin(2 * np.pi * frequency_hz * np.arange(round(duration_s * RATE)) / RATE)
+
+
+@pytest.mark.parametrize("frequency_hz", [1.0, 2.0, 10.0, 40.0, 100.0, 250.0, 400.0, 500.0])
+def test_a_sine_is_its_rms_over_the_threshold_times_the_error_of_the_fit(frequency_hz):
+    exact = 0.01 / math.sqrt(2) / float(force_threshold_n(frequency_hz))
+    fit = 10 ** (float(weighting_error_db(RATE, frequency_hz=frequency_hz)) / 20)
+    # Whole periods; after 5 s the start has decayed to e^-15.
+    assert streaming_index(sine(frequency_hz, 10), RATE, skip_s=5.0) == pytest.approx(exact * fit, rel=1e-5)
+
+
+def test_a_mean_does_not_enter_and_does_not_as_a_start():
+    ripple = sine(60.0, 4)
+    assert streaming_index(ripple + 2.0, RATE) == pytest.approx(float(streaming_index(ripple, RATE)), rel=1e-9)
+    np.testing.assert_array_equal(weighted_residual(np.full(100, 0.4), RATE), 0.0)

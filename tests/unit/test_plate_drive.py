@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionloop.hardware.plate.drive import effort, modal_damping_n_s_per_m, piezo_force_n_per_v
+from frictionloop.hardware.plate.drive_requirements import effort, modal_damping_n_s_per_m, piezo_force_n_per_v
 from frictionloop.parameters.plate_design import Piezo, PlateDesign
 
 HALF_MM = 140 / 11.5

@@ -11,13 +11,15 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import frictionloop as fl
-from frictionloop.hardware.plate.carrier import plate_resonator
-from frictionloop.hardware.plate.drive import amplitude_left, finger_effect, mode_factor
-from frictionloop.hardware.plate.envelope import (
+from frictionloop.hardware.plate.carrier_simulation import plate_resonator
+from frictionloop.hardware.plate.drive_requirements import (
+    amplitude_left,
     bandwidth_hz,
     detuned_gain,
     envelope,
     envelope_pole,
+    finger_effect,
+    mode_factor,
     quality_for_bandwidth,
     time_constant_s,
 )

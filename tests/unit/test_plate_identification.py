@@ -11,8 +11,10 @@ from scipy.optimize import curve_fit
 from scipy.signal import hilbert
 from scipy.stats import linregress
 
+import frictionloop as fl
 from frictionloop.identification import carrier_drift, loop_delay, plate_decay, plate_envelope, plate_sweep, rigs
-from frictionloop.identification.line_fits import straight_scale
+from frictionloop.identification.linear_calibration import straight_scale
+from frictionloop.identification.plate_sweep import stepped
 from frictionloop.parameters import ResonantPlate
 
 
@@ -126,3 +128,113 @@ def test_a_scale_is_the_line_of_linregress_and_its_jackknife(seed, slope):
     jackknife = np.sqrt(8 / 9 * np.sum((left - left.mean()) ** 2))
     assert found.slope.value == pytest.approx(line.slope)
     assert found.slope.standard_error == pytest.approx(max(jackknife, line.stderr))
+
+
+PLATE = ResonantPlate(frequency_hz=41e3, q=180.0, max_amplitude_um=2.2)
+
+
+def swept(seed):
+    found = plate_sweep(rigs.plate_sweep_rig(PLATE, noise_um=0.02, seed=seed))
+    return {"frequency": (found.resonance, found.method_hz, 41e3), "q": (found.q, found.method_q, 180.0)}
+
+
+def switched(seed):
+    found = plate_decay(rigs.plate_switch_rig(PLATE, switches=6, seed=seed))
+    return {"frequency": (found.resonance, found.method_hz, 41e3), "q": (found.q, found.method_q, 180.0)}
+
+
+def followed(seed):
+    found = plate_envelope(rigs.plate_switch_rig(PLATE, switches=6, seed=seed))
+    return {"corner": (found.corner, found.method_hz, 41e3 / 360)}
+
+
+def jumped(seed):
+    found = loop_delay(rigs.jumps_rig(230e-6, jumps=40, seed=seed), 5000.0)
+    return {"delay": (found.delay, found.method_s, 230e-6)}
+
+
+WIDEST = {
+    swept: {"frequency": 5e-5, "q": 0.025},
+    switched: {"frequency": 8e-6, "q": 0.003},
+    followed: {"corner": 0.0015},
+    jumped: {"delay": 0.12},
+}
+"""Median half width of intervals of 90 %, as a share of the value, that may not be exceeded."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("measure", WIDEST, ids=lambda measure: measure.__name__)
+def test_coverage(measure):
+    """Of 40 recordings, fewer than 34 intervals of 90 % hold the truth with a chance of 1 in 20 at most."""
+    inside: dict[str, int] = {}
+    widths: dict[str, list[float]] = {}
+    for seed in range(40):
+        for name, (estimate, method, true) in measure(seed).items():
+            both = estimate._replace(standard_error=np.hypot(estimate.standard_error, method))
+            low, high = both.interval(0.9)
+            inside[name] = inside.get(name, 0) + (low < true < high)
+            widths.setdefault(name, []).append((high - low) / 2 / true)
+    assert all(count >= 34 for count in inside.values()), inside
+    assert {name: np.median(each) for name, each in widths.items() if np.median(each) > WIDEST[measure][name]} == {}
+
+
+RATE, HZ, Q = 200e3, 33.5e3, 150.0
+STEPS = np.arange(33e3, 34e3, 50.0)
+
+
+def gain(hertz):
+    return 1 / (1 - (hertz / HZ) ** 2 + 1j * hertz / (HZ * Q))
+
+
+def recorded(settle_s=1.5e-3, noise=0.005, seed=0):
+    """The amplitude of each step is reached with the time constant of the plate, from that of the step before."""
+    rows = int(0.03 * RATE)
+    hertz = np.repeat(STEPS, rows)
+    phase = 2 * np.pi * np.cumsum(hertz) / RATE
+    size = 2 * np.abs(gain(STEPS)) / Q
+    late = np.exp(-np.arange(rows) / RATE / settle_s)
+    amplitude = np.concatenate([new + (old - new) * late for old, new in zip([0.0, *size], size, strict=False)])
+    vibration = amplitude * np.sin(phase) + noise * np.random.default_rng(seed).normal(size=hertz.size)
+    return xr.Dataset(
+        {
+            "frequency": ("time", hertz, {"units": "Hz"}),
+            "vibration": ("time", vibration, {"units": "um"}),
+            "envelope": ("time", amplitude, {"units": "um"}),
+        },
+        {"time": ("time", np.arange(hertz.size) / RATE, {"units": "s"})},
+    )
+
+
+def test_a_row_has_the_amplitude_of_its_step():
+    found, true = stepped(recorded()), 2 * np.abs(gain(STEPS)) / Q
+    assert found.frequency.values == pytest.approx(STEPS)
+    # A sine of 3000 samples: its amplitude is known to noise sqrt(2/3000); five of these, and what has not settled.
+    assert np.abs(found.vibration.values - true).max() < 5 * 0.005 * np.sqrt(2 / 3000) + 2 * np.exp(-10)
+    assert np.abs(found.envelope.values - true).max() < 2 * np.exp(-10)
+
+
+def test_a_project_takes_it(tmp_path):
+    run = recorded()
+    np.savez(tmp_path / "a.npz", f=run.frequency, v=run.vibration, fs=RATE)
+    (tmp_path / "lab.toml").write_text(
+        """
+[[recording]]
+kind = "plate"
+files = ["a.npz"]
+channels.frequency = { column = "f", unit = "Hz" }
+channels.vibration = { column = "v", unit = "um" }
+"""
+    )
+    found = fl.identify.bench(tmp_path / "lab.toml")
+    for name, true in (("plate.frequency_hz", HZ), ("plate.q", Q)):
+        ends = found.measured[name].interval(0.999)
+        assert ends.low < true < ends.high and ends.high - ends.low < 0.02 * true
+
+
+def test_what_is_no_stepped_sine_is_refused():
+    run = recorded().isel(time=slice(0, 20000))
+    swept = run.assign(frequency=("time", np.linspace(33e3, 34e3, run.sizes["time"]), {"units": "Hz"}))
+    with pytest.raises(fl.FrictionloopError, match="steps of 16 samples or more"):
+        stepped(swept)
+    with pytest.raises(fl.FrictionloopError, match="samples of 'vibration' per period"):
+        stepped(run.isel(time=slice(0, None, 4)))

@@ -130,7 +130,7 @@ def test_what_the_commands_refuse(lab, found, tmp_path, capsys):
 def test_a_change_by_welch():
     from scipy.stats import ttest_ind_from_stats
 
-    from frictionloop.identification.certificates import _change
+    from frictionloop.identification.certificate_comparison import _change
 
     def value(mean, error, freedom):
         return fl.identify.Estimate(mean, error, "N", freedom), ""

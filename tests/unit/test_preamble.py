@@ -11,11 +11,11 @@ import frictionloop as fl
 from frictionloop.identification import channels
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings import stored
+from frictionloop.recordings import contents
 from frictionloop.recordings.contents import told_rate
-from frictionloop.recordings.dates import is_stamp, seconds_after, stamp_of
-from frictionloop.recordings.read import scaled as found
-from frictionloop.recordings.whole import _read, read_contents
+from frictionloop.recordings.file_opening import _read, read_contents
+from frictionloop.recordings.force_channel import scaled as found
+from frictionloop.recordings.text_numbers import is_stamp, seconds_after, stamp_of
 
 ROWS = "".join(f"{k / 10:.1f}\n" for k in range(1, 9))
 PAIRS = "".join(f"{k / 10:.1f},{k}\n" for k in range(1, 9))
@@ -186,7 +186,24 @@ def test_lost_rows_are_refused_and_told_beside_a_rate(tmp_path):
     assert channels(recording.path).gaps == ((9, 2), (27, 1))
 
 
-@pytest.mark.parametrize("wrong", ["05.03.2024 10:11:12", "2024-13-05T10:11:12", "10:11:12.5"])
+@pytest.mark.parametrize("first", ["10:11:12.5", "9:59:59.99875", "23:59:59.999", "23:59:59,998"])
+def test_times_of_the_clock_without_a_date_tell_the_rate_through_midnight(tmp_path, first):
+    """A date is not made up for them."""
+    mark = ";" if "," in first else ","
+    begin = np.datetime64("1970-01-01T" + f"{chr(48) * (first[1] == chr(58))}{first}".replace(",", "."), "ns")
+    path, rows = tmp_path / "a.csv", []
+    for k, force in enumerate(FORCE):
+        clock = str(begin + k * np.timedelta64(STEP_NS, "ns")).partition("T")[2].removeprefix("0")
+        rows.append(f"{clock}{mark}{force:.9f}".replace(".", "," if mark == ";" else "."))
+    path.write_text("\n".join([f"time{mark}Ft [N]", *rows]))
+    read = found(Recording(path=str(path), column="Ft"))
+    assert (read.rate_hz, read.part.by) == (pytest.approx(1e4), "'time'")
+    np.testing.assert_allclose(read.force, FORCE, atol=1e-9)
+    seen = channels(path)
+    assert seen.even and not seen.channels[0].missing and not seen.date.startswith("1970")
+
+
+@pytest.mark.parametrize("wrong", ["05.03.2024 10:11:12", "2024-13-05T10:11:12", "25:11:12.5", "10:11"])
 def test_what_is_no_time_is_named_with_what_would_be(tmp_path, wrong):
     recording = stamped(tmp_path / "a.csv", lambda stamp: wrong)
     with pytest.raises(FrictionloopError) as refused:
@@ -209,11 +226,11 @@ def test_one_wrong_stamp_is_named(tmp_path):
 def test_stamps_of_a_large_file_count_from_its_first_row(tmp_path, monkeypatch):
     recording = stamped(tmp_path / "a.csv")
     at_once = [np.asarray(each.samples) for each in read_contents(recording.path).channels]
-    monkeypatch.setattr(stored, "BLOCK", 8)
-    monkeypatch.setattr(stored, "LARGE_BYTES", 100)
+    monkeypatch.setattr(contents, "BLOCK", 8)
+    monkeypatch.setattr(contents, "LARGE_BYTES", 100)
     _read.cache_clear()
     blocks = read_contents(recording.path).channels
-    assert isinstance(blocks[0].samples, stored.Stored)
+    assert isinstance(blocks[0].samples, contents.Stored)
     np.testing.assert_array_equal([np.asarray(each.samples) for each in blocks], at_once)
     np.testing.assert_allclose(at_once[0], np.arange(40) / 1e4, rtol=0, atol=1e-12)
 
@@ -221,5 +238,5 @@ def test_stamps_of_a_large_file_count_from_its_first_row(tmp_path, monkeypatch):
 def test_zones_and_numbers():
     assert stamp_of("2024-03-05T10:11:12-01:30") == np.datetime64("2024-03-05T11:41:12")
     assert stamp_of("2024-03-05 10:11:12,5 +0100") == np.datetime64("2024-03-05T09:11:12.5")
-    assert not any(map(is_stamp, ("2024", "20240305", "now", "NaT", "", "1.5")))
+    assert not any(map(is_stamp, ("2024", "20240305", "now", "NaT", "", "1.5", "10:11", "1:2:3")))
     np.testing.assert_array_equal(seconds_after(BEGIN, ["x", str(BEGIN)]), [np.nan, 0.0])

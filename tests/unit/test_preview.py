@@ -10,10 +10,13 @@ from designed_notch import DESIGNED_NOTCH
 
 import frictionloop as fl
 from frictionloop.cli import main
-from frictionloop.perception.thresholds import force_threshold_n
+from frictionloop.perception.detection_thresholds import force_threshold_n
+from frictionloop.preview.pattern_measures import delivered
+from frictionloop.preview.prepared_stroke import duration_s, prepared
 
 R = fl.rendering
 BENCH = fl.bench().evolve(DESIGNED_NOTCH)
+NAMES = ("f_r_intended", "f_a")
 IDEAL = {
     "motion.tremor_um": 0.0, "motion.tremor_n": 0.0, "motion.load_drift": 0.0, "touch.position.noise_um": 0.0,
     "touch.load.noise_n": 0.0, "controller.kind": "limit_observer", "finger.kind": "rigid", "friction.kind": "gaussian",
@@ -51,6 +54,23 @@ def test_the_plate_takes_contrast_open_loop_as_its_low_pass_does():
     assert shown.open_loop.contrast == pytest.approx(np.sqrt(0.5), rel=0.05)
     late_s = shown.open_loop.moved_mm / speed
     assert late_s == pytest.approx(np.pi / 4 / (2 * np.pi * 100.0), abs=4e-4)
+
+
+@pytest.mark.parametrize("speed", [40.0, 80.0])
+def test_what_arrives_of_a_grating_is_its_share_at_its_own_period_not_its_noise(speed):
+    ready = prepared(R.Grating(spacing_mm=2.0), BENCH.evolve({"friction.roughness_rms": 0.3}), speed)
+    run = fl.simulate(ready, duration_s(ready), 0)
+    cross, power = 0.0, 0.0
+    for way in (1.0, -1.0):
+        keep = run["scored"].values & (run["speed"].values * way > 0.0)
+        wave = np.exp(1j * np.pi * 1e3 * run["position"].values[keep])
+        wanted, force = (np.mean((run[name].values[keep] - run[name].values[keep].mean()) * wave) for name in NAMES)
+        cross += force * np.conj(wanted) if way > 0.0 else np.conj(force) * wanted  # what is late is behind, both ways
+        power += abs(wanted) ** 2
+    found = delivered(run, "notch_pi")
+    assert found.contrast == pytest.approx(abs(cross) / power, rel=0.03)
+    wanted, force = (run[name].values[run["scored"].values] for name in NAMES)
+    assert force.std() / wanted.std() > 1.1 * found.contrast
 
 
 def test_the_open_loop_has_a_table_of_its_own_where_a_law_is_told_other_beliefs():

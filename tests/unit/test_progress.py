@@ -10,7 +10,7 @@ from numba import types
 
 from frictionloop.loop import progress
 from frictionloop.loop.progress import Bar, progress_bar
-from frictionloop.quantities import compile_events, compiled
+from frictionloop.quantities import compile_cache, compile_events
 
 
 def test_a_bar_says_what_it_waits_for_and_then_again_what_it_does():
@@ -39,14 +39,14 @@ def doubled():
     def function(x):
         return 2.0 * x
 
-    return compiled.compile_c(types.float64(types.float64), function, "doubled-for-a-test")
+    return compile_cache.compile_c(types.float64(types.float64), function, "doubled-for-a-test")
 
 
 def test_what_is_on_the_disk_is_not_compiled(monkeypatch):
     told = []
     monkeypatch.setattr(compile_events, "on_compiling", [told.append])
     monkeypatch.setattr(
-        compiled.DigestCache, "load_overload", lambda self, sig, context: compile_events.tell_compiling(True)
+        compile_cache.DigestCache, "load_overload", lambda self, sig, context: compile_events.tell_compiling(True)
     )
 
     assert doubled().ctypes(1.5) == 3.0 and told == [True, False]

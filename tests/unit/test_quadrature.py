@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from frictionloop.loop.kernel.quadrature import (
+from frictionloop.loop.kernel.period_quadrature import (
     NODES,
     gauss_lobatto,
     product_weights,

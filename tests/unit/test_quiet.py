@@ -88,7 +88,7 @@ def test_bands_add_up():
 
 
 def test_newtons_come_from_weights_of_the_same_unit_or_from_the_map():
-    from frictionloop.identification.entry_result import Sensor, in_newtons
+    from frictionloop.identification.project_entry_result import Sensor, in_newtons
 
     def run(unit, **more):
         time = ("time", np.arange(8) / 1e3, {"units": "s"})
@@ -102,6 +102,6 @@ def test_newtons_come_from_weights_of_the_same_unit_or_from_the_map():
         (run("counts"), by_volts, 6.0, "taken for 1 N"),
         (run("V", newtons_per_unit=0.5), by_volts, 2.0, ""),
     ):
-        found, told = in_newtons(given, sensor)
+        (found,), told = in_newtons([given], sensor)
         assert float(found.f_m[0]) == newtons and found.f_m.attrs["units"] == "N"
         assert words in " ".join(map(str, told)) and bool(told) == bool(words)

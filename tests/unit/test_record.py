@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import frictionloop as fl
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.code_version import package_version
 
 SYSTEM = fl.paper().evolve({"controller.kp": 20.0, "disturbance": fl.Steps(times_s=(0.0, 0.1), levels_n=(0.1, 0.2))})
 RUN = fl.simulate(SYSTEM, 0.2, seed=3)

@@ -18,8 +18,8 @@ from scipy.io import savemat, wavfile
 
 from frictionloop.parameters import Recording, Samples, paper
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.force_channel import read_recording
+from frictionloop.recordings.force_channel import scaled as found
 
 TABLE = np.array([[0.1, -1.5, 2e-7], [0.2, 3.25, 1e9], [0.3, -0.125, -4.0], [0.4, 2.5, 7.0]])
 
@@ -116,7 +116,7 @@ def test_a_path_object_names_a_file(tmp_path):
 
 
 def test_without_a_header_the_first_row_is_data(tmp_path):
-    assert read(text(tmp_path, "12:00:01,1\n12:00:02,2\n"), "1").tolist() == [1.0, 2.0]
+    assert read(text(tmp_path, "12:00:01.00,1\n12:00:01.01,2\n"), "1").tolist() == [1.0, 2.0]
 
 
 @pytest.mark.parametrize(

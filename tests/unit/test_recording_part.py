@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from frictionloop import FrictionloopError, Recording
-from frictionloop.recordings.read import read_recording, scaled
-from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.force_channel import read_recording, scaled
+from frictionloop.recordings.force_channel import scaled as found
 
 RATE_HZ = 1000.0
 ROWS = np.r_[0:300, 500:2000, 2100:2400]
@@ -75,9 +75,9 @@ def test_a_blank_behind_a_gap_is_named_by_its_time(path, tmp_path):
 
 def test_with_a_rate_given_the_part_is_that_of_the_times_and_a_gap_behind_it_is_not_told(path):
     before = Recording(path=path, column="force", rate_hz=RATE_HZ, start_s=10.1, stop_s=10.25)
-    assert scaled(before, "N").force[[0, -1]].tolist() == [100, 250]
+    assert scaled(before).force[[0, -1]].tolist() == [100, 250]
     assert found(before).findings == ()
     over = before.model_copy(update={"stop_s": 11.0})
-    assert scaled(over, "N").force[[0, -1]].tolist() == [100, 1000]
+    assert scaled(over).force[[0, -1]].tolist() == [100, 1000]
     (uneven,) = found(over).findings
     assert (uneven.code, uneven.value, uneven.unit) == ("TIMES-UNEVEN", pytest.approx(200.0), "ms")

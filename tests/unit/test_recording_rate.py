@@ -11,10 +11,10 @@ from scipy.io import savemat
 import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.file_opening import read_contents
+from frictionloop.recordings.force_channel import read_recording
+from frictionloop.recordings.force_channel import scaled as found
 from frictionloop.recordings.sampling import sampling_of
-from frictionloop.recordings.whole import read_contents
 
 FORCE = 0.3 + 0.1 * np.sin(np.arange(50.0))
 

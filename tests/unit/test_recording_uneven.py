@@ -9,8 +9,8 @@ import frictionloop as fl
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError
 from frictionloop.quantities.timestamp_jitter import uneven_in
-from frictionloop.recordings.read import read_recording, scaled
-from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.force_channel import read_recording, scaled
+from frictionloop.recordings.force_channel import scaled as found
 
 STEPS_S = (1 + 0.3 * np.random.default_rng(1).uniform(-1, 1, 1500)) / 71.0
 TIMES_S = 3.0 + np.cumsum(STEPS_S) - STEPS_S[0]
@@ -33,7 +33,7 @@ def test_the_force_is_that_at_even_times(tmp_path, name, scale):
     with pytest.raises(fl.FrictionloopError, match=r"steps up to \d+ % off.*--disturbance\.resample_hz 71 \(or --set"):
         read_recording(recording, 100.0)
     even = recording.model_copy(update={"resample_hz": 100.0, "start_s": 5.0, "stop_s": 9.0})
-    taken = scaled(even, "N")
+    taken = scaled(even)
     assert taken.rate_hz == 100.0 and taken.part.at_s[0] == pytest.approx(5.0, abs=0.5 / 71)
     # A straight line is off by less than (pi f T)^2/2 of a sine, with the longest step T.
     assert np.abs(taken.force - force_n(taken.part.at_s)).max() < 0.1 * (np.pi * HERTZ * 1.3 / 71) ** 2 / 2

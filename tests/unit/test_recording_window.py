@@ -7,8 +7,8 @@ import pytest
 from scipy.io import savemat
 
 import frictionloop as fl
-from frictionloop.recordings.read import lasting_s, read_held, read_recording
-from frictionloop.recordings.read import scaled as found
+from frictionloop.recordings.force_channel import lasting_s, read_held, read_recording
+from frictionloop.recordings.force_channel import scaled as found
 
 RATE_HZ = 1000.0
 ROWS = np.arange(2000)

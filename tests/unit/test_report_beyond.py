@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frictionloop.control.cost import worst_tick
+from frictionloop.control.instruction_cost import worst_tick
 from frictionloop.design.comparison.law_figures import figure_step_traces
-from frictionloop.report.beyond import LAWS, NOTCH, OPEN, ORACLE, PRINTED, SHOWN_MS, SPEED_MM_S, beyond_rows, stored
+from frictionloop.report.control_law_study import (
+    LAWS,
+    NOTCH,
+    OPEN,
+    ORACLE,
+    PRINTED,
+    SHOWN_MS,
+    SPEED_MM_S,
+    beyond_rows,
+    stored,
+)
 
 LENGTHS_UM = (30.0, 0.0)
 
@@ -38,12 +48,6 @@ def test_steps_that_are_never_followed_and_loops_that_are_not_stable_are_said():
         assert rows[law, 30.0]["fall"] == f"{1e3 * found.value(law, 30.0, 'fall_10_90_s'):.2g}"
     assert rows[PRINTED, 30.0]["peak"] == "unstable"
     assert (rows[ORACLE, 30.0]["tick"], rows[ORACLE, 30.0]["oracle"]) == ("–", "1")
-
-
-def test_a_ratio_is_of_two_values():
-    found = stored()
-    medians = [found.value(law, 0.0, "hold_rms_n") for law in (OPEN, NOTCH)]
-    assert found.ratio(OPEN, NOTCH, 0.0, "hold_rms_n") == medians[0] / medians[1]
 
 
 def test_steps_are_drawn_in_a_row_for_each_law_from_the_level_before_on():

@@ -1,4 +1,4 @@
-"""Figures that need no simulation: the block diagram, the population, and the style they share."""
+"""Figures that need no simulation: the block diagram, the sensor, the population, and the style they share."""
 
 from __future__ import annotations
 
@@ -11,38 +11,59 @@ import pytest
 import frictionloop as fl
 from frictionloop import report
 from frictionloop.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, inline, svg
+from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.report.number_text import number
-from frictionloop.report.schematics import controller_label, figure_diagram, lookup_label, source_label
-from frictionloop.report.systems import binned, figure_population, sliding_trials
+from frictionloop.report.schematics import controller_label, figure_diagram, figure_sensor, lookup_label, source_label
+from frictionloop.report.system_comparison import binned, figure_population, sliding_trials
 
 
 def words(figure):
     return "\n".join(text.get_text() for axes in figure.axes for text in axes.texts)
 
 
-def test_the_diagram_shows_the_systems_own_numbers():
-    drawn = words(figure_diagram(fl.paper()))
-    for number_shown in ("= 10", "= 2 s⁻¹", "5 kHz", "0.8 N", "0.38", "100 Hz", "1000 Hz", "10⁻⁵ N", "0.6 ± 0.6"):
-        assert number_shown in drawn
+DIAGRAM = (figure_diagram, fl.paper())
+SENSOR = (figure_sensor, SensorDesign())
 
 
 @pytest.mark.parametrize(
-    ("change", "shown"),
+    ("drawn", "shown"),
     [
-        ({"controller.kp": 7.5}, "7.5"),
-        ({"controller.delay_s": 2e-4}, "delay 200 µs"),
-        ({"controller.model.table_size": 256}, "256 entries"),
-        ({"controller.model.nominal_n": 1.25}, "1.25 N"),
-        ({"plate.cutoff_hz": 150.0}, "150 Hz"),
-        ({"friction.susceptibility_per_um2": 0.51}, "0.51"),
-        ({"sensor.noise_rms_n": 3e-4}, "3×10⁻⁴ N"),
-        ({"setpoint.stop_hz": 55.0}, "sweep 1–55 Hz"),
-        ({"disturbance.frequency_hz": 3.0}, "sine 3 Hz"),
+        (DIAGRAM, "= 10; = 2 s⁻¹; 5 kHz; 0.8 N; 0.38; 100 Hz; 1000 Hz; 10⁻⁵ N; 0.6 ± 0.6"),
+        (SENSOR, "0.4 kg; 145 Hz; 100 µm; 200 mm²; 22 pF; 10 MΩ; 120 kHz; Q 4; 1 kHz; 16 bit; ±2.5 N"),
     ],
 )
-def test_the_diagram_changes_with_the_system(change, shown):
-    before, after = figure_diagram(fl.paper()), figure_diagram(fl.paper().evolve(change))
-    assert shown in words(after) and shown not in words(before)
+def test_a_scheme_shows_its_own_numbers(drawn, shown):
+    draw, system = drawn
+    text = words(draw(system))
+    assert [each for each in shown.split("; ") if each not in text] == []
+
+
+@pytest.mark.parametrize(
+    ("drawn", "change", "shown"),
+    [
+        (DIAGRAM, {"controller.kp": 7.5}, "7.5"),
+        (DIAGRAM, {"controller.delay_s": 2e-4}, "delay 200 µs"),
+        (DIAGRAM, {"controller.model.table_size": 256}, "256 entries"),
+        (DIAGRAM, {"controller.model.nominal_n": 1.25}, "1.25 N"),
+        (DIAGRAM, {"plate.cutoff_hz": 150.0}, "150 Hz"),
+        (DIAGRAM, {"friction.susceptibility_per_um2": 0.51}, "0.51"),
+        (DIAGRAM, {"sensor.noise_rms_n": 3e-4}, "3×10⁻⁴ N"),
+        (DIAGRAM, {"setpoint.stop_hz": 55.0}, "sweep 1–55 Hz"),
+        (DIAGRAM, {"disturbance.frequency_hz": 3.0}, "sine 3 Hz"),
+        (SENSOR, {"electrodes.gap_um": 150.0}, "150 µm"),
+        (SENSOR, {"moving.mass_kg": 1.2}, "1.2 kg"),
+        (SENSOR, {"amplifier.feedback_pf": 47.0}, "47 pF"),
+        (SENSOR, {"adc.bits": 18}, "18 bit"),
+        (SENSOR, {"filters.cutoff_hz": 300.0}, "0.3 kHz"),
+        (SENSOR, {"readout.form": "ratio"}, "÷"),
+        (SENSOR, {"springs.angle_deg": 90.0}, "90°"),
+        (SENSOR, {"springs.arrangement": "parallel"}, ""),
+    ],
+)
+def test_a_scheme_changes_with_what_it_shows(drawn, change, shown):
+    draw, system = drawn
+    before, after = draw(system), draw(system.evolve(change))
+    assert shown in words(after) and (not shown or shown not in words(before))
     assert svg(before, "x") != svg(after, "x")
 
 
@@ -59,20 +80,9 @@ def test_labels():
     assert lookup_label(fl.paper().controller.model)[0] == "exact inverse of $g$"
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"),
-        (0.4, "0.4"),
-        (251.65, "252"),
-        (50000, "50000"),
-        (1e-5, "10⁻⁵"),
-        (-5.23e-5, "−5.23×10⁻⁵"),
-        (1.2e7, "1.2×10⁷"),
-    ],
-)
-def test_numbers_for_people(value, text):
-    assert number(value) == text
+def test_numbers_for_people():
+    shown = {0.0: "0", 50000: "50000", 1.2e7: "1.2×10⁷"}  # and those of its docstring
+    assert {value: number(value) for value in shown} == shown
 
 
 def test_the_population_is_binned_over_all_trials():

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -11,8 +13,8 @@ import pytest
 FOLDER = Path(__file__).parents[2] / "requirements"
 HASHED = sorted(path.name for path in FOLDER.glob("*.txt") if path.name != "lock.txt")
 LOCKED = dict(re.findall(r"^([\w.-]+)==(\S+)$", (FOLDER / "lock.txt").read_text(encoding="utf-8"), re.MULTILINE))
-OTHER_SYSTEMS = {"colorama"}
-"""What only Windows installs."""
+OTHER_SYSTEMS = {"appnope", "colorama", "hidapi", "pywin32-ctypes"}
+"""What only Windows or macOS installs."""
 
 
 def plain(name):
@@ -40,6 +42,16 @@ def test_the_files_together_have_all_that_is_locked():
 
 def test_no_file_names_a_host():
     assert not [path.name for path in FOLDER.iterdir() if "://" in path.read_text(encoding="utf-8")]
+
+
+def test_all_files_say_one_version():
+    root = FOLDER.parent
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    meta = json.loads((root / "codemeta.json").read_text(encoding="utf-8"))
+    cited = re.search(r"^version: (\S+)$", (root / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)[1]
+    assert meta["version"] == cited == project["version"]
+    assert project["version"] in (root / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert (meta["description"], meta["keywords"]) == (project["description"], project["keywords"])
 
 
 @pytest.mark.slow

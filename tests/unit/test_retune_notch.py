@@ -11,11 +11,11 @@ from designed_notch import DESIGNED_NOTCH
 from scipy import signal
 
 import frictionloop as fl
-from frictionloop.analysis.disturbance import touch_spectrum
-from frictionloop.design.plants import Plants, detuned
+from frictionloop.analysis.disturbance_spectrum import touch_spectrum
+from frictionloop.design.controller_synthesis import synthesised
+from frictionloop.design.plant_set import Plants, detuned
 from frictionloop.design.requirements import Requirements
 from frictionloop.design.robust_notch import retune_notch
-from frictionloop.design.synthesis import synthesised
 
 BENCH = fl.bench()
 RATE = 5000.0

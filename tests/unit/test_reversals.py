@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import frictionloop as fl
 from frictionloop.device.recording import away_from_turns
-from frictionloop.loop.reference_runs import TURNS
+from frictionloop.loop.companion_runs import TURNS
 from frictionloop.loop.transients import _turns_s, reversal_metrics
 
 HOLD = {"setpoint": fl.Constant(offset_n=0.6), "motion.speed_mm_s": 80.0, "motion.stroke_mm": 60.0}

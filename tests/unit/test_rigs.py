@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 
 import frictionloop as fl
 from frictionloop.identification import rigs
-from frictionloop.identification.rigs import hammer as rig_hammer
 from frictionloop.identification.rigs import sensor_rig
+from frictionloop.identification.rigs import sensor_rig as rig_hammer
 from frictionloop.identification.rigs.weights import _tension
 from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
 from frictionloop.sensing.force_sensor import (

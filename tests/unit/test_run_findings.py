@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.firmware.board_fit import board_findings
+from frictionloop.firmware.board_compatibility import board_findings
 from frictionloop.loop import run_findings
+from frictionloop.loop.input_findings import contact_turns
 from frictionloop.loop.run_findings import reach_split, unscored_s, without_turn_mm
-from frictionloop.loop.signal_findings import contact_turns
 
 LIFTS = {"motion.speed_mm_s": 80.0, "motion.contact_s": 2.0, "motion.lifted_s": 0.5, "motion.stroke_mm": 160.0}
 VALUES_N = 0.02 * np.sin(2 * np.pi * 3 * np.arange(4000) / 1000)

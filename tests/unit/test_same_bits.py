@@ -11,7 +11,7 @@ from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import TRACES
 from frictionloop.loop.simulate import run_tile
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
 
 PERIODS = 333  # not a whole number of blocks of 32
 DURATION_S = PERIODS / 5000.0

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.signal import lfilter
 
 import frictionloop as fl
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
 from frictionloop.sensing.force_sensor import linearise_sensor
 
 # A finger that vibration does not move: the force on it is f0 + d(t) alone.
@@ -97,8 +97,8 @@ def test_the_whole_plant_after_a_held_command():
             quad(lambda s, t=t: ws * math.exp(-ws * (t - s)) * force(s), a, b, epsabs=1e-14, epsrel=1e-13)[0]
             for a, b in itertools.pairwise(np.linspace(0, t, k + 1))
         )
-        # quad keeps 1e-14 per period; the simulator's rule leaves up to 3e-10 of a swing of 2.5 um (test_ends), as here
-        # where the amplitude starts to rise.
+        # quad keeps 1e-14 per period; the simulator's rule leaves up to 3e-10 of a swing of 2.5 um (as in
+        # test_friction_limit) where the amplitude starts to rise.
         assert float(run["f_m"][k]) == pytest.approx(force(0.0) * math.exp(-ws * t) + integral, abs=3e-10)
 
 

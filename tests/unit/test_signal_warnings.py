@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.levels import misread
+from frictionloop.analysis.operating_point import misread
 
 RATE_HZ = 1000.0
 TIME_S = np.arange(3000) / RATE_HZ

@@ -7,10 +7,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.loop import run_findings
-from frictionloop.recordings.force_shape import signs_of
+from frictionloop.recordings.force_channel import read_recording
+from frictionloop.recordings.force_channel import scaled as found
+from frictionloop.recordings.friction_defects import signs_of
 from frictionloop.recordings.plausibility import doubts_of
-from frictionloop.recordings.read import read_recording
-from frictionloop.recordings.read import scaled as found
 
 RATE_HZ = 1000.0
 TIME_S = np.arange(12_000) / RATE_HZ

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored_energy import skin_energy_j
 
-from frictionloop.physics.contact import ContactState, bristle_step
+from frictionloop.physics.bristle_contact import ContactState, bristle_step
 
 DT, K, C, M = 2e-5, 1e3, 1.0, 1e-4
 

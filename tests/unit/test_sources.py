@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionloop as fl
-from frictionloop.physics.sources import evaluate, sampler
+from frictionloop.physics.signal_values import evaluate, sampler
 
 RATE_HZ = 5000.0
 T = np.arange(1000) / RATE_HZ

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import frictionloop as fl
-from frictionloop.physics.friction_limit import aged_step, ageing_coefficients, ageing_step
+from frictionloop.physics.limit_scaling import aged_step, ageing_coefficients, ageing_step
 
 CALM = {
     "motion.tremor_um": 0.0,

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from scipy.io import wavfile
 
 import frictionloop as fl
-from frictionloop.recordings.read import read_recording, scaled
-from frictionloop.recordings.whole import read_contents
+from frictionloop.recordings.file_opening import read_contents
+from frictionloop.recordings.force_channel import read_recording, scaled
 
 AT_S = np.arange(600) / 1000
 FORCE = np.round(0.5 + 0.1 * np.sin(2 * np.pi * 3 * AT_S), 5)

@@ -10,7 +10,7 @@ import xarray as xr
 
 import frictionloop as fl
 from frictionloop.loop import sweep as sweep_module
-from frictionloop.loop.reference_runs import TURNS
+from frictionloop.loop.companion_runs import TURNS
 
 BASE = fl.paper().evolve({"setpoint.sweep_s": 0.1, "sensor.noise_rms_n": 1e-3})
 DURATION_S = 0.06

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import gc
+import multiprocessing
 import signal
 import threading
+import time
+from itertools import count
 
 import numpy as np
 import pytest
@@ -170,11 +174,50 @@ def test_a_real_signal_while_threads_work(monkeypatch, tmp_path):
 
     monkeypatch.setattr(sweep_module, "run_tile", once_interrupted)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    gc.disable()  # an exception in a callback of the collector, and hypothesis has one, is lost
     try:
         with pytest.raises(fl.SweepInterrupted) as stopped:
             fl.sweep(BASE, {"controller.kp": np.linspace(0, 20, 3200)}, n_jobs=2, path=tmp_path / "sweep.h5", **OPTIONS)
     finally:
+        gc.enable()
         signal.signal(signal.SIGINT, before)
     partial = stopped.value.partial
     assert partial["rms_error"].isnull().any()
     xr.testing.assert_identical(fl.load(tmp_path / "sweep.h5"), partial)
+
+
+RATES = {"controller.rate_hz": [50_000.0 / k for k in (1, 2, 4, 5, 8, 10, 16, 20, 25, 40)]}
+"""A tile each."""
+
+
+def _save_each_tile(path):
+    seconds = count(step=10)
+    return fl.sweep(BASE, RATES, 0.48, n_jobs=1, path=path, resume=True, clock=lambda: next(seconds))
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(1800)
+def test_a_sweep_killed_at_30_random_moments_is_as_if_it_had_not_been(tmp_path, record_property):
+    path, expected = tmp_path / "sweep.h5", _save_each_tile(tmp_path / "whole.h5")
+    made = multiprocessing.get_context("forkserver")  # a process that imported all it needs is copied for each
+    made.set_forkserver_preload(["frictionloop.loop.sweep"])
+    rng, killed_at, before = np.random.default_rng(1), [], 0
+    while len(killed_at) < 30:
+        process = made.Process(target=_save_each_tile, args=(path,))
+        process.start()
+        while not path.exists() and process.is_alive():
+            time.sleep(0.01)
+        process.join(float(rng.uniform(0.0, 6.0)))
+        process.kill()
+        process.join()
+        done = int(fl.load(path)["rms_error"].notnull().sum())
+        assert done >= before
+        before = done
+        if process.exitcode == -signal.SIGKILL:
+            killed_at.append(done)
+        else:
+            path.unlink()
+            before = 0
+    record_property("points there when it was killed", killed_at)
+    assert max(killed_at) > 0
+    xr.testing.assert_identical(_save_each_tile(path), expected)

@@ -12,7 +12,7 @@ from numba import njit
 from scipy.linalg import solve_discrete_lyapunov
 
 from frictionloop.parameters.motion import LoadCells, PositionSensor, Touch
-from frictionloop.sensing.touch import CREEP_M_S, TouchState, touch_coefficients, touch_step
+from frictionloop.sensing.finger_tracking import CREEP_M_S, TouchState, touch_coefficients, touch_step
 
 DT = 2e-4
 QUIET = Touch(position=PositionSensor(noise_um=0.0), load=LoadCells(noise_n=0.0))

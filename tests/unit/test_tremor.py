@@ -14,7 +14,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import welch
 
 from frictionloop.physics.tremor import TremorState, tremor_coefficients, tremor_start, tremor_step
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
 
 DT = 2e-4
 RMS_M = 30e-6

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 import frictionloop as fl
+from frictionloop.parameters.doubtful_values import BELIEVED, differing, named_by, of_axes, of_ceiling, unusual
 from frictionloop.parameters.refusals import USUAL
-from frictionloop.parameters.toml_files import PRESETS
-from frictionloop.parameters.unit_sanity import BELIEVED, differing, named_by, of_axes, of_ceiling, unusual
+from frictionloop.parameters.toml_reader import PRESETS
 
 
 @pytest.mark.parametrize("preset", PRESETS)

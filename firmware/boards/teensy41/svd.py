@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
 
 SHORTER = {r"^NVIC_NVICISER": "NVIC_ISER", r"^NVIC_NVICIP": "NVIC_IPR", r"^PIT_TIMER\[(\d)\]_(\w+)": r"PIT_\2\1",
            r"^IOMUXC_SW_(MUX|PAD)_CTL_PAD_GPIO_": r"IOMUXC_\1_"}  # fmt: skip

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionloop.analysis.elements import Elements
-from frictionloop.analysis.rest import LawStep, Rest, rest_of, sizes
+from frictionloop.analysis.controller_rest import LawStep, Rest, rest_of, sizes
+from frictionloop.analysis.loop_elements import Elements
 from frictionloop.analysis.sampled_plant import SampledPlant
-from frictionloop.analysis.state_space import Array, StateSpace
+from frictionloop.analysis.state_space import StateSpace
 from frictionloop.control.lookup import overdrive_gains
 from frictionloop.control.pi import is_pi
 from frictionloop.parameters import Controller, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import Array, FrictionloopError
 
 INPUTS = ("f_r", "f_m")
 OUTPUTS = ("u", "c")

@@ -7,14 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.analysis.disturbance import touch_spectrum
-from frictionloop.analysis.elements import linearise_contact
+from frictionloop.analysis.disturbance_spectrum import touch_spectrum
 from frictionloop.analysis.linear import LinearLoop, linearise
-from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.analysis.loop_elements import linearise_contact
 from frictionloop.analysis.waterbed import waterbed_bound
 from frictionloop.parameters import FingerFriction, LowpassSensor, Strokes, System
-from frictionloop.perception.thresholds import LOWEST_HZ as TOUCH_HZ
-from frictionloop.quantities import Lti
+from frictionloop.perception.detection_thresholds import LOWEST_HZ as TOUCH_HZ
+from frictionloop.quantities import Array, Complex, Lti
 
 LEFT_DEG = 180.0 - 90.0 - 45.0
 """What an integral's slope and a margin of 45 degrees leave."""

@@ -12,16 +12,24 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.elements import Elements, elements
 from frictionloop.analysis.law_space import law_space
+from frictionloop.analysis.loop_elements import Elements, elements
 from frictionloop.analysis.margins import Margins, gain_factor, margins, search_grid, sensitivity_peak
-from frictionloop.analysis.operating import force_band, reach_at
+from frictionloop.analysis.operating_point import force_band, reach_at
 from frictionloop.analysis.sampled_plant import SampledPlant, sample
-from frictionloop.analysis.state_space import Array, Complex, StateSpace, close
+from frictionloop.analysis.state_space import StateSpace, close
 from frictionloop.control.pi import is_pi, linearise_pi
 from frictionloop.findings import Condition
-from frictionloop.parameters import FingerFriction, LowpassSensor, PiController, Skin, Strokes, System, check_system
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.parameters import (
+    FingerFriction,
+    PiController,
+    Skin,
+    Strokes,
+    SuspendedSensor,
+    System,
+    check_system,
+)
+from frictionloop.quantities import Array, Complex, FrictionloopError, must_be
 
 Reading = Literal["sampled", "held", "lag", "printed"]
 """How time is treated: "sampled", exact at the sampling instants; the others read equation (2) in continuous time
@@ -41,21 +49,6 @@ LONG_NAMES = {
     "u_from_q": "force command from reading error",
 }
 """The responses by name; S is the sensitivity here, not the sensor."""
-
-
-def checked_frequency(frequency_hz: Array, nyquist_hz: float) -> Array:
-    """Return the frequencies (Hz), refusing those not above 0 or above the Nyquist frequency."""
-    inside = (frequency_hz > 0) & (frequency_hz <= nyquist_hz * (1 + 1e-12))
-    if not np.all(inside):
-        worst = frequency_hz[~inside].flat[0]
-        raise must_be("frequency_hz", worst, f"above 0 and at most {nyquist_hz:g}", "Hz")
-    return frequency_hz
-
-
-def checked_reading(reading: str) -> None:
-    """Refuse a reading that is not one of `Reading`."""
-    if reading not in get_args(Reading):
-        raise FrictionloopError(f"reading = {reading!r}: accepted are {', '.join(map(repr, get_args(Reading)))}")
 
 
 def sampled_responses(plant: SampledPlant, law: StateSpace, frequency_hz: Array) -> dict[str, Complex]:
@@ -174,8 +167,12 @@ class LinearLoop:
 
     def responses(self, frequency_hz: ArrayLike, reading: Reading = "sampled") -> dict[str, Complex]:
         """Return the variables of `frequency_response` as plain arrays by name, for the same arguments."""
-        checked_reading(reading)
-        frequency = checked_frequency(np.atleast_1d(np.asarray(frequency_hz, dtype=float)), self.nyquist_hz)
+        if reading not in get_args(Reading):
+            raise FrictionloopError(f"reading = {reading!r}: accepted are {', '.join(map(repr, get_args(Reading)))}")
+        frequency = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        inside = (frequency > 0) & (frequency <= self.nyquist_hz * (1 + 1e-12))
+        if not np.all(inside):
+            raise must_be("frequency_hz", frequency[~inside].flat[0], f"above 0 and at most {self.nyquist_hz:g}", "Hz")
         if reading == "sampled":
             return sampled_responses(self.plant, self.law, frequency)
         return continuous_responses(self.elements, self.plant.period_s, frequency, reading)
@@ -230,10 +227,7 @@ class LinearLoop:
 
     def search_grid(self, lowest_hz: float = math.inf) -> Array:
         """Return frequencies in Hz, from ``lowest_hz`` or lower to `nyquist_hz`, between which responses do little."""
-        sensor = self.system.sensor
-        around = (
-            [] if isinstance(sensor, LowpassSensor) else [(sensor.resonance_hz, sensor.resonance_hz / (2 * sensor.q))]
-        )
+        around = resonances([self])
         return search_grid(self.nyquist_hz, self.plant.whole_periods, min(lowest_hz, self.nyquist_hz), around)
 
     def with_gains(self, kp: float, ki: float) -> LinearLoop:
@@ -241,6 +235,12 @@ class LinearLoop:
         check_pi(self.system)
         system = self.system.evolve({"controller.kp": kp, "controller.ki": ki})
         return LinearLoop(system, replace(self.elements, controller=linearise_pi(check_pi(system))), self.plant)
+
+
+def resonances(loops: Sequence[LinearLoop]) -> list[tuple[float, float]]:
+    """Return each resonance of the sensors of loops and half its width, Hz."""
+    sensors = {loop.system.sensor for loop in loops}
+    return [(s.resonance_hz, s.resonance_hz / (2.0 * s.q)) for s in sensors if isinstance(s, SuspendedSensor)]
 
 
 def check_pi(system: System) -> PiController:

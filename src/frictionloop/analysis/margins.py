@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.state_space import Array, Complex
+from frictionloop.quantities import Array, Complex
 
 _WIDTHS = np.sinh(np.linspace(-4.0, 4.0, 161))
 """Distances from a resonance in half widths, 0.05 apart at its peak."""
@@ -125,15 +125,8 @@ def gain_factor(loop_gain: LoopGain, grid: Array, nyquist_hz: float, peak: float
     least = int(np.argmin(roots))
     if math.isinf(roots[least]):
         return math.inf
-    around = full[max(least - 1, 0)], full[min(least + 1, full.size - 1)]
     far = 2.0 * float(roots[least])  # what has no root is farther, for a search that wants numbers
-    from scipy.optimize import minimize_scalar
-
-    refined = minimize_scalar(
-        lambda f: min(far, float(root(np.array([f]))[0])), bounds=around, method="bounded",
-        options={"xatol": 1e-9 * around[1]},
-    )  # fmt: skip
-    return min(float(refined.fun), float(roots[least]))
+    return min(_least_near(full, least, lambda f: min(far, float(root(np.array([f]))[0]))), float(roots[least]))
 
 
 def gain_roots(gains: Complex, peak: ArrayLike) -> Array:
@@ -173,8 +166,12 @@ def _peak(loop_gain: LoopGain, grid: Array, gains: Complex) -> float:
 
     distances = np.abs(1.0 + gains)
     nearest = int(np.argmin(distances))
-    around = grid[max(nearest - 1, 0)], grid[min(nearest + 1, grid.size - 1)]
+    return 1.0 / min(_least_near(grid, nearest, distance), float(distances[nearest]))
+
+
+def _least_near(grid: Array, k: int, value: Callable[[float], float]) -> float:
+    """Return the least of a function of frequency between the neighbours of a grid point."""
     from scipy.optimize import minimize_scalar
 
-    refined = minimize_scalar(distance, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
-    return 1.0 / min(float(refined.fun), float(distances[nearest]))
+    around = grid[max(k - 1, 0)], grid[min(k + 1, grid.size - 1)]
+    return float(minimize_scalar(value, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]}).fun)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from frictionloop.analysis.elements import Elements
-from frictionloop.analysis.state_space import Array, Complex, StateSpace
-from frictionloop.quantities import FrictionloopError, Lti
+from frictionloop.analysis.loop_elements import Elements
+from frictionloop.analysis.state_space import StateSpace
+from frictionloop.quantities import Array, Complex, FrictionloopError, Lti
 
 INPUTS = ("u", "d", "n")
 OUTPUTS = ("f_a", "f_m")

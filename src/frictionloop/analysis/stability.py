@@ -10,14 +10,13 @@ from typing import Literal
 import numpy as np
 
 from frictionloop.analysis.law_space import pi_space
-from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.linear import LinearLoop, check_pi, condition_of, linearise, operating_band
 from frictionloop.analysis.margins import real_axis
-from frictionloop.analysis.operating import occlusions
-from frictionloop.analysis.state_space import Array, Complex, close
+from frictionloop.analysis.operating_point import at_levels, occlusions
+from frictionloop.analysis.state_space import close
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import PiController, SuspendedSensor, System
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import Array, Complex, FrictionloopError
 
 LOWEST_HZ = 5.0
 """Ringing is above the tracking of a set-point (chosen)."""

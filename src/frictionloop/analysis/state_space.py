@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_lyapunov
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from frictionloop.quantities import Array, Complex
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import Array, Complex, FrictionloopError, must_be
 
 ROUNDS, CLOSE, ENOUGH, FALL = 500, 1e-7, 1e-3, 0.2
 """Newton steps at most, the gap to the least power at which they end, the gap at which rounding may end them, and how

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import atexit
 import gc
+import importlib
+import importlib.util
 import os
 import shlex
 import shutil
 import signal
 import sys
 import threading
+import traceback
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 from cyclopts import CycloptsError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
 import frictionloop as fl
 from frictionloop.cli.flags import DOTTED, gather
-from frictionloop.cli.outside import used
 from frictionloop.cli.screen import Interrupted, say
 from frictionloop.cli.verb import flags_of_commands
 from frictionloop.cli.verbs import app
@@ -54,14 +57,22 @@ def _terminated_like_ctrl_c() -> Iterator[None]:
     def taken(*_: Any) -> None:
         raise KeyboardInterrupt
 
+    def compiles(begins: bool) -> None:
+        """Leave SIGTERM to the system meanwhile: a compiler looks at no signal until it is done."""
+        if signal.getsignal(signal.SIGTERM) == (taken if begins else signal.SIG_DFL):
+            with suppress(ValueError):  # another thread compiles
+                signal.signal(signal.SIGTERM, signal.SIG_DFL if begins else taken)
+
     ignored = signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
     if ignored or threading.current_thread() is not threading.main_thread():
         yield
         return
     before = signal.signal(signal.SIGTERM, taken)
+    fl.progress.on_compiling.append(compiles)
     try:
         yield
     finally:
+        fl.progress.on_compiling.remove(compiles)
         signal.signal(signal.SIGTERM, before if before is not None else signal.SIG_DFL)
 
 
@@ -69,12 +80,13 @@ def _run(tokens: list[str]) -> int:
     try:
         with fl.progress.plain_lines(say), warnings.catch_warnings():
             warnings.simplefilter("ignore", fl.SignalWarning)  # a verb asks in the words of flags
-            code = app(gather(used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
+            code = app(gather(_used(tokens)), print_error=False, exit_on_error=False, result_action="return_value")
         return code if isinstance(code, int) else 0
     except CycloptsError as error:
         say(f"error: {_refusal(error, tokens)}")
     except fl.FrictionloopError as error:
-        say(f"error: {error}{_explained(error)}")
+        own = error.code not in ("BAD-VALUE", "UNKNOWN-NAME")  # an explanation of its own
+        say(f"error: {error}" + f"  [{error.code}]" * own)
     except Interrupted as stop:
         say(f"interrupted: {stop}")
         if stop.resumable:
@@ -84,11 +96,6 @@ def _run(tokens: list[str]) -> int:
         say(f"interrupted: {stop}" if str(stop) else "interrupted")
         return INTERRUPTED
     return BAD_INPUT
-
-
-def _explained(error: fl.FrictionloopError) -> str:
-    """Return the code of an error that has an explanation of its own."""
-    return "" if error.code in ("BAD-VALUE", "UNKNOWN-NAME") else f"  [{error.code}]"
 
 
 MOST_TOLD = 20
@@ -134,12 +141,9 @@ def _one_line(error: CycloptsError, tokens: Sequence[str]) -> str:
             return f"Unknown option: {flag}. {here} has none; it belongs to {', '.join(others)}"
     said = " ".join(str(error).split())
     if said.endswith(", ..."):  # of the verbs only the first eight are told
-        said = f"{said.partition(' Available commands:')[0]} Available commands: {', '.join(_verbs())}."
+        verbs = [name for name in app if not name.startswith("-")]
+        said = f"{said.partition(' Available commands:')[0]} Available commands: {', '.join(verbs)}."
     return said
-
-
-def _verbs() -> list[str]:
-    return [name for name in app if not name.startswith("-")]
 
 
 def _not_here(error: UnknownOptionError, tokens: Sequence[str]) -> str:
@@ -159,3 +163,50 @@ def _program() -> str:
         return "python -m frictionloop"
     found = shutil.which("frictionloop")
     return "frictionloop" if found and os.path.realpath(found) == os.path.realpath(called) else shlex.quote(called)
+
+
+USE = "--use"
+
+
+def _used(tokens: Sequence[str]) -> list[str]:
+    """Import what ``--use`` names, Python files or modules, and return the other tokens."""
+    left: list[str] = []
+    given = iter(tokens)
+    for token in given:
+        name, equals, value = token.partition("=")
+        if name != USE:
+            left.append(token)
+            continue
+        what = value if equals else next(given, None)
+        if not what:
+            raise fl.FrictionloopError(f"{USE}: needs a Python file or module")
+        _import(what)
+    return left
+
+
+def _import(what: str) -> None:
+    path = Path(what)
+    try:
+        if path.suffix != ".py":
+            sys.path.insert(0, "")  # modules of the folder that the command runs in, as with python -m
+            importlib.import_module(what)
+            return
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[path.stem] = module  # what it defines can then be found again by its name
+        spec.loader.exec_module(module)
+        return
+    except fl.FrictionloopError:
+        raise
+    except FileNotFoundError as error:
+        why = f"{error.strerror}: {error.filename}"
+    except ModuleNotFoundError as error:
+        why = str(error) if error.name != what.partition(".")[0] else "no such module; files end in .py"
+    except SyntaxError as error:
+        why = f"SyntaxError in {error.filename}, line {error.lineno}: {error.msg}"
+    except Exception as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        told = " ".join(str(error).split())
+        why = f"{type(error).__name__} in {last.filename}, line {last.lineno}: {told}"
+    raise fl.FrictionloopError(f"{USE} {what}: {why}")

@@ -8,20 +8,21 @@ from typing import Any
 import frictionloop as fl
 from frictionloop import FrictionloopError
 from frictionloop.cli import file_arguments, flags, screen
+from frictionloop.cli.verb import verb
 
-ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = (
-    "--fingers 26",
-    "my-bench.toml --fingers 1000 --seed 11 --out results.h5 --resume",
-    "--fingers 50 --laws lookup,retuned_pi --speeds 20 --csv scores.csv --plots figures",
-    "--effects grating,bump --fingers 26 --laws lookup,notch_pi,limit_observer",
-)
 MOST_FINGERS = 1_000_000
 SEED, DURATION_S = 11, 11.0
 SOON_S = 10.0
 """What takes less is not announced (chosen)."""
 
 
+@verb(
+    "compare [FILE] [OPTIONS]",
+    "--fingers 26",
+    "my-bench.toml --fingers 1000 --seed 11 --out results.h5 --resume",
+    "--fingers 50 --laws lookup,retuned_pi --speeds 20 --csv scores.csv --plots figures",
+    "--effects grating,bump --fingers 26 --laws lookup,notch_pi,limit_observer",
+)
 def command(
     file: flags.SystemFile = None,
     /,
@@ -34,7 +35,7 @@ def command(
     speeds: flags.Run[str] = "20,80,150",
     effects: flags.Run[str | None] = None,
     duration_s: flags.Run[float] = DURATION_S,
-    jobs: flags.Run[flags.Whole | None] = None,
+    jobs: flags.Jobs = None,
     out: flags.Result[Path | None] = None,
     resume: flags.Result[flags.Flag] = False,
     csv: flags.Result[Path | None] = None,
@@ -59,8 +60,6 @@ def command(
         FILE, if that is an effect.
     duration_s
         Duration of a run in s; the first second does not count.
-    jobs
-        Parallel workers; one per core if not given.
     out
         Keep the results here (HDF5, .h5), also on Ctrl-C.
     resume
@@ -78,12 +77,15 @@ def command(
     given = flags.system_given(file, preset, overrides, "bench", designed="notch_pi")
     doubts = fl.doubts(given.system, ("disturbance",))
     names = None if laws is None else [name.strip() for name in laws.split(",")]
-    common: tuple[Any, ...] = (names, fingers, SEED if seed is None else seed, file_arguments.speeds_of(speeds))
+    speeds_mm_s = list(file_arguments.numbers_of("speeds", speeds, "numbers in mm/s with commas between"))
+    common: tuple[Any, ...] = (names, fingers, SEED if seed is None else seed, speeds_mm_s)
     brought = tuple(flags.overrides_of(overrides))
     found: Any
     if effects is not None or given.system.setpoint.kind == "effect":
         longer = duration_s if duration_s != DURATION_S else None
-        _refuse({"out": out, "resume": resume, "jobs": jobs, "plots": plots, "duration_s": longer})
+        others = {"out": out, "resume": resume, "jobs": jobs, "plots": plots, "duration_s": longer}
+        if refused := next((name for name, value in others.items() if value), None):
+            raise FrictionloopError(f"{refused} = {others[refused]}: not with effects; accepted: --csv, --json")
         named = None if effects is None else [name.strip() for name in effects.split(",")]
         found = fl.compare_effects(given.system, named, *common, given=brought)
     else:
@@ -98,13 +100,6 @@ def command(
         with fl.progress.waiting("drawing"):
             file_arguments.write_figures("plots", plots, found.figures())
     shown.show(found.with_findings((*given.findings, *doubts)), saved={"results": out, "table": csv, "figures": plots})
-
-
-def _refuse(options: dict[str, Any]) -> None:
-    """Refuse options that a comparison on effects does not take, those that are given."""
-    for name, value in options.items():
-        if value:
-            raise FrictionloopError(f"{name} = {value}: not with effects; accepted: --csv, --json")
 
 
 def _say_how_long(cells: int, about_s: float) -> None:

@@ -1,49 +1,40 @@
-"""``frictionloop effect``: the effects there are, what one asks for, and what a finger gets of it."""
+"""``frictionloop effect``: effects there are, of whom they can be had, what a finger gets, and files of others."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop.cli import file_arguments, flags, screen
+from frictionloop.cli.verb import verb
 from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
     from frictionloop.rendering import Effect
 
-ARGUMENTS = "EFFECT [FILE] [OPTIONS]"
-LIST_EXAMPLES = ("",)
-SHOW_EXAMPLES = (
-    "grating --speed-mm-s 80 --plot grating.svg",
-    "my-effect.toml my-bench.toml --fingers 8",
-    "grating --effect.spacing_mm 3 --save my-effect.toml",
-)
-CHECK_EXAMPLES = (
-    "my-effect.toml",
-    "grating --speed-mm-s 150 --json",
-)
-PLAY_EXAMPLES = (
-    "bump --out run.h5 --plot run.svg",
-    "my-effect.toml my-bench.toml --duration-s 5 --seed 1",
-)
 Name = Annotated[str, Parameter(name="EFFECT", help="Name of the library, or TOML file.", group=flags.SYSTEM)]
 Speed = Annotated[float | None, Parameter(help="Of the stroke, mm/s; else the system's.")]
 EFFECT = "effect."
 PATH = ("setpoint.track.", "setpoint.position")
 """What a flag may say about where an effect is asked: the stroke's line over it, the place measured or predicted."""
 EFFECT_FILES = (".toml", ".png", ".wav", ".hjif")
-LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
-"""What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 
 
+@verb("list [--json]", "")
 def list_effects(*, shown: screen.Shown = screen.BRIEFLY) -> None:
     """List the effects of the library: name, kind, and the forces that each asks for."""
     shown.show(fl.rendering.effects())
 
 
+@verb(
+    "show EFFECT [FILE] [OPTIONS]",
+    "grating --speed-mm-s 80 --plot grating.svg",
+    "my-effect.toml my-bench.toml --fingers 8",
+    "grating --effect.spacing_mm 3 --save my-effect.toml",
+)
 def show(
     effect: Name,
     file: flags.SystemFile = None,
@@ -52,7 +43,7 @@ def show(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     speed_mm_s: flags.Run[Speed] = None,
-    seed: flags.Run[flags.Whole] = 0,
+    seed: flags.Seed = 0,
     fingers: flags.Run[flags.Whole] = 0,
     plot: flags.Result[Path | None] = None,
     save: flags.Result[Path | None] = None,
@@ -62,8 +53,6 @@ def show(
 
     Parameters
     ----------
-    seed
-        Seed of all noise.
     fingers
         Show also how differently so many fingers are given it.
     plot
@@ -72,8 +61,7 @@ def show(
         Write the effect here: .toml to change it, .png a map, .wav a wave, .hjif haptics.
     """
     file_arguments.check_output("plot", plot, file_arguments.FIGURES)
-    file_arguments.check_output("save", save, EFFECT_FILES)
-    file_arguments.check_new("save", save)
+    file_arguments.check_output("save", save, EFFECT_FILES, new=True)
     file_arguments.check_count("seed", seed, 0)
     file_arguments.check_count("fingers", fingers, 0, 1000)
     wanted, given = _given(effect, file, preset, overrides)
@@ -87,6 +75,7 @@ def show(
     shown.show(found.with_findings([*given.findings, *more]), saved={"figure": plot, "effect": save})
 
 
+@verb("check EFFECT [FILE] [OPTIONS]", "my-effect.toml", "grating --speed-mm-s 150 --json")
 def check(
     effect: Name,
     file: flags.SystemFile = None,
@@ -102,6 +91,11 @@ def check(
     shown.show(fl.rendering.check(wanted, given.system, speed_mm_s).with_findings(given.findings))
 
 
+@verb(
+    "play EFFECT [FILE] [OPTIONS]",
+    "bump --out run.h5 --plot run.svg",
+    "my-effect.toml my-bench.toml --duration-s 5 --seed 1",
+)
 def play(
     effect: Name,
     file: flags.SystemFile = None,
@@ -110,7 +104,7 @@ def play(
     preset: flags.BenchPreset = None,
     overrides: flags.Overrides = None,
     duration_s: flags.DurationS = 10.0,
-    seed: flags.Run[flags.Whole] = 0,
+    seed: flags.SeedOfRun = 0,
     out: flags.Result[Path | None] = None,
     plot: flags.Result[Path | None] = None,
     shown: screen.Shown = screen.BRIEFLY,
@@ -119,15 +113,12 @@ def play(
 
     Parameters
     ----------
-    seed
-        Seed of all noise: the same seed gives the same run.
     out
         Save the traces here (HDF5, .h5); ``f_r_intended`` is what the effect asks for at the true place.
     plot
         Draw forces, amplitude and motion here (.svg, .pdf or .png).
     """
-    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
-    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
+    file_arguments.check_run(out, plot)
     file_arguments.check_count("seed", seed, 0)
     wanted, given = _given(effect, file, preset, overrides)
     with fl.progress.waiting("simulating"):
@@ -145,20 +136,79 @@ def _given(name: str, file: Path | None, preset: Any, overrides: list[str] | Non
     own = flags.overrides_of(each for each in flagged if each.startswith(EFFECT))
     effect = fl.rendering.find(name, {path.removeprefix(EFFECT): value for path, value in own.items()})
     of_path = flags.overrides_of(each for each in flagged if each.startswith(PATH))
-    given = on_bench(file, preset, [each for each in flagged if not each.startswith((EFFECT, *PATH))])
+    others = [each for each in flagged if not each.startswith((EFFECT, *PATH))]
+    for path in ("setpoint.effect", "setpoint.kind"):
+        if any(each.startswith(path) for each in others):
+            raise fl.FrictionloopError(f"{path}: is set by EFFECT and --effect.NAME VALUE")
+    given = flags.system_given(file, preset, others, "bench", closing=True)
     if of_path:
         kind = {} if given.system.setpoint.kind == "effect" else {"setpoint.kind": "effect"}
         given = given._replace(system=given.system.evolve(kind | of_path))
     return effect if own else name, given
 
 
-def on_bench(file: Path | None, preset: Any, overrides: list[str] | None) -> flags.Given:
-    """Return a bench to feel effects on; the preset has a law that closes its loop well."""
-    named = flags.overrides_of(overrides)
-    for path in ("setpoint.effect", "setpoint.kind"):
-        if any(name.startswith(path) for name in named):
-            raise fl.FrictionloopError(f"{path}: is set by EFFECT and --effect.NAME VALUE")
-    given = flags.system_given(file, preset, overrides, "bench")
-    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in named):
-        return given._replace(system=given.system.evolve(LAW))
-    return given
+File = Annotated[Path, Parameter(name="FILE", help="Picture, recording, envelope or hjif.", group=flags.SYSTEM)]
+
+
+@verb(
+    "import FILE --out EFFECT.toml [OPTIONS]",
+    "leaf.png --mm-per-pixel 0.1 --polarity dark --out leaf.toml",
+    "cloth.csv --column 0 --rate-hz 10000 --scale 0.001 --speed-mm-s 40 --out cloth.toml",
+    "click.ahap --full-n 0.2 --out click.toml",
+    "pattern.hjif --out pattern.toml",
+)
+def import_file(
+    file: File,
+    /,
+    *,
+    out: flags.Result[Path],
+    mm_per_pixel: flags.Run[float | None] = None,
+    polarity: flags.Run[Literal["bright", "dark"] | None] = None,
+    low_n: flags.Run[float] = 0.3,
+    high_n: flags.Run[float] = 0.6,
+    column: flags.Run[str] = "0",
+    rate_hz: flags.Run[float | None] = None,
+    scale: flags.Run[float | None] = None,
+    offset_n: flags.Run[float | None] = None,
+    speed_mm_s: flags.Run[float | None] = None,
+    order: flags.Run[int | None] = None,
+    full_n: flags.Run[float | None] = None,
+    heights: flags.Run[flags.Flag] = False,
+    shown: screen.Shown = screen.BRIEFLY,
+) -> None:
+    """Make an effect of a picture (.png, .tiff), a recording, an envelope (.haptic, .ahap) or an .hjif file.
+
+    Parameters
+    ----------
+    out
+        The effect (.toml).
+    mm_per_pixel
+        Of a picture: size of a pixel in mm.
+    polarity
+        Of a picture: what is most friction, bright or dark pixels.
+    low_n, high_n
+        Of a picture: forces at both ends of grey in N.
+    column
+        Of a recording: name or number of the column.
+    rate_hz
+        Of a recording: its rate, if the file does not say it.
+    scale
+        Of a recording: newtons per unit.
+    offset_n
+        Of a recording: added after scaling, in N; if not given 0.45 where the recording goes below 0.
+    speed_mm_s
+        Of a recording: speed of the finger in mm/s; it is then played by place, else over time.
+    order
+        Of a recording played by place: fit a model with so many coefficients, and write that.
+    full_n
+        Of an envelope: force that the full amplitude stands for, in N.
+    heights
+        Of a picture: greys are heights, --low-n and --high-n in mm; their slope is added to 0.45 N.
+    """
+    file_arguments.check_output("out", out, file_arguments.SYSTEMS, new=True)
+    found = fl.rendering.import_effect(
+        file, mm_per_pixel=mm_per_pixel, polarity=polarity, low_n=low_n, high_n=high_n, heights=heights, column=column,
+        rate_hz=rate_hz, scale=scale, offset_n=offset_n, speed_mm_s=speed_mm_s, order=order, full_n=full_n,
+    )  # fmt: skip
+    fl.rendering.write_effect(found.effect, out)
+    shown.show(found, saved={"effect": out})

@@ -7,16 +7,14 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from frictionloop.cli import flags, screen
+from frictionloop.cli.verb import verb
 from frictionloop.findings import CATALOGUE, explain
 from frictionloop.findings.catalogue import SEVERITIES
 
-ARGUMENTS, SCHEMA = "[CODE] [--all] [--json]", {"schema": "explain/1"}
-EXAMPLES = (
-    "RING-MOIST",
-    "",
-)
+SCHEMA = {"schema": "explain/1"}
 
 
+@verb("explain [CODE] [--all] [--json]", "RING-MOIST", "")
 def command(
     code: Annotated[str | None, Parameter(name="CODE")] = None,
     /,

@@ -22,8 +22,8 @@ OTHERS = (".csv", ".tsv", ".txt", ".mat", ".xlsx", ".parquet", ".json", ".npz")
 ELSEWHERE = 'for other programs fl.save(fl.load("run.h5"), "run.csv"): docs/how-to/read-the-results-elsewhere.md'
 
 
-def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> None:
-    """Refuse an output that has no folder or whose name does not end like what will be in it."""
+def check_output(name: str, path: Path | None, accepted: tuple[str, ...], new: bool = False) -> None:
+    """Refuse an output that has no folder, whose name does not end like what will be in it, or that must be ``new``."""
     if path is None:
         return
     if path.suffix not in accepted:
@@ -34,6 +34,14 @@ def check_output(name: str, path: Path | None, accepted: tuple[str, ...]) -> Non
     _check_writable(name, path, path.parent)
     if accepted is FIGURES:
         check_drawing()
+    if new:
+        check_new(name, path)
+
+
+def check_run(out: Path | None, plot: Path | None) -> None:
+    """Refuse what could not be written of a run, and its figure."""
+    check_output("out", out, RUN_FILES)
+    check_output("plot", plot, FIGURES)
 
 
 def _flag(name: str) -> str:
@@ -73,17 +81,12 @@ def check_count(name: str, value: int, least: int, most: int = 2**63 - 1) -> Non
         raise FrictionloopError(f"{name} = {value}: must be a whole number from {least} to {most}")
 
 
-def numbers_of(name: str, text: str, unit: str) -> tuple[float, ...]:
-    """Return numbers written with commas between them."""
+def numbers_of(name: str, text: str, what: str) -> tuple[float, ...]:
+    """Return numbers written with commas between them; ``what`` says what they are."""
     try:
         return tuple(float(each) for each in text.split(","))
     except ValueError:
-        raise fl.outputs.must_be(name, text, f"numbers in {unit} with commas between") from None
-
-
-def speeds_of(text: str) -> list[float]:
-    """Return speeds in mm/s written with commas between them."""
-    return list(numbers_of("speeds", text, "mm/s"))
+        raise fl.outputs.must_be(name, text, what) from None
 
 
 def two_values(name: str, text: str | None, what: str, zero: bool = False) -> tuple[float, float] | tuple[()]:

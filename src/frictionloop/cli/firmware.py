@@ -9,20 +9,12 @@ from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop.cli import file_arguments, flags, screen
+from frictionloop.cli.verb import verb
 
-ARGUMENTS = "[FILE] --out FOLDER [OPTIONS]"
-EXPORT_EXAMPLES = (
-    "--preset bench --out my-table",
-    "my-controller.toml --out my-table",
-)
-BUILD_EXAMPLES = ("--preset bench --controller.kind notch_pi --out my-image",)
-LAW_EXAMPLES = (
-    "my-controller.toml --out law.c",
-    "my-bench.toml --use my_law.py --controller.kind leaky_pi --out law.c",
-)
 Out = Annotated[Path, Parameter(help="Folder for the files; made if it is missing.", group=flags.RESULT)]
 
 
+@verb("export [FILE] --out FOLDER [OPTIONS]", "--preset bench --out my-table", "my-controller.toml --out my-table")
 def export(
     file: flags.SystemFile = None,
     /,
@@ -39,6 +31,7 @@ def export(
     shown.show(found.with_findings(given.findings), saved={"table": out})
 
 
+@verb("build [FILE] --out FOLDER [OPTIONS]", "--preset bench --controller.kind notch_pi --out my-image")
 def build(
     file: flags.SystemFile = None,
     /,
@@ -63,6 +56,11 @@ def build(
     shown.show(found.with_findings(given.findings), saved={"image and table": out})
 
 
+@verb(
+    "law [FILE] --out law.c [OPTIONS]",
+    "my-controller.toml --out law.c",
+    "my-bench.toml --use my_law.py --controller.kind leaky_pi --out law.c",
+)
 def law(
     file: flags.SystemFile = None,
     /,

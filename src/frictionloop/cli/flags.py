@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
@@ -40,44 +40,35 @@ Result = Annotated[T, Parameter(group=RESULT)]
 Whole = Annotated[int, Parameter(converter=whole)]
 Flag = Annotated[bool, Parameter(show_default=False)]
 
-SystemFile = Annotated[
-    Path | None,
-    Parameter(name="FILE", help="System (.toml) in place of the preset.", group=SYSTEM),
-]
+SystemFile = Annotated[Path | None, Parameter(name="FILE", help="System (.toml) in place of the preset.", group=SYSTEM)]
 PresetName = Literal["paper", "feasible", "bench"]
 """The presets of `parameters.PRESETS`, written out so that help need not import it; a test holds the two together."""
 Preset = Annotated[
-    PresetName | None,
-    Parameter(metavar="NAME", help="Ready-made system; paper without a file.", group=SYSTEM),
+    PresetName | None, Parameter(metavar="NAME", help="Ready-made system; paper without a file.", group=SYSTEM)
 ]
 BenchPreset = Annotated[
-    PresetName | None,
-    Parameter(metavar="NAME", help="Ready-made system; bench without a file.", group=SYSTEM),
+    PresetName | None, Parameter(metavar="NAME", help="Ready-made system; bench without a file.", group=SYSTEM)
 ]
 """Of the device's commands and the controller's design, for which the paper's loop without a finger is no start."""
+
+
+def _dotted(said: str) -> Parameter:
+    return Parameter(name=DOTTED, metavar="VALUE", help=said, group=SYSTEM)
+
+
 Overrides = Annotated[
-    list[str] | None,
-    Parameter(
-        name=DOTTED,
-        metavar="VALUE",
-        help="Any parameter by its dotted name: --controller.kp 12, --setpoint.kind sine.",
-        group=SYSTEM,
-    ),
+    list[str] | None, _dotted("Any parameter by its dotted name: --controller.kp 12, --setpoint.kind sine.")
 ]
 Compared = Annotated[
     list[str] | None,
-    Parameter(
-        name=DOTTED,
-        metavar="VALUE",
-        help="Any parameter of the bench, such as --plate.q 150; not setpoint, finger, strokes or law.",
-        group=SYSTEM,
-    ),
+    _dotted("Any parameter of the bench, such as --plate.q 150; not setpoint, finger, strokes or law."),
 ]
 """Of a comparison, whose protocol sets the rest."""
-
-
 Json = Annotated[bool, Parameter(help="Print one JSON object.", show_default=False, group=RESULT)]
 DurationS = Annotated[float, Parameter(help="Duration of a run in s.", group=RUN)]
+Seed = Annotated[Whole, Parameter(help="Seed of all noise.", group=RUN)]
+SeedOfRun = Annotated[Whole, Parameter(help="Seed of all noise: the same seed gives the same run.", group=RUN)]
+Jobs = Annotated[Whole | None, Parameter(help="Parallel workers; one per core if not given.", group=RUN)]
 ScoreFromS = Annotated[float, Parameter(help="Start of what is scored, in s.", group=RUN)]
 
 
@@ -133,11 +124,13 @@ class Given(NamedTuple):
     """A system of a file or a preset with flags, and what is to be known of that."""
 
     system: System
-    origin: str
-    """Where it comes from, in words."""
     stated: frozenset[str]
     """Dotted names of values that somebody gave."""
     findings: tuple[Finding, ...]
+
+
+LAW = {"controller.kind": "notch_pi", "controller.feedforward": True}
+"""What closes the loop of the bench, if neither a file nor a flag says it (docs/which-law)."""
 
 
 def system_given(
@@ -146,21 +139,35 @@ def system_given(
     flags: Iterable[str] | None,
     instead: str = "paper",
     designed: str | None = None,
+    closing: bool = False,
 ) -> Given:
     """Return the system of a file or a preset with the dotted flags applied.
 
-    ``designed`` names the law that a controller is to be found for.
+    ``designed`` names the law that a controller is to be found for. With ``closing`` the bench of the preset has `LAW`.
     """
     if file is not None and preset_name is not None:
         raise FrictionloopError(f"{file} and --preset {preset_name}: give one of them", "TWO-SYSTEMS")
     overrides = overrides_of(flags)
     found = fl.described(file, preset_name or instead, overrides, designed)
-    origin = str(file) if file else f"{preset_name or instead}()"
-    return Given(found.system, changed(origin, overrides), found.stated, found.findings)
+    own = (
+        file is None
+        and preset_name in (None, "bench")
+        and not any(name.startswith("controller.") for name in overrides)
+    )
+    system = found.system.evolve(LAW) if closing and own else found.system
+    return Given(system, found.stated, found.findings)
 
 
-def changed(origin: str, overrides: Mapping[str, Any]) -> str:
-    """Return in words where something comes from and what was changed."""
-    said = {name: '","' if value == "," else value for name, value in overrides.items()}
-    changes = ", ".join(f"{name} = {value}" for name, value in said.items())
-    return f"{origin} with {changes}" if changes else origin
+class OnBench(NamedTuple):
+    """The bench of a file; None where none is named."""
+
+    system: System | None
+    findings: tuple[Finding, ...]
+
+
+def bench_of(file: Path | None) -> OnBench:
+    """Return the bench of a file, and what of it is in doubt."""
+    if file is None:
+        return OnBench(None, ())
+    found = fl.described(file)
+    return OnBench(found.system, found.findings)

@@ -9,15 +9,10 @@ from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop.cli import file_arguments, flags, screen
-
-ARGUMENTS = "[OPTIONS]"
-EXAMPLES = (
-    "",
-    "--out my-report --json",
-    "--only fig-5a,closed-loop-r2",
-)
+from frictionloop.cli.verb import verb
 
 
+@verb("reproduce [OPTIONS]", "", "--out my-report --json", "--only fig-5a,closed-loop-r2")
 def command(
     *,
     out: flags.Result[Path] = Path("report"),

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
+from frictionloop.cli.flags import RESULT
 from frictionloop.findings.render import lines
 from frictionloop.findings.result import Result, plain
-
-RESULT = Group("Result", sort_key=3)
 
 
 def _shown(said: str) -> Parameter:
@@ -106,16 +105,11 @@ def wrapped(text: str) -> Any:
 
 def columns(rows: Sequence[tuple[str, ...]]) -> Any:
     """Return rows as a borderless table: the first column a name, the last one free to wrap."""
-    last = len(rows[0]) - 1
-    return _grid(rows, [{"no_wrap": index < last} for index in range(last + 1)])
-
-
-def _grid(rows: Sequence[tuple[str, ...]], columns: Sequence[Mapping[str, Any]]) -> Any:
     from rich.table import Table
 
-    grid = Table.grid(padding=(0, GAP, 0, 0))
-    for index, column in enumerate(columns):
-        grid.add_column(style="bold" if index == 0 else None, overflow="fold", **column)
+    grid, last = Table.grid(padding=(0, GAP, 0, 0)), len(rows[0]) - 1
+    for index in range(last + 1):
+        grid.add_column(style="bold" if index == 0 else None, overflow="fold", no_wrap=index < last)
     for row in rows:
         grid.add_row(*row)
     return grid

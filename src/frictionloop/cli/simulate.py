@@ -6,9 +6,11 @@ from pathlib import Path
 
 import frictionloop as fl
 from frictionloop.cli import file_arguments, flags, screen
+from frictionloop.cli.verb import verb
 
-ARGUMENTS = "[FILE] [OPTIONS]"
-EXAMPLES = (
+
+@verb(
+    "simulate [FILE] [OPTIONS]",
     "--preset feasible --controller.kp 12",
     "--setpoint.kind sine --plot forces.svg",
     "--preset feasible --save-system my-bench.toml",
@@ -16,8 +18,6 @@ EXAMPLES = (
     "my-bench.toml --disturbance.kind recording --disturbance.path slide.csv --disturbance.column force_n",
     "my-bench.toml --setpoint.kind recording --setpoint.path wanted.csv --setpoint.column force_n",
 )
-
-
 def command(
     file: flags.SystemFile = None,
     /,
@@ -25,7 +25,7 @@ def command(
     preset: flags.Preset = None,
     overrides: flags.Overrides = None,
     duration_s: flags.DurationS = 10.0,
-    seed: flags.Run[flags.Whole] = 0,
+    seed: flags.SeedOfRun = 0,
     score_from_s: flags.ScoreFromS = 0.0,
     split_hz: flags.Run[str | None] = None,
     advise: flags.Run[flags.Flag] = False,
@@ -41,8 +41,6 @@ def command(
 
     Parameters
     ----------
-    seed
-        Seed of all noise: the same seed gives the same run.
     split_hz
         Frequencies with commas between, such as 8 or 4,20: what is left of the disturbance below, between and above.
     advise
@@ -56,15 +54,14 @@ def command(
     whole
         Write there also what a simple bench never needs.
     """
-    file_arguments.check_output("out", out, file_arguments.RUN_FILES)
-    file_arguments.check_output("plot", plot, file_arguments.FIGURES)
-    file_arguments.check_output("save_system", save_system, file_arguments.SYSTEMS)
-    file_arguments.check_new("save_system", save_system)
+    file_arguments.check_run(out, plot)
+    file_arguments.check_output("save_system", save_system, file_arguments.SYSTEMS, new=True)
     if whole and save_system is None:
         raise fl.outputs.must_be("whole", True, "with --save-system FILE.toml")
     file_arguments.check_count("seed", seed, 0)
     file_arguments.check_score(score_from_s, duration_s)
-    edges_hz = _numbers(split_hz)
+    what = "Hz with commas between, such as 8 or 4,20"
+    edges_hz = () if split_hz is None else file_arguments.numbers_of("split_hz", split_hz, what)
     given = flags.system_given(file, preset, overrides)
     with fl.progress.waiting("simulating"):
         run = fl.simulate(given.system, duration_s, seed)
@@ -77,11 +74,3 @@ def command(
     if save_system is not None:
         fl.write_toml(given.system, save_system, whole, given=set(flags.overrides_of(overrides)))
     shown.show(found.with_findings(given.findings), saved={"run": out, "plot": plot, "system": save_system})
-
-
-def _numbers(text: str | None) -> list[float]:
-    """Return numbers with commas between."""
-    try:
-        return [float(each) for each in text.split(",")] if text is not None else []
-    except ValueError:
-        raise fl.outputs.must_be("split_hz", text, "Hz with commas between, such as 8 or 4,20") from None

@@ -10,15 +10,18 @@ from cyclopts import Parameter
 
 import frictionloop as fl
 from frictionloop.cli import file_arguments, flags, screen
-from frictionloop.cli.effect import LAW
+from frictionloop.cli.verb import verb
 from frictionloop.findings import Finding
 
 if TYPE_CHECKING:
     from frictionloop.studio import Opened
 
-ARGUMENTS = "[FILE] [OPTIONS]"
 MoreRuns = Annotated[Path, Parameter(name="RUN", help="Recorded runs (.h5) for --export.", group=flags.SYSTEM)]
-EXAMPLES = (
+PORT = 8026
+
+
+@verb(
+    "studio [FILE] [OPTIONS]",
     "",
     "my-bench.toml --effect bump",
     "my-bench.toml --device serial:///dev/ttyACM0",
@@ -26,9 +29,6 @@ EXAMPLES = (
     "--export play.html",
     "--export page.html run.h5 other.h5",
 )
-PORT = 8026
-
-
 def command(
     file: flags.SystemFile = None,
     /,
@@ -37,7 +37,7 @@ def command(
     overrides: flags.Overrides = None,
     effect: flags.Run[str | None] = None,
     device: flags.Run[str | None] = None,
-    seed: flags.Run[flags.Whole] = 0,
+    seed: flags.Seed = 0,
     host: flags.Run[str] = "127.0.0.1",
     port: flags.Run[flags.Whole] = PORT,
     replay: flags.Result[Path | None] = None,
@@ -52,8 +52,6 @@ def command(
         What lies on the plate: a name of the library, or a TOML file.
     device
         Drive a device instead: sim:, emulated:IMAGE, tcp://host:port or serial://PORT; its bench is FILE.
-    seed
-        Seed of all noise.
     host
         Address to listen at; any but this machine's own needs the token that is printed.
     port
@@ -93,10 +91,8 @@ def command(
 def _given(file: Path | None, preset: Any, overrides: list[str] | None, effect: str | None) -> flags.Given:
     """Return the bench of the page, which has an effect, by itself a grating, and what is to be known of it."""
     named = flags.overrides_of(overrides)
-    given = flags.system_given(file, preset, overrides, "bench")
+    given = flags.system_given(file, preset, overrides, "bench", closing=True)
     system, found = given.system, given.findings
-    if file is None and preset in (None, "bench") and not any(name.startswith("controller.") for name in named):
-        system = system.evolve(LAW)
     if effect is not None:
         system = system.evolve(setpoint={"kind": "effect", "effect": fl.rendering.find(effect)})
     elif system.setpoint.kind != "effect" and "setpoint.kind" not in named:

@@ -15,10 +15,13 @@ from cyclopts import Parameter
 import frictionloop as fl
 from frictionloop import FrictionloopError
 from frictionloop.cli import file_arguments, flags, screen
+from frictionloop.cli.verb import verb
 
-ARGUMENTS = "[FILE] --over NAME=VALUES | --fingers N [OPTIONS]"
 MOST_FINGERS = 1_000_000
-EXAMPLES = (
+
+
+@verb(
+    "sweep [FILE] --over NAME=VALUES | --fingers N [OPTIONS]",
     "--over controller.kp=1:100:32:log --over controller.ki=0.1,1,10",
     "--preset feasible --seeds 4 --out noise.h5 --over sensor.noise_rms_n=1e-6:1:25:log --plot noise.svg",
     "my-bench.toml --over controller.kp=5,10,20 --csv table.csv",
@@ -26,8 +29,6 @@ EXAMPLES = (
     "my-controller.toml --fingers 100000 --out people --shard 3/64",
     "--status people",
 )
-
-
 def command(
     file: flags.SystemFile = None,
     /,
@@ -43,7 +44,7 @@ def command(
     seeds: flags.Run[flags.Whole] = 1,
     duration_s: flags.DurationS = 10.0,
     score_from_s: flags.ScoreFromS = 0.0,
-    jobs: flags.Run[flags.Whole | None] = None,
+    jobs: flags.Jobs = None,
     metrics: flags.Result[str | None] = None,
     out: flags.Result[Path | None] = None,
     resume: flags.Result[flags.Flag] = False,
@@ -75,8 +76,6 @@ def command(
         Least and largest friction coefficient of the fingers, likewise: 0.4,1.2.
     seeds
         Runs per combination or finger, with noise seeds 0, 1, ...
-    jobs
-        Parallel workers; one per core if not given.
     metrics
         Metrics to keep, such as r2_identity,disturbance_left; if not given r2_identity, rms_error and
         saturation_index, with --fingers also perceptual_index, and disturbance_left of a recorded disturbance.
@@ -133,7 +132,7 @@ def command(
             raise screen.interrupted(f"shard {shard} stopped", out) from stop
         shown.show(fl.sweep_status(out).with_findings((*given.findings, *doubts)), saved={"shards": out})
         return
-    found, stopped = _people(given.system, brought, drawn, how) if fingers else _best(given.system, axes, how)
+    found, stopped = _found(given.system, axes, {**drawn, "given": brought} if fingers else {}, how)
     if csv is not None:
         file_arguments.write_csv(csv, found.tidy())
     if plot is not None:
@@ -153,22 +152,16 @@ def _part(shard: str, out: Path | None) -> tuple[int, int]:
     return int(numbers[0]), int(numbers[1])
 
 
-def _best(system: fl.System, axes: Mapping[str, Any], how: Mapping[str, Any]) -> tuple[Any, bool]:
-    """Return what a sweep found, and whether Ctrl-C stopped it."""
-    try:
-        return fl.best(fl.sweep(system, axes, **how)), False
-    except fl.SweepInterrupted as stop:
-        return fl.best(stop.partial), True
-
-
-def _people(
-    system: fl.System, brought: Sequence[str], drawn: Mapping[str, Any], how: Mapping[str, Any]
+def _found(
+    system: fl.System, axes: Mapping[str, Any], people: Mapping[str, Any], how: Mapping[str, Any]
 ) -> tuple[Any, bool]:
-    """Return the same of people."""
+    """Return what was found of people, or else over axes, and whether Ctrl-C stopped it."""
     try:
-        return fl.people(system, **drawn, given=brought, **how), False
+        return fl.people(system, **people, **how) if people else fl.best(fl.sweep(system, axes, **how)), False
     except fl.PeopleInterrupted as stop:
         return stop.partial, True
+    except fl.SweepInterrupted as stop:
+        return fl.best(stop.partial), True
 
 
 ACCEPTED = "NAME=a,b,c or NAME=start:stop:count or NAME=start:stop:count:log"
@@ -186,15 +179,15 @@ def axes_of(given: Sequence[str], seeds: int = 1) -> dict[str, list[Any]]:
             raise FrictionloopError(f"over = {text!r}: must be {ACCEPTED}")
         if path in axes:
             raise FrictionloopError(f"over = {text!r}: {path} is there twice")
-        axes[path] = _range(text, values.split(":")) if ":" in values else [*map(flags.scalar, _words(values))]
+        axes[path] = (
+            _range(text, values.split(":"))
+            if ":" in values
+            else [flags.scalar(value.strip()) for value in values.split(",")]
+        )
     runs = seeds * math.prod(map(len, axes.values()))
     if runs > MOST_RUNS:
         raise FrictionloopError(f"over: {runs} runs; must be at most {MOST_RUNS}")
     return axes
-
-
-def _words(values: str) -> list[str]:
-    return [value.strip() for value in values.split(",")]
 
 
 def _range(text: str, parts: list[str]) -> list[float]:

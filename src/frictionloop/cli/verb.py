@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from cyclopts import App, Group, Parameter
@@ -22,12 +22,16 @@ HELP_STYLE = DefaultFormatter(panel_spec=PanelSpec(box=_NO_LINES, padding=(0, 3)
 
 
 class Verb(NamedTuple):
-    """A command, what its usage says after its name, and its examples."""
+    """A command, its name with what its usage says after that, and what its examples have after it."""
 
     command: Callable[..., Any]
-    arguments: str
+    usage: str
     examples: tuple[str, ...]
-    """What follows its name."""
+
+
+def verb(usage: str, *examples: str) -> Callable[[Callable[..., Any]], Verb]:
+    """Decorate a function that is a `Verb`."""
+    return lambda command: Verb(command, usage, examples)
 
 
 def new_app(name: str, text: str, **more: Any) -> App:
@@ -44,14 +48,15 @@ def new_app(name: str, text: str, **more: Any) -> App:
     return app
 
 
-def add(app: App, path: str, verbs: dict[str, Verb], **more: Any) -> None:
+def add(app: App, path: str, verbs: Iterable[Verb], **more: Any) -> None:
     """Add verbs to an app; ``path`` is what is typed before their names."""
-    for name, verb in verbs.items():
+    for verb in verbs:
         # What a parameter means is one line, for the terminal to break.
         told = inspect.cleandoc(verb.command.__doc__ or "")
         verb.command.__doc__ = _MEANING.sub(lambda found: "    " + " ".join(found[0].split()), told)
-        usage = f"{path} {name} {verb.arguments}"
-        app.command(verb.command, name=name, usage=usage, help_epilogue=_examples(f"{path} {name}", verb), **more)
+        name = verb.usage.split()[0]
+        said = {"usage": f"{path} {verb.usage}", "help_epilogue": _examples(f"{path} {name}", verb)}
+        app.command(verb.command, name=name, **said, **more)
 
 
 def _examples(command: str, verb: Verb) -> str:
@@ -67,13 +72,13 @@ def _examples(command: str, verb: Verb) -> str:
     return f"{found}\n"
 
 
-def group_app(name: str, text: str, example: str, group: Group, verbs: dict[str, Verb]) -> App:
-    """Return the app of a verb whose commands are parts of one job; ``example`` is one of them."""
+def add_group(app: App, name: str, text: str, example: str, group: Group, verbs: Iterable[Verb]) -> None:
+    """Add a verb whose commands are parts of one job; ``example`` is one of them."""
     path = f"frictionloop {name}"
     told = f"Examples: {path} {example} --help"
-    app = new_app(name, text, usage=f"{path} COMMAND [OPTIONS]", help_epilogue=told, group=group)
-    add(app, path, verbs)
-    return app
+    found = new_app(name, text, usage=f"{path} COMMAND [OPTIONS]", help_epilogue=told, group=group)
+    add(found, path, verbs)
+    app.command(found)
 
 
 def flags_of_commands(app: App, above: tuple[str, ...] = ()) -> Iterator[tuple[str, set[str]]]:

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from frictionloop.control.expected import ExpectedGains, ExpectedState, expected_gains, expected_start, expected_step
+from frictionloop.control.expected_reading import (
+    ExpectedGains,
+    ExpectedState,
+    expected_gains,
+    expected_start,
+    expected_step,
+)
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.control.notch import Section, notch_section
 from frictionloop.parameters.controller import FILTERS
-from frictionloop.quantities.arithmetic import biquad_step, fma, step
+from frictionloop.quantities.scalar_math import biquad_step, fma, step
 from frictionloop.sensing.measurement import Measurement
 
 

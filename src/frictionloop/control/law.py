@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from frictionloop.parameters import Model
-from frictionloop.quantities import must_be, trees
-from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.quantities.brief import Brief, brief
+from frictionloop.quantities import flat_tuples, must_be
+from frictionloop.quantities.class_help import Brief, brief
+from frictionloop.quantities.scalar_math import fma, step
 
 
 @brief
@@ -78,7 +78,7 @@ class Law(metaclass=Brief):
         """Return the state of a controller at t = 0."""
         if self.start_of is not None:
             return self.start_of(controller)
-        return trees.shaped(self.state, [0.0] * trees.size(self.state))
+        return flat_tuples.shaped(self.state, [0.0] * flat_tuples.size(self.state))
 
 
 CLOSING = 512

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from frictionloop.control.law import Law, clamp_of
 from frictionloop.control.limit_observer_step import LONGEST, LimitGains, LimitState, limit_observer_step
@@ -59,11 +59,9 @@ class LimitObserverController(Timing):
         """The amplitude command always overshoots so that the plate gets there in one period."""
         return True
 
-    @model_validator(mode="after")
-    def _one_period(self) -> Self:
+    def _check(self) -> None:
         if self.delay_s * self.rate_hz > 1.0 + 1e-9:
             raise ValueError(f"delay_s = {self.delay_s:g} s: at most one period, {1.0 / self.rate_hz:g} s")
-        return self
 
 
 def limit_observer_gains(controller: LimitObserverController) -> LimitGains:

@@ -17,7 +17,7 @@ import math
 from typing import NamedTuple
 
 from frictionloop.control.law import ForceCommand
-from frictionloop.quantities.arithmetic import exp2, fma, log2, step
+from frictionloop.quantities.scalar_math import exp2, fma, log2, step
 from frictionloop.sensing.measurement import Measurement
 
 LOG2_E = 1.4426950408889634

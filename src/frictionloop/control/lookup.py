@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionloop.control.law import Clamp, ForceCommand, Law, clamp_of
 from frictionloop.parameters import Model
-from frictionloop.quantities.arithmetic import fma, log2, step
+from frictionloop.quantities.scalar_math import fma, log2, step
 from frictionloop.sensing.measurement import Measurement
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeGuard
 from frictionloop.control.law import ForceCommand, Law, clamp_of
 from frictionloop.parameters import PiController, Timing
 from frictionloop.quantities import Lti
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.scalar_math import fma, step
 from frictionloop.sensing.measurement import Measurement
 
 

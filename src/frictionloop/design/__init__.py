@@ -8,7 +8,7 @@ retune  retune_notch  design_hinf   the syntheses by themselves, on loops of you
 
 from __future__ import annotations
 
-from frictionloop.quantities.lazily import lazily
+from frictionloop.quantities.optional_libraries import lazily
 
 HOMES = {
     "controller_design": "ControllerDesign controller",
@@ -28,9 +28,4 @@ HOMES = {
     ".parameters.plate_design": "PlateDesign",
     ".parameters.sensor_design": "SensorDesign",
 }
-__getattr__ = lazily(__name__, HOMES)
-__all__ = [name for names in HOMES.values() for name in names.split()]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __all__, __dir__ = lazily(__name__, HOMES)

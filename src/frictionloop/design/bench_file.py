@@ -11,10 +11,10 @@ from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
 from frictionloop.parameters import System, preset, read_toml, write_toml
-from frictionloop.parameters.description import flat
-from frictionloop.parameters.toml_files import DESIGNED, read_tree, start_of
-from frictionloop.parameters.unit_sanity import differing, named_by, unusual
-from frictionloop.sensing.touch import check_follows
+from frictionloop.parameters.doubtful_values import differing, named_by, unusual
+from frictionloop.parameters.frozen_blocks import flat
+from frictionloop.parameters.toml_reader import DESIGNED, read_tree, start_of
+from frictionloop.sensing.finger_tracking import check_follows
 
 if TYPE_CHECKING:
     from frictionloop.design.controller_check import Check

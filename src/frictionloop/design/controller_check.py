@@ -4,50 +4,51 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.limits import headroom
+from frictionloop.analysis.operating_point import at_levels
 from frictionloop.control.limit_observer import MOST_MARGIN
 from frictionloop.design import controller_findings
-from frictionloop.design.corners import Place, at_mean, corners, elsewhere, load_of, worst_margins
-from frictionloop.design.loop_gains import LoopGains, loop_gains, scaled_gains
+from frictionloop.design.controller_synthesis import check_places
+from frictionloop.design.grid_corners import Place, at_mean, corners, elsewhere, worst_margins
 from frictionloop.design.operating_grid import OperatingGrid, with_longest_contact
-from frictionloop.design.plants import least_gain
-from frictionloop.design.population_margins import FingersInterrupted, check_fingers, of_fingers, unlike
+from frictionloop.design.plant_set import least_gain
+from frictionloop.design.population_margins import (
+    FingersInterrupted,
+    LoopGains,
+    check_fingers,
+    loop_gains,
+    of_fingers,
+    scaled_gains,
+    unlike,
+)
 from frictionloop.design.requirements import CHECKED, COARSE, Requirements
-from frictionloop.design.synthesis import check_places
 from frictionloop.design.tracking import Tracking, tracking
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, frame, plain
+from frictionloop.findings.result import Figure, Row, Table, Tables, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import step
 from frictionloop.loop.run_findings import error_table
 from frictionloop.loop.run_ringing import of_loop, of_own_law
 from frictionloop.parameters import System
 from frictionloop.parameters.summary import gains_said
-from frictionloop.perception.thresholds import LOWEST_HZ
+from frictionloop.perception.detection_thresholds import LOWEST_HZ
 from frictionloop.quantities import FrictionloopError
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
 
 HIGHER = 1.005
 """Factor on the gain below which no room is told: it would be read as 1."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Check(Result):
+class Check(Result, schema="design.check/1"):
     """How a controller does on a bench."""
 
-    SCHEMA: ClassVar[str] = "design.check/1"
     system: System
     requirements: Requirements
     holds: bool
@@ -110,7 +111,8 @@ class Check(Result):
         """Least and largest of where it was looked at, by name: speed, slip length, force, force over load, load."""
         places = self.places[: self.asked]
         found = [corner for place in places for corner in place.corners]
-        forces, loads = [each.loop.elements.force_n for each in found], [load_of(each.loop.system) for each in found]
+        forces = [each.loop.elements.force_n for each in found]
+        loads = [getattr(each.loop.system.motion, "load_n", None) for each in found]
         values: dict[str, list[float | None]] = {
             "speed_mm_s": [speed for place in places for speed in place.speeds_mm_s],
             "slip_length_um": [place.slip_length_um for place in places],
@@ -157,7 +159,7 @@ class Check(Result):
         elif HIGHER <= gain < math.inf:
             yield "room", f"{shown(gain)} x the gain of the loop"
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return Ms over places and resonances, the least margins, and the error by reach."""
         error = {} if self.tracking is None else {"error": error_table(self.tracking.parts)}
         return {"Ms": self._peaks(), "least margins": self.margins(), **error}
@@ -171,7 +173,7 @@ class Check(Result):
         worst = max(found, key=lambda each: each.sensitivity_peak)
         return figure_sensitivity(there, headroom(there, self.requirements.sensitivity_peak), limits, worst)
 
-    def _peaks(self) -> pd.DataFrame:
+    def _peaks(self) -> Table:
         offs = sorted({corner.off for place in self.places for corner in place.corners})
         limits = {round(error, 9): peak for error, peak in self.requirements.limits.items()}
         rows = {"asked": [limits[round(abs(off), 9)] for off in offs] + [math.nan]}
@@ -180,7 +182,7 @@ class Check(Result):
         heads = [f"{100 * off:+.3g} %" if off else "told" for off in offs]
         return frame(rows, "resonance", [*heads, "x gain"])
 
-    def margins(self) -> pd.DataFrame:
+    def margins(self) -> Table:
         """Return the least margins where it was asked for, by resonance and moisture; they take a moment."""
         found = [corner for place in self.places[: self.asked] for corner in place.corners]
         rows = []

@@ -4,35 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
-from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.limits import headroom
 from frictionloop.analysis.linear import condition_of
+from frictionloop.analysis.operating_point import at_levels
 from frictionloop.design.controller_check import Check, judged
-from frictionloop.design.corners import Corner, Place, corners
+from frictionloop.design.controller_synthesis import LEAST_KI, default_law, lowered, synthesised
+from frictionloop.design.grid_corners import Corner, Place, corners
 from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.population_margins import check_fingers
 from frictionloop.design.requirements import CHECKED, Designed, Requirements
-from frictionloop.design.synthesis import LEAST_KI, default_law, lowered, synthesised
 from frictionloop.findings import Finding
-from frictionloop.findings.result import frame
-from frictionloop.firmware.board_fit import gain_findings
+from frictionloop.findings.result import Figure, Tables, frame
+from frictionloop.firmware.board_compatibility import gain_findings
 from frictionloop.parameters import System
 
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
 
-
-@dataclass(frozen=True, kw_only=True)
-class ControllerDesign(Check):
+class ControllerDesign(Check, schema="design.controller/1"):
     """A controller that was found for a bench, and how it does."""
 
-    SCHEMA: ClassVar[str] = "design.controller/1"
     overrides: Mapping[str, Any]
     """The controller, for ``System.evolve`` on the bench."""
     bench: System
@@ -42,7 +36,7 @@ class ControllerDesign(Check):
     lowered_by: float = 1.0
     """Factor on the gains for which they hold on all of other fingers too."""
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return the tables of the check, and what is left to gain."""
         left = frame(self.headroom, "left to gain, mean force, just landed", ["value"])
         return super().tables() | {"left to gain": left}
@@ -98,7 +92,7 @@ def controller(
     new = after.evolve(own)
     checked = judged(new, after, places_of(found.corners), must, people, given)
     return ControllerDesign(
-        **{each: getattr(checked, each) for each in Check.__dataclass_fields__ if each not in ("findings", "SCHEMA")},
+        **{each.name: getattr(checked, each.name) for each in fields(Check) if each.name != "findings"},
         findings=(*more, *checked.findings, *found.findings, *gain_findings(new)),
         overrides=found.overrides,
         bench=system,
@@ -124,9 +118,9 @@ def _for_fingers(
     """
     many = check_fingers(system.evolve(dict(found.overrides)), people, must)
     factor = float(np.nanmin(many["gain_factor"].values))
-    lower = None if factor >= 1.0 else lowered(found, factor)
     if factor >= 1.0:
         return found, 1.0, ()
+    lower = lowered(found, factor)
     ki = math.nan if lower is None else float(lower.overrides["controller.ki"])
     if lower is None or ki <= LEAST_KI:
         return found, 1.0, (Finding("NOT-LOWERED", value=ki, unit="1/s", limit=LEAST_KI),)

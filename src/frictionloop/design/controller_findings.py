@@ -8,16 +8,17 @@ from dataclasses import replace
 from typing import Any
 
 from frictionloop.analysis import command_noise_rms_n, linearise
-from frictionloop.analysis.levels import RECORDED, at_levels
 from frictionloop.analysis.linear import condition_of
-from frictionloop.analysis.operating import force_band, law_at, missed, moistest, reach_at
+from frictionloop.analysis.operating_point import RECORDED, at_levels, force_band, law_at, missed, moistest, reach_at
 from frictionloop.analysis.stability import NEAR, ringing_hz
-from frictionloop.design.corners import Corner, How, Place, corners
-from frictionloop.design.loop_gains import MOST_PEAK, LoopGains
+from frictionloop.design.grid_corners import Corner, How, Place, corners
+from frictionloop.design.hinf import COMMAND_NOISE_N
 from frictionloop.design.operating_grid import Lean
+from frictionloop.design.population_margins import MOST_PEAK, LoopGains
 from frictionloop.design.requirements import Requirements
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import FingerFriction, Strokes, SuspendedSensor, System, bench
+from frictionloop.parameters.frozen_blocks import flat
 from frictionloop.quantities import FrictionloopError
 
 CODES: dict[How, str] = {"unstable": "LOOP-UNSTABLE", "near": "LOOP-NEAR", "beyond": "MS-BEYOND"}
@@ -126,15 +127,15 @@ def beyond_range(system: System, must: Requirements) -> Iterator[Finding]:
     friction, motion, sensor = system.friction, system.motion, system.sensor
     if not isinstance(sensor, SuspendedSensor):
         return
-    finger, moves = isinstance(friction, FingerFriction), isinstance(motion, Strokes)
-    load_n = max(must.loads_n, default=motion.load_n) if isinstance(motion, Strokes) else None
-    state = 0.0
+    load_n, state, there = None, None, system
+    if isinstance(motion, Strokes):
+        load_n = max(must.loads_n, default=motion.load_n)
+        there = system.evolve({"motion.load_n": load_n})
     if isinstance(friction, FingerFriction):
         state = moistest(friction, motion) if isinstance(motion, Strokes) and motion.contact_s > 0 else 1.0
-    there = system.evolve({"motion.load_n": load_n}) if moves else system
-    top_n = reach_at(there, state).high_n
+    top_n = reach_at(there, state or 0.0).high_n
     if top_n > sensor.range_n:
-        where = Condition(load_n=load_n, occluded=state if finger else None)
+        where = Condition(load_n=load_n, occluded=state)
         yield Finding("SENSOR-RANGE", value=top_n, unit="N", limit=sensor.range_n, where=where)
 
 
@@ -152,8 +153,6 @@ def unbelieved(system: System) -> Iterator[Finding]:
 
 def noisy(system: System) -> Iterator[Finding]:
     """Yield that the sensor's noise makes more of the command than a synthesis may."""
-    from frictionloop.design.hinf import COMMAND_NOISE_N
-
     command_n = command_noise_rms_n(linearise(system))
     if command_n > COMMAND_NOISE_N:
         yield Finding("NOISE-COMMAND", value=1e3 * command_n, unit="mN", limit=1e3 * COMMAND_NOISE_N)
@@ -187,15 +186,9 @@ def of_signals(system: System) -> Iterator[Finding]:
 
 def of_assumed(system: System, given: Collection[str]) -> Iterator[Finding]:
     """Yield which numbers that move the gains are as in `bench()` and nobody gave."""
-    own, usual = _values(system), _values(bench())
+    own, usual = flat(system.model_dump()), flat(bench().model_dump())
     lifts = getattr(system.motion, "contact_s", 0.0) > 0.0
     same = [path for path in MATTER if path in own and own[path] == usual.get(path) and path not in given]
     named = {path: own[path] for path in same if lifts or path != "motion.lifted_s"}
     if named:
         yield Finding("ASSUMED", value=len(named), more={"values": named})
-
-
-def _values(system: System) -> dict[str, Any]:
-    blocks = system.model_dump()
-    return {f"{name}.{key}": value for name in blocks if isinstance(blocks[name], dict)
-            for key, value in blocks[name].items()}  # fmt: skip

@@ -13,20 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictionloop.analysis.linear import LinearLoop, condition_of, linearise
+from frictionloop.analysis.linear import condition_of, linearise
 from frictionloop.analysis.sampled_plant import SampledPlant
-from frictionloop.analysis.state_space import Complex
-from frictionloop.design.corners import broken, corners
-from frictionloop.design.noise_model import STATES, NoiseModel, identify_noise
+from frictionloop.design.friction_noise import STATES, NoiseModel, identify_noise
+from frictionloop.design.grid_corners import broken, corners
 from frictionloop.design.operating_grid import OperatingGrid
-from frictionloop.design.plants import Plants, lead, overdrive_decay, shifted
+from frictionloop.design.plant_set import Plants, lead, overdrive_decay, shifted
 from frictionloop.design.requirements import NOT_HELD, Designed, Requirements, feedforward, unheld
 from frictionloop.design.second_order_sections import Cascade, factorise
 from frictionloop.design.slicot import Quadruple, balanced, bilinear, slicot, synthesise
 from frictionloop.findings import Finding
 from frictionloop.parameters import LowpassSensor, Skin, System
 from frictionloop.parameters.controller import FILTERS
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import Complex, FrictionloopError
 
 MOST_STATES = 120
 """Most states of the generalised plant: a synthesis then takes 7 s of one thread (measured), a dozen times a search."""
@@ -195,17 +194,13 @@ def synthesised(system: System, wanted: Requirements) -> Designed:
     raise first
 
 
-def _points(system: System) -> list[LinearLoop]:
-    """Return the loop at the operating point of `linearise`, at both ends of the slip length of a skin."""
-    return [linearise(each) for each in OperatingGrid(None).systems(system)]
-
-
 def _search(system: System, noise: NoiseModel | None, limits: Mapping[float, float]) -> Synthesised:
     """Return the controller with the most performance that holds, by bisection."""
     believed = linearise(_believed(system, Weights())).plant
     check_order(believed, system.controller.delay_s, *((len(noise.shaping.A),) if noise else ()))
     shaping, decay = (noise or identify_noise(system)).shaping, overdrive_decay(system)
-    cases = sorted(shifted(_points(system), limits), key=lambda case: abs(case[1]))  # the bench as described first
+    ends = [linearise(each) for each in OperatingGrid(None).systems(system)]  # of the slip length of a skin
+    cases = sorted(shifted(ends, limits), key=lambda case: abs(case[1]))  # the bench as described first
     plants = Plants.of([loop for loop, _, _ in cases], overdrive=True)
 
     def attempt(performance: float) -> Synthesised:

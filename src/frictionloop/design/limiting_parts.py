@@ -5,25 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 from joblib import Parallel, delayed
 
-from frictionloop.analysis.levels import at_levels
 from frictionloop.analysis.limits import headroom
+from frictionloop.analysis.operating_point import at_levels
+from frictionloop.design.controller_synthesis import default_law, synthesised
 from frictionloop.design.operating_grid import with_longest_contact
 from frictionloop.design.requirements import NOT_HELD, Requirements
-from frictionloop.design.synthesis import default_law, synthesised
 from frictionloop.design.tracking import tracking
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, frame
+from frictionloop.findings.result import Figure, Row, Tables, frame
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import LowpassPlate, Strokes, SuspendedSensor, System
 from frictionloop.quantities import FrictionloopError
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
 
 WORTH = 0.9
 """Residual over that of the bench as it is below which a part is said to limit it (assumed)."""
@@ -56,11 +52,9 @@ class LimitedPart:
         return self.rms_error_n if math.isnan(self.residual_n) else self.residual_n
 
 
-@dataclass(frozen=True, kw_only=True)
-class BenchLimits(Result):
+class BenchLimits(Result, schema="design.limits/1"):
     """Which part of a bench limits its controller."""
 
-    SCHEMA: ClassVar[str] = "design.limits/1"
     law: str
     requirements: Requirements
     parts: tuple[LimitedPart, ...]
@@ -81,7 +75,7 @@ class BenchLimits(Result):
         best = f"{shown(1e3 * found[0].left_n)} mN with {found[0].name}"
         return [(self.law, f"leaves {left}, {best}"), ("limited by", ", then ".join(each.part for each in found))]
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return crossover, residual, error and roughness by what was changed."""
         rows = {
             each.name: [each.crossover_hz, 1e3 * each.residual_n, 1e3 * each.rms_error_n, each.relative_index]
@@ -170,7 +164,7 @@ def _part(
     system: System, law: str, must: Requirements, name: str, part: str, changes: dict[str, Any], asked: dict[str, Any]
 ) -> LimitedPart:
     """Return one bench; NaN where a changed one has no such controller."""
-    there, all_changes = system.evolve(changes), {**changes, **asked}
+    there, changed = system.evolve(changes), LimitedPart(name=name, part=part, changes={**changes, **asked})
     required = replace(must, **asked)
     levels = with_longest_contact(at_levels(there), required.speeds_mm_s)
     try:
@@ -178,13 +172,11 @@ def _part(
     except FrictionloopError as error:
         if name == AS_IT_IS or error.code != NOT_HELD:
             raise
-        return LimitedPart(name=name, part=part, changes=all_changes)
+        return changed
     left = headroom(levels.evolve(dict(found.overrides)), required.sensitivity_peak)
     run = tracking(there.evolve(dict(found.overrides)))
-    return LimitedPart(
-        name=name,
-        part=part,
-        changes=all_changes,
+    return replace(
+        changed,
         crossover_hz=left.zero_db_hz,
         residual_n=left.residual_rms_n,
         rms_error_n=math.nan if run is None else run.rms_error_n,

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from frictionloop.analysis.linear import LinearLoop, operating_band
-from frictionloop.analysis.operating import occlusions
+from frictionloop.analysis.operating_point import occlusions
 from frictionloop.analysis.sampled_plant import sample
-from frictionloop.design.plants import shifted
+from frictionloop.design.plant_set import shifted
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.parameters.motion import TURN_SHARE, one_stroke_a_contact
 from frictionloop.quantities import FrictionloopError, Lti, must_be
@@ -38,11 +38,6 @@ class Lean(NamedTuple):
     """Values that the bench may have instead, by dotted name, one at a time: ends of intervals."""
 
     @property
-    def shares(self) -> dict[str, float]:
-        """The shares, by name."""
-        return {name: value for name, value in self._asdict().items() if name != "ends"}
-
-    @property
     def sides(self) -> list[tuple[float, float]]:
         """Which way a loop leans, in lag and in gain: to either end, 0 where nothing of it is off."""
         lags, gains = self.sensor_error or self.delay_error, self.gain_error
@@ -59,12 +54,11 @@ class Lean(NamedTuple):
             raise FrictionloopError(f'q_error = {self.q_error:g}: needs sensor.kind = "suspended"')
         return [*(("sensor.q", sensor.q * factor) for factor in (1.0 - self.q_error, 1.0 + self.q_error)), *self.ends]
 
-    def checked(self) -> Lean:
-        """Return itself; refuses a share outside 0 to 0.5."""
-        for name, share in self.shares.items():
-            if not 0.0 <= share <= MOST:
+    def check(self) -> None:
+        """Refuse a share outside 0 to 0.5."""
+        for name, share in self._asdict().items():
+            if name != "ends" and not 0.0 <= share <= MOST:
                 raise must_be(name, share, f"from 0 to {MOST:g}")
-        return self
 
 
 class OperatingGrid(NamedTuple):

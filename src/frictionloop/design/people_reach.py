@@ -5,21 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.operating import force_band
+from frictionloop.analysis.operating_point import at_levels, force_band
 from frictionloop.findings import Finding
-from frictionloop.findings.result import frame
+from frictionloop.findings.result import Table, frame
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
 from frictionloop.physics.reach import Reach, population_reach
 from frictionloop.quantities import FrictionloopError
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
 
 MOIST_S = 40.0
 """On the plate in a run from when on a finger is as moist as it gets (chosen)."""
@@ -59,7 +55,7 @@ class PeopleReach:
         """Both in ordinary use, the strictest of the four: the load moves, and fingers that lift are moist."""
         return self.moving if self.moving_in_the_end is None else self.moving_in_the_end
 
-    def table(self) -> pd.DataFrame:
+    def table(self) -> Table:
         """Return how many are able under a steady load and as it moves."""
         rows = {f"{self.contacts} x {self.contact_s:g} s on the plate": (self.able, self.moving)}
         if self.in_the_end is not None and self.moving_in_the_end is not None:

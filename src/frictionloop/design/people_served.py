@@ -5,34 +5,31 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from frictionloop.analysis.levels import RECORDED
+from frictionloop.analysis.operating_point import RECORDED
 from frictionloop.analysis.stability import NEAR
 from frictionloop.design import controller_findings
-from frictionloop.design.best_point import SMALL, GridResult, loss_of, without_value
-from frictionloop.design.corners import peak_of
+from frictionloop.design.grid_corners import peak_of
 from frictionloop.design.people_reach import PeopleReach, moist_later, people_reach, share_of_all, with_own
 from frictionloop.design.population_margins import unlike
+from frictionloop.design.sweep_summary import SMALL, GridResult, loss_of, without_value
 from frictionloop.findings import Finding, shown
-from frictionloop.findings.result import Row, frame, plain
+from frictionloop.findings.result import Row, Table, Tables, frame, plain
 from frictionloop.findings.shown import between
+from frictionloop.loop.companion_runs import OPEN_ERROR, OPENED
 from frictionloop.loop.record import save
-from frictionloop.loop.reference_runs import OPEN_ERROR, OPENED
 from frictionloop.loop.sweep import SweepInterrupted, sweep
 from frictionloop.loop.sweep_checkpoint import runs_done
 from frictionloop.parameters import System
-from frictionloop.parameters.unit_sanity import of_ceiling
+from frictionloop.parameters.doubtful_values import of_ceiling
 from frictionloop.physics.fingers import Fingers, coefficient_of, fingers_for
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.brief import Brief
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
+from frictionloop.quantities.class_help import Brief
 
 METRICS = ("r2_identity", "rms_error", "saturation_index", "perceptual_index")
 """Kept of people if none are named, and ``disturbance_left`` of a recorded disturbance."""
@@ -52,11 +49,9 @@ NUMBER = "motion.person"
 """What numbers a finger, and describes nothing."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class People(GridResult):
+class People(GridResult, schema="people/1", without="people reach"):
     """For how many people a set-point can be rendered, and how well."""
 
-    SCHEMA: ClassVar[str] = "people/1"
     people: Fingers
     """Overrides, one finger each."""
     drawn: Mapping[str, Any]
@@ -124,7 +119,7 @@ class People(GridResult):
 
         return f"{of('median', ' mN rms')}{' in open loop' * bool(opened)}; worst decile {of('worst_decile')}"
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return metrics over people, who is able when, the same by coefficient, what they replace, and each finger."""
         reach = {} if self.reach is None else {"able": self.reach.table()}
         return {
@@ -135,7 +130,7 @@ class People(GridResult):
             "each": self._each(),
         }
 
-    def _metrics(self) -> pd.DataFrame:
+    def _metrics(self) -> Table:
         some, rows = self._some(), {}
         for name in map(str, self.grid.data_vars):
             if np.any(np.isfinite(self.grid[name].values)):
@@ -146,7 +141,7 @@ class People(GridResult):
         heads = ["median", "worst decile", *([] if some is None else ["served: median", "worst decile "]), "of"]
         return frame(rows, "", heads)
 
-    def by_coefficient(self) -> pd.DataFrame:
+    def by_coefficient(self) -> Table:
         """Return how many are served, and the median error, of people by parts of their friction coefficients."""
         order = np.argsort(self.grid["coefficient"].values, kind="stable")
         rows = {}
@@ -160,7 +155,7 @@ class People(GridResult):
             rows[between(float(values.min()), float(values.max()))] = row
         return frame(rows, "coefficient")
 
-    def _each(self) -> pd.DataFrame:
+    def _each(self) -> Table:
         frame = self.grid.mean("seed").to_dataframe()
         own = [name for name in OF_EACH if name in frame]
         return frame[[*own, *(name for name in self.grid.data_vars)]].rename(columns=OF_EACH)
@@ -168,9 +163,9 @@ class People(GridResult):
     @property
     def replaced(self) -> dict[str, Any]:
         """The system's own values that each finger replaces, by dotted name."""
-        return {path: _own(self.system, path) for path in self.people[0] if path != NUMBER}
+        return {path: attrgetter(path)(self.system) for path in self.people[0] if path != NUMBER}
 
-    def _replaced(self) -> pd.DataFrame:
+    def _replaced(self) -> Table:
         rows = {}
         for path, own in self.replaced.items():
             values = np.array([each[path] for each in self.people])
@@ -180,13 +175,11 @@ class People(GridResult):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name, each finger's metrics too."""
-        own = super().to_dict()
-        del own["people"], own["reach"]
         names, who = list(map(str, self.grid.data_vars)), self._some()
         each = {str(name): values.values for name, values in self.grid.coords.items() if values.dims == ("finger",)}
         del each["finger"]
         reach = self.reach
-        return own | plain(
+        return super().to_dict() | plain(
             {
                 "served": self.served,
                 "share": self.share,
@@ -324,8 +317,3 @@ def own_loop(system: System) -> Iterator[Finding]:
     peak = peak_of(system)
     if peak >= NEAR:
         yield Finding("OWN-RINGS", value=peak, limit=NEAR, remedy="frictionloop design controller")
-
-
-def _own(system: System, path: str) -> Any:
-    block, name = path.split(".")
-    return getattr(getattr(system, block), name)

@@ -13,11 +13,10 @@ from scipy.optimize import minimize_scalar
 
 from frictionloop.analysis.linear import LinearLoop, operating_band
 from frictionloop.analysis.margins import Margins
-from frictionloop.analysis.state_space import Array
-from frictionloop.design.plants import Plants
+from frictionloop.design.plant_set import Plants
 from frictionloop.findings import Condition
 from frictionloop.parameters import System
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import Array, FrictionloopError, must_be
 
 KPS = 20
 """Values of kp looked at."""
@@ -212,15 +211,21 @@ def retune(
         The law is not PI, or no gains reach ``least_ki``: the line says how far they get and what limits them. An Ms
         that no loop has, or no operating point.
     """
-    points = operating_band(system) if isinstance(system, System) else list(system)
-    if not points:
-        raise FrictionloopError("system = []: needs a System or LinearLoop")
+    points = points_of(system)
     peaks = _peaks(sensitivity_peak, len(points))
     _, kp, ki = WorstFew().gains(Plants.of(points), peaks, None, refine=True)
     found = Retuned(kp, ki, tuple(loop.with_gains(kp, ki) for loop in points))
     if ki <= max(least_ki, 0.0):
         raise FrictionloopError(_too_little(found, least_ki), UNFOUND)
     return found
+
+
+def points_of(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
+    """Return loops of somebody's choice, or those of a System at its `operating_band`; refuses none."""
+    points = operating_band(system) if isinstance(system, System) else list(system)
+    if not points:
+        raise FrictionloopError("system = []: needs a System or LinearLoop")
+    return points
 
 
 def _peaks(sensitivity_peak: float | Sequence[float], loops: int) -> list[float]:

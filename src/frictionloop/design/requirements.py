@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
-from frictionloop.design.corners import Corner
+from frictionloop.design.grid_corners import Corner
 from frictionloop.design.operating_grid import Lean, OperatingGrid
 from frictionloop.findings import Finding
 from frictionloop.parameters import SuspendedSensor, System
 from frictionloop.parameters.controller import LONGEST_DELAY
-from frictionloop.parameters.sources import largest_n
+from frictionloop.parameters.input_signals import largest_n
 from frictionloop.quantities import FrictionloopError, must_be
 
 SEARCHED, CHECKED, COARSE = (3, 2), (9, 3), (2, 3)
@@ -53,7 +53,7 @@ class Requirements:
             raise must_be("sensitivity_peak", self.sensitivity_peak, "above 1, up to 10")
         if not 0.0 <= self.resonance_error <= 0.25:
             raise must_be("resonance_error", self.resonance_error, "from 0 to 0.25")
-        self.lean.checked()
+        self.lean.check()
         if self.finger_gain is not None and not 1.0 <= self.finger_gain <= 10.0:
             raise must_be("finger_gain", self.finger_gain, "from 1 to 10")
         for name in ("speeds_mm_s", "loads_n"):
@@ -128,13 +128,10 @@ def unheld(law: str, asked: Requirements, worst: Corner) -> FrictionloopError:
     peak = f"{worst.sensitivity_peak:.3g}"
     peak = f"{worst.sensitivity_peak:.5g}" if peak == f"{worst.limit:.3g}" else peak
     nearest = f"; --sensitivity-peak {math.ceil(100 * (1.0 + room)) / 100:g} may hold" * (room < 10.0)
+    other = "" if law == "pi" else ", or --law pi"
     return FrictionloopError(
-        f"law {law}: Ms {peak}, {worst.limit:.3g} asked, {worst.condition}{nearest}{_or_pi(law)}", NOT_HELD
+        f"law {law}: Ms {peak}, {worst.limit:.3g} asked, {worst.condition}{nearest}{other}", NOT_HELD
     )
-
-
-def _or_pi(law: str) -> str:
-    return "" if law == "pi" else ", or --law pi"
 
 
 NOT_HELD = "NO-CONTROLLER"

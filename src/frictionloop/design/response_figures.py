@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from frictionloop.analysis.limits import Headroom
 from frictionloop.analysis.linear import condition_of
-from frictionloop.analysis.operating import force_band
-from frictionloop.design.corners import Corner, at_mean
+from frictionloop.analysis.operating_point import force_band
+from frictionloop.design.grid_corners import Corner, at_mean
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, Steps, System
-from frictionloop.perception.thresholds import HIGHEST_HZ
+from frictionloop.perception.detection_thresholds import HIGHEST_HZ
 
 UP_S, DOWN_S, END_S = 0.5, 1.0, 1.5
 """Times of the step, s."""

@@ -11,17 +11,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from frictionloop.analysis.disturbance import Spectrum
-from frictionloop.analysis.linear import LinearLoop, operating_band
-from frictionloop.analysis.operating import check_reach
-from frictionloop.analysis.state_space import Array
+from frictionloop.analysis.disturbance_spectrum import Spectrum
+from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.operating_point import check_reach
 from frictionloop.control.notch import notch_section, section_response
-from frictionloop.design.pi_synthesis import UNFOUND, Gains, WorstFew, best_gains, gains_reached
-from frictionloop.design.plants import Plants, shifted, stiffened
+from frictionloop.design.pi_synthesis import UNFOUND, Gains, WorstFew, best_gains, gains_reached, points_of
+from frictionloop.design.plant_set import Plants, shifted, stiffened
 from frictionloop.loop.progress import step
-from frictionloop.loop.progress import step as progress
 from frictionloop.parameters import SuspendedSensor, System
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import Array, FrictionloopError, must_be
 
 STARTS = [
     (place, width, share)
@@ -145,32 +143,24 @@ def retune_notch(
     loops, _, peaks = zip(*shifted(points, limits), strict=True)
     centre = _resonance_hz(points[0].system)
     x = NotchSearch(Plants.of(loops, overdrive, fine=False), peaks, centre, disturbance).best()
-    progress("its gains, on a finer grid of frequencies")
+    step("its gains, on a finer grid of frequencies")
     fine = NotchSearch(Plants.of(loops, overdrive), peaks, centre, disturbance)
     _, kp, ki = fine.gains(x, refine=True)
-    found = _result(fine, x, kp, ki, overdrive)
+    plants, density = fine.behind(x), fine.density
+    law = plants.pi(kp, ki)
+    peak = float(1.0 / np.min(np.abs(plants.returned(law))))
+    residual = math.nan if density is None else float(np.max(plants.residual_n(law, density)))
+    found = Notched(kp, ki, *fine.notch(x), overdrive, peak, residual)
     if ki <= max(least_ki, 0.0):
         raise FrictionloopError(_too_little(found, points, limits, least_ki), UNFOUND)
     return found
 
 
-def _result(search: NotchSearch, x: Array, kp: float, ki: float, overdrive: bool) -> Notched:
-    """Return a notch with its gains and what they achieve."""
-    plants, density = search.behind(x), search.density
-    law = plants.pi(kp, ki)
-    peak = float(1.0 / np.min(np.abs(plants.returned(law))))
-    residual = math.nan if density is None else float(np.max(plants.residual_n(law, density)))
-    return Notched(kp, ki, *search.notch(x), overdrive, peak, residual)
-
-
 def _points(system: System | Sequence[LinearLoop]) -> list[LinearLoop]:
-    if not isinstance(system, System):
-        if not len(system):
-            raise FrictionloopError("system = []: needs a System or LinearLoop")
-        return list(system)
-    check_reach(system)
-    plain = system if hasattr(system.controller, "kp") else system.evolve({"controller.kind": "pi"})
-    return operating_band(plain)
+    if isinstance(system, System):
+        check_reach(system)
+        system = system if hasattr(system.controller, "kp") else system.evolve({"controller.kind": "pi"})
+    return points_of(system)
 
 
 def _resonance_hz(system: System) -> float:

@@ -4,33 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import chain
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.analysis.levels import UNCLEAR
 from frictionloop.analysis.linear import condition_of
+from frictionloop.analysis.operating_point import UNCLEAR
 from frictionloop.analysis.stability import OPEN, Ringing
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, frame
+from frictionloop.findings.result import Row, Table, Tables, frame
 from frictionloop.loop import run_findings
-from frictionloop.loop.band_split import Band, by_band, split_edges
+from frictionloop.loop.band_residuals import Band, by_band, split_edges
+from frictionloop.loop.companion_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
+from frictionloop.loop.input_findings import contact_turns, of_recorded, recordings, signal_findings
 from frictionloop.loop.metrics import rms_error, scored_from
 from frictionloop.loop.record import system_of
-from frictionloop.loop.reference_runs import FELT, PLAIN, REGRESSION, TURNS, metrics, open_loop_of
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.run_ringing import of_loop, of_own_law, of_ringing, rings_alone, run_ringing, unseen
-from frictionloop.loop.signal_findings import contact_turns, of_recorded, recordings, signal_findings
 from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Skin, Strokes, System
+from frictionloop.parameters.doubtful_values import of_ceiling as board_ceiling
 from frictionloop.parameters.summary import gains_said, listed, summary
-from frictionloop.parameters.unit_sanity import of_ceiling as board_ceiling
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr
 
     from frictionloop.design.controller_design import ControllerDesign
@@ -43,11 +42,9 @@ NAMES = {"intercept": "intercept_n", "output_noise": "output_noise_n", "rms_erro
 """Metrics that have a unit, by the field that holds them."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Diagnosis(Result):
+class Diagnosis(Result, schema="diagnose/1"):
     """How good a run is; forces in N, NaN where a metric has no meaning."""
 
-    SCHEMA: ClassVar[str] = "diagnose/1"
     system: System
     seed: int | None
     duration_s: float
@@ -138,16 +135,17 @@ class Diagnosis(Result):
                 means.append(f"{name} {shown(rise)} ms, {shown(to_63)} to 63 %")
         return "; ".join([*means, f"{len(self.steps)} of {self.steps_asked} followed"]) if self.steps_asked else ""
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return the error by part, what is left by frequency, steps, metrics, the system and what was read."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         found = {"disturbance by frequency": self._bands()} if self.bands else {}
         found["error"] = self._parts()
         if self.steps:
             found["steps"] = frame([each._asdict() for each in self.steps], "start_s")
         found["metrics"] = frame(self.metrics, "metric", ["value"])
-        blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in self._summary.items()}
+        about = summary(self.system).items()
+        blocks = {name: [each.kind, listed({**each.values, **each.derived})] for name, each in about}
         found["system"] = frame(blocks, "", ["kind", "values"])
         if self.recorded:
             found["recordings"] = pd.DataFrame(dict(self.recorded))
@@ -159,11 +157,7 @@ class Diagnosis(Result):
         names = [NAMES.get(name, name) for name in METRIC_NAMES]
         return {name: getattr(self, name) for name in names} | dict(self.own_metrics)
 
-    @property
-    def _summary(self) -> Mapping[str, Any]:
-        return summary(self.system)
-
-    def _parts(self) -> pd.DataFrame:
+    def _parts(self) -> Table:
         parts = {"scored": (self.scored, self.rms_error_n)}
         parts |= self.reach.parts(self.scored) if self.reach is not None else {}
         if not math.isclose(self.rms_error_turns_n, self.rms_error_n) and not math.isnan(self.rms_error_turns_n):
@@ -172,7 +166,7 @@ class Diagnosis(Result):
             parts["open loop"] = (self.scored, self.open_loop_rms_error_n)
         return run_findings.error_table(parts)
 
-    def _bands(self) -> pd.DataFrame:
+    def _bands(self) -> Table:
         rows = {
             f"{shown(each.low_hz)} to {shown(each.high_hz)} Hz": (
                 1e3 * each.disturbance_n,
@@ -207,6 +201,8 @@ def diagnose(
         For what is no run with its System, frequencies that do not rise within half the control rate, a recording that
         is gone, or a design that finds no controller.
     """
+    if advise:
+        from frictionloop.design.controller_design import controller
     system = system_of(run)
     edges_hz = split_edges(split_hz, system.controller.rate_hz)
     mask, duration_s = scored_from(run, score_from_s)["scored"].values, run.sizes["time"] / system.controller.rate_hz
@@ -237,7 +233,7 @@ def diagnose(
         scored=float(mask.mean()),
         recorded={name: each.summary() for name, each in read.items()},
         unscored_s=run_findings.unscored_s(run),
-        advice=_advice(system) if advise else None,
+        advice=controller(system) if advise else None,
         findings=tuple(told),
     )
 
@@ -280,9 +276,3 @@ def _one_place(system: System) -> Iterator[Finding]:
     """Yield that a finger strokes with one slip length at one speed."""
     if isinstance(system.finger, Skin) and isinstance(system.motion, Strokes) and system.controller.kind not in OPEN:
         yield Finding("PLACE-ONE", where=condition_of(system), remedy="frictionloop design check FILE")
-
-
-def _advice(system: System) -> ControllerDesign:
-    from frictionloop.design.controller_design import controller
-
-    return controller(system)

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictionloop.analysis.state_space import Array, Complex
 from frictionloop.control.filtered_pi import FREE
 from frictionloop.control.notch import Section, section_response
 from frictionloop.design.slicot import Quadruple
 from frictionloop.parameters import FilteredPiController
-from frictionloop.quantities import FrictionloopError
+from frictionloop.quantities import Array, Complex, FrictionloopError
 
 LARGEST = 2.0
 """Largest coefficient, by magnitude."""

@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
-from frictionloop.analysis.state_space import Array, Complex
-from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities import Array, Complex, FrictionloopError
+from frictionloop.quantities.optional_libraries import needed
 
 ABOVE_LEAST = 1.005
 """Norm asked for over the least one: at the least one the controller's gain grows for nothing (assumed)."""
@@ -65,7 +63,7 @@ def balanced(system: Quadruple, order: int | None = None) -> tuple[Quadruple, Ar
     """
     A, B, C, D = system
     sizes, choose = (len(A), B.shape[1], len(C), order or 0), "A" if order is None else "F"
-    with threadpool_limits(1):
+    with one_thread():
         a, b, c, singular, kept, _, info = slicot().ab09ad("C", "B", "N", choose, *sizes, *_copies(A, B, C), 0.0)
     if info:
         raise FrictionloopError(f"unstable: not balanced (SLICOT {info})")
@@ -89,7 +87,7 @@ def synthesise(plant: Quadruple) -> tuple[Quadruple, float]:
     if min(np.abs(moved.D[:-1, -1]).max(), np.abs(moved.D[-1, :-1]).max()) < 1e-12:
         raise FrictionloopError("H-infinity needs command weight and noise")
     # One thread: the matrices are small, and more of them take 2 to 30 times as long.
-    with threadpool_limits(1):
+    with one_thread():
         _, first = _keeping(moved, ONE_NORM, 1e6)
         _, least = _keeping(moved, BISECTION, (1 + STEP) * first, STEP * first)
         controller, norm = _keeping(moved, ONE_NORM, ABOVE_LEAST * least)
@@ -127,3 +125,8 @@ def _check(info: int) -> None:
 def slicot() -> Any:
     """Return SLICOT, which is imported where it is used."""
     return needed("ctrlsys", "ctrlsys", "design")
+
+
+def one_thread() -> Any:
+    """Return what keeps linear algebra on one thread."""
+    return needed("threadpoolctl", "threadpoolctl", "design").threadpool_limits(1)

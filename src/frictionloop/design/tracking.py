@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from frictionloop.design.operating_grid import at_speed
+from frictionloop.loop.companion_runs import OPENED, relative_index
 from frictionloop.loop.metrics import rms_error
-from frictionloop.loop.reference_runs import OPENED, relative_index
 from frictionloop.loop.run_findings import ReachSplit, reach_split
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Recording, Strokes, System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.read import read_held
+from frictionloop.recordings.force_channel import read_held
 
 SECONDS = 10.0
 """Of signal that are simulated, the time of a default run; less where a recording ends before."""

@@ -9,19 +9,14 @@ connect  Device              the board itself
 
 from __future__ import annotations
 
-from frictionloop.quantities.lazily import lazily
+from frictionloop.quantities.optional_libraries import lazily
 
 HOMES = {
-    "board_info": "Cleared DeviceInfo Differing Port Ports Reading clear info list_ports monitor opened",
-    "configured": "Configured configure",
-    "measured_run": "DevicePlay DeviceRun play run",
+    "board_discovery": "Cleared DeviceInfo Differing Port Ports Reading clear info list_ports monitor opened",
+    "parameter_setting": "Configured configure",
+    "run_accuracy": "DevicePlay DeviceRun play run",
     "recovered_file": "Recovered recover",
     "flashed": "Flashed flash instructions",
     "device": "Device connect",
 }
-__getattr__ = lazily(__name__, HOMES)
-__all__ = [name for names in HOMES.values() for name in names.split()]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __all__, __dir__ = lazily(__name__, HOMES)

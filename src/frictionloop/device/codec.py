@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.protocol_schema import schema
 
 FORMATS = {"u8": "B", "u16": "H", "u32": "I", "i16": "h", "i32": "i", "f64": "d"}
 """Formats of numbers as `struct` and numpy write them; all little-endian."""

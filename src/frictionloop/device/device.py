@@ -12,10 +12,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from frictionloop.device.errors import DeviceError, Refused
-from frictionloop.device.link import Link, identified
-from frictionloop.device.parameter_table import Parameters, table_for, told_controller, tuned_words
-from frictionloop.device.recorded_run import (
+from frictionloop.device.device_run import (
     KEPT_AS,
     STATES,
     Interrupted,
@@ -29,6 +26,9 @@ from frictionloop.device.recorded_run import (
     recorded_in,
     rows_of,
 )
+from frictionloop.device.errors import DeviceError, Refused
+from frictionloop.device.link import Link, identified
+from frictionloop.device.parameter_table import Parameters, table_for, told_controller, tuned_words
 from frictionloop.device.recording import ALL, CHANNELS, SCALES, Recorder, Recording
 from frictionloop.device.transport import Pipe, opener
 from frictionloop.device.waveform import checked, table, table_of, trigger_effect, upload_of, with_setpoint
@@ -37,7 +37,7 @@ from frictionloop.firmware.parameter_words import firmware_words
 from frictionloop.loop.growing_file import DiskFull
 from frictionloop.parameters import Source, System
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.brief import Brief
+from frictionloop.quantities.class_help import Brief
 from frictionloop.rendering.effect import Effect
 
 

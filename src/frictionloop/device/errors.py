@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from frictionloop.findings import CATALOGUE, Finding
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import named, schema
+from frictionloop.quantities.protocol_schema import named, schema
 
 if TYPE_CHECKING:
     from frictionloop.device.codec import Message

@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import ClassVar
 
 from frictionloop.findings import Result
 from frictionloop.findings.result import Row
@@ -35,11 +33,9 @@ STDERR = 2
 """Where the loader writes: what is asked of the person is no answer."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Flashed(Result):
+class Flashed(Result, schema="device.flash/1"):
     """An image that a board has."""
 
-    SCHEMA: ClassVar[str] = "device.flash/1"
     image: str
     flash_bytes: int
 

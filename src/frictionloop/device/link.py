@@ -11,7 +11,7 @@ import numpy as np
 from frictionloop.device.codec import REPLIES, Decoder, Message, encode
 from frictionloop.device.errors import DeviceError, NoReply, Refused
 from frictionloop.device.transport import Pipe
-from frictionloop.quantities.schema import named, schema
+from frictionloop.quantities.protocol_schema import named, schema
 
 REPEAT_S = schema()["protocol"]["repeat_ms"] / 1000
 """Wait so long for a reply before asking again: many times what a frame takes at 2 Mbaud (assumed)."""

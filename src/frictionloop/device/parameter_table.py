@@ -12,13 +12,13 @@ from frictionloop.control.lookup import LOOKUP_LAW
 from frictionloop.control.pi import PI_LAW
 from frictionloop.device.errors import DeviceError, Refused
 from frictionloop.device.link import Info, Link
-from frictionloop.firmware.board_law import LOOKUP
 from frictionloop.firmware.compiled_core import controller_words
+from frictionloop.firmware.image_law import LOOKUP
+from frictionloop.firmware.parameter_files import accepted, from_words, shown, to_words, word_at, word_of
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.words import accepted, from_words, shown, to_words, word_at, word_of
 from frictionloop.parameters import Model, PiController, System, bench
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.schema import Word, parameter_words, schema, table_hash, word_count
+from frictionloop.quantities.protocol_schema import Word, parameter_words, schema, table_hash, word_count
 
 PROTOCOL = schema()["protocol"]
 LONGEST_RAMP_S = PROTOCOL["ramp_ms"] / 1000

@@ -16,8 +16,8 @@ from frictionloop.loop.record import VARIABLES, load, provenance
 from frictionloop.parameters import SCHEMA, System
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.motion import scored_edge_m
-from frictionloop.quantities.schema import schema
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.code_version import package_version
+from frictionloop.quantities.protocol_schema import schema
 
 LOAD_SHARE = 0.5
 """Share of the mean load below which nothing counts (parameters/motion, `unscored_n`)."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import Row
@@ -19,11 +17,9 @@ SPACING_S = 100.0
 """The first part of a file, that tells the time between two samples: at least two at any decimation."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Recovered(Result):
+class Recovered(Result, schema="device.recover/1"):
     """What an unfinished recording held."""
 
-    SCHEMA: ClassVar[str] = "device.recover/1"
     samples: int
     duration_s: float
     lost_samples: int

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import errno
-import os
 import re
 import select
 import socket
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +17,7 @@ import numpy as np
 from frictionloop.device.errors import DeviceError, Unplugged
 from frictionloop.parameters import System, bench
 from frictionloop.quantities import must_be
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
 
 
 class Pipe(Protocol):
@@ -77,7 +77,7 @@ class SerialPipe(Pipe):
     def read(self, timeout_s: float) -> bytes:
         """Return what has come in, waiting up to so long for the first byte."""
         try:
-            if os.name == "nt":  # no ports in select there
+            if sys.platform == "win32":  # no ports in select there
                 self._port.timeout = max(timeout_s, 0.0)
                 return bytes(self._port.read(1) + self._port.read(self._port.in_waiting))
             # in_waiting and single bytes starve at 83 kB/s: wait for any, then take all there is.
@@ -111,7 +111,7 @@ def described_ports() -> list[tuple[str, str]]:
 def _why(port: str, code: int | None, error: Exception) -> str:
     if code == errno.ENOENT:
         return f"no such port; there is {', '.join(address for address, _ in described_ports()) or 'none'}"
-    if code == errno.EACCES and os.name != "nt":
+    if code == errno.EACCES and sys.platform != "win32":
         group = Path(port).group()
         return f"permission denied; sudo usermod -aG {group} $USER"
     if code in (errno.EBUSY, errno.EAGAIN, errno.EACCES):
@@ -178,7 +178,7 @@ def opener(address: str, system: System | None = None, seed: int = 0) -> Callabl
         if host and port.isdecimal() and 0 < int(port) < 2**16:
             return lambda: TcpPipe(host.strip("[]"), int(port))
     if address == "sim:" or (scheme == "emulated" and rest):
-        from frictionloop.device.bench_boards import BenchPipe, Board, Emulated, Simulated
+        from frictionloop.device.simulated_boards import BenchPipe, Board, Emulated, Simulated
 
         given = system or bench()
         board: Board = Emulated(rest, given.plate.max_amplitude_um) if rest else Simulated(given)

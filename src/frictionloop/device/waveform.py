@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictionloop.device.device_run import number
 from frictionloop.device.link import Link
-from frictionloop.device.recorded_run import number
 from frictionloop.firmware.effect_tables import EffectTables, effect_tables
 from frictionloop.parameters import Constant, LogSweep, Signal, Sine, System
-from frictionloop.physics.sources import evaluate, sampler
+from frictionloop.physics.signal_values import evaluate, sampler
 from frictionloop.quantities import must_be
-from frictionloop.quantities.schema import schema
+from frictionloop.quantities.protocol_schema import schema
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_source import EffectSource
-from frictionloop.rendering.player import PLATE_MM
-from frictionloop.rendering.program import MOST_TRIGGERS
+from frictionloop.rendering.effect_player import PLATE_MM
+from frictionloop.rendering.effect_program import MOST_TRIGGERS
+from frictionloop.rendering.effect_setpoint import EffectSource
 
 N_PER_POINT = 1e-4
 POINTS_A_FRAME = schema()["protocol"]["points_a_frame"]

@@ -4,34 +4,29 @@ A protocol is a file. A session of it is a folder with one row per trial, which 
 and whether it counts.
 
 new  check  power             write a protocol, run it dry, see how many participants it takes
-run  resume  simulate         a session, a session that was left, a whole study with simulated participants
+run  resume  amend  simulate  a session, one that was left, a trial that does not count, a whole study that is simulated
 report  write_page  export    what sessions found, as an answer and as a page, and for other programs
 """
 
 from __future__ import annotations
 
-from frictionloop.quantities.lazily import lazily
+from frictionloop.quantities.optional_libraries import lazily
 
 HOMES = {
     "adaptive_methods": "Psi Quest Staircase",
-    "folder": "read_session read_trials",
+    "session_folder": "read_session read_trials",
     "lsl": "Streams",
-    "methods": "Adjustment ConstantStimuli Interleaved Walk",
-    "own_reach": "reaches",
-    "participant": "Observer",
+    "level_handlers": "Adjustment ConstantStimuli Interleaved Walk",
+    "participant_reach": "reaches",
+    "simulated_participant": "Observer",
     "planning": "Power ProtocolCheck check power",
     "protocol": "NewProtocol Protocol new read_protocol",
     "psychometric": "fit",
     "respondent": "Keyboard Respondent",
-    "session_run": "Ran resume run",
+    "resumable_session": "Ran amend resume run",
     "session_export": "Exported export",
-    "study": "Study report simulate",
+    "study_run": "Study report simulate",
     "study_summary": "fits funnel groups pooled",
-    ".report.study_page": "write_page",
+    ".report.psychophysics_page": "write_page",
 }
-__getattr__ = lazily(__name__, HOMES)
-__all__ = [name for names in HOMES.values() for name in names.split()]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __all__, __dir__ = lazily(__name__, HOMES)

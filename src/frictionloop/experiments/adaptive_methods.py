@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from frictionloop.experiments.methods import Handler, Told
+from frictionloop.experiments.level_handlers import Handler, Told
 from frictionloop.experiments.psychometric import Shape, middle, nothing_there, probability
-from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import Array, numbers, whole
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities import Array, FrictionloopError, must_be
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.value_checks import numbers, whole
 
 
 class Staircase(Handler):
@@ -108,13 +108,13 @@ class Staircase(Handler):
         if self._way and way != self._way:
             self.turned.append(self.level)
         self._row, self._way = 0, way
-        step = self._step() * (self.weight if way > 0 else 1.0)
+        step, times = self._step(), self.weight if way > 0 else -1.0
         if self.unit == "N":
-            moved = self.level + way * step
+            moved = self.level + times * step
         elif self.unit == "dB":
-            moved = self.level * 10.0 ** (way * step / 20.0)
+            moved = self.level * 10.0 ** (times * step / 20.0)
         else:
-            moved = self.level * self._step() ** (way * (self.weight if way > 0 else 1.0))
+            moved = self.level * step**times
         self.level = min(max(moved, self.least), self.most)
 
 

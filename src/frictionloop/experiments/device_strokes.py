@@ -7,6 +7,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,10 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.device.device import Device, connect
-from frictionloop.experiments.engine import Stroke
 from frictionloop.experiments.measured_finger import MOST_N, PLAIN_S, STROKE_S, MeasuredFinger, measured_finger
 from frictionloop.experiments.respondent import Live, Presented, Respondent, Response
-from frictionloop.experiments.timeline import Timeline
+from frictionloop.experiments.trial_loop import Stroke
+from frictionloop.experiments.trial_structure import Timeline
 from frictionloop.parameters import System
 
 DRIFT = 2e-4
@@ -108,9 +109,8 @@ class DeviceEngine:
                 time.sleep(timeline.gap_s if found else timeline.cue_s)
             shown.cued(interval, stroke.duration_s)
             jumped = self._look()
-            run = self._run(
-                stroke.system.setpoint, stroke.duration_s, "open" if is_open else "closed", _live(interval, shown)
-            )
+            state, tell = "open" if is_open else "closed", partial(_tell, shown, interval)
+            run = self._run(stroke.system.setpoint, stroke.duration_s, state, tell)
             onset = float(run.attrs["start_tick"]) / self._device.info.tick_hz
             jumped += self._look()
             found.append(Presented(run, onset, onset + stroke.duration_s, jumped))
@@ -162,12 +162,6 @@ class DeviceEngine:
         return sum(self._clock.add(*self._device.clock()) for _ in range(READINGS))
 
 
-def _live(interval: int, shown: Respondent) -> Callable[[dict[str, float]], None]:
-    def tell(sample: dict[str, float]) -> None:
-        shown.live(
-            Live(
-                interval, sample["elapsed_s"], sample["f_m"], sample["f_r"], 1e3 * sample["speed"], sample["load"]
-            )
-        )  # fmt: skip
-
-    return tell
+def _tell(shown: Respondent, interval: int, sample: dict[str, float]) -> None:
+    forces = sample["f_m"], sample["f_r"]
+    shown.live(Live(interval, sample["elapsed_s"], *forces, 1e3 * sample["speed"], sample["load"]))

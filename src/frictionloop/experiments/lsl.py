@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.experiments.trials import force_of, rate_of
-from frictionloop.quantities.extra import needed
+from frictionloop.experiments.trial_records import force_of, rate_of
+from frictionloop.quantities.optional_libraries import needed
 
 CHANNELS = {"delivered force": "N", "set-point": "N", "position": "m", "speed": "m/s", "load": "N"}
 """Channels of the stream of strokes, and their units."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from frictionloop.experiments.trials import force_of
+from frictionloop.experiments.trial_records import force_of
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import System
 from frictionloop.physics.reach import Reach
@@ -42,8 +42,12 @@ class MeasuredFinger(NamedTuple):
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> MeasuredFinger:
-        """Return the finger of a `row`."""
-        return cls(Reach(row["low_n"], row["high_n"]), row["susceptibility_per_um2"], row["growth_per_s"])
+        """Return the finger of a `row`; raise FrictionloopError where a number of it is missing."""
+        try:
+            low_n, high_n, *rest = (float(row[name]) for name in ("low_n", "high_n", *cls._fields[1:]))
+        except (KeyError, TypeError, ValueError):
+            raise FrictionloopError(f"reach = {dict(row)}: is not what was measured") from None
+        return cls(Reach(low_n, high_n), *rest)
 
     @property
     def changes(self) -> dict[str, Any]:

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionloop.experiments.adaptive_methods import Psi, Quest, Staircase
-from frictionloop.experiments.methods import Adjustment, ConstantStimuli, Handler, Interleaved, Walk
-from frictionloop.experiments.timeline import Stop
+from frictionloop.experiments.level_handlers import Adjustment, ConstantStimuli, Handler, Interleaved, Walk
+from frictionloop.experiments.trial_structure import Stop
 from frictionloop.parameters.block import Block, Kinded, Kinds, NotNegative, Number, Positive, Whole
 from frictionloop.quantities import must_be
 

@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas  # type: ignore[import-untyped]
 from scipy.stats import t as student
 
-from frictionloop.experiments.needed import Needed, in_reach, needed
-from frictionloop.experiments.participant import Observer
+from frictionloop.experiments.levels_within_reach import Needed, in_reach, needed
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.sequence import TrialOrder
-from frictionloop.experiments.study import simulate_trials, study_system
+from frictionloop.experiments.simulated_participant import Observer
+from frictionloop.experiments.study_run import simulate_trials, study_system
 from frictionloop.experiments.study_summary import fits, measure
-from frictionloop.experiments.trials import scored
+from frictionloop.experiments.trial_records import scored
+from frictionloop.experiments.trial_sequence import TrialOrder
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.result import plain
 from frictionloop.findings.shown import between
 from frictionloop.parameters import System
 from frictionloop.parameters.motion import Strokes
 from frictionloop.physics.fingers import fingers
-from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import Array
+from frictionloop.quantities import Array, FrictionloopError, must_be
 from frictionloop.rendering.effect import Track
-from frictionloop.rendering.player import program_of
+from frictionloop.rendering.effect_player import program_of
 
 MOST_TRIALS = 20_000
 """Trials of a dry run, after which a protocol is taken to have no end (assumed)."""
@@ -38,11 +36,9 @@ PEOPLE = 200
 """Fingers that the share in reach is told of (assumed)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ProtocolCheck(Result):
+class ProtocolCheck(Result, schema="experiments.check/1"):
     """What a protocol will do."""
 
-    SCHEMA: ClassVar[str] = "experiments.check/1"
     name: str
     title: str
     trials: tuple[int, int]
@@ -166,11 +162,9 @@ POOLS = 200
 """Pools that are drawn anew from the one that was simulated, for the interval (assumed)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Power(Result):
+class Power(Result, schema="experiments.power/1"):
     """Shares of studies that find a change."""
 
-    SCHEMA: ClassVar[str] = "experiments.power/1"
     effect: float
     """Relative change of the participants' sense."""
     pool: int

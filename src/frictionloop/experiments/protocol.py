@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path as File
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from frictionloop.experiments.method_kinds import AnyMethod, StaircaseMethod
-from frictionloop.experiments.timeline import (
+from frictionloop.experiments.trial_structure import (
     ENDS_ITSELF,
     Blocks,
     Condition,
@@ -23,9 +22,9 @@ from frictionloop.experiments.timeline import (
 )
 from frictionloop.findings import Result
 from frictionloop.parameters.block import Block, Number, Whole
-from frictionloop.parameters.description import Description
-from frictionloop.parameters.toml_files import read_tree
-from frictionloop.parameters.written import block_toml
+from frictionloop.parameters.frozen_blocks import Description
+from frictionloop.parameters.toml_reader import read_tree
+from frictionloop.parameters.toml_writer import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing, unit_of
 from frictionloop.rendering.effect import AnyEffect, Effect
 from frictionloop.rendering.effect_toml import changed
@@ -213,11 +212,9 @@ def to_toml(of: Protocol) -> str:
     return block_toml(of, form=True)
 
 
-@dataclass(frozen=True, kw_only=True)
-class NewProtocol(Result):
+class NewProtocol(Result, schema="experiments.new/1"):
     """A protocol that was written."""
 
-    SCHEMA: ClassVar[str] = "experiments.new/1"
     protocol: Protocol
     path: File
 

@@ -10,8 +10,8 @@ from scipy.special import betaln, expit, logsumexp, ndtr, ndtri, xlog1py, xlogy
 from scipy.stats import beta as beta_law
 from scipy.stats import chi2
 
-from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import Array, numbers
+from frictionloop.quantities import Array, FrictionloopError, must_be
+from frictionloop.quantities.value_checks import numbers
 
 Shape = Literal["normal", "logistic", "weibull"]
 
@@ -108,7 +108,7 @@ def fit(
         Level at which nothing is there to be told: no threshold is below, and F there is small.
     ends : (float, float), optional
         Stimulus range, that of the levels if not given. The prior of the threshold is flat in it and falls as a cosine
-        to half a range outside; that of the spread is flat in its logarithm.
+        to half a range outside; that of the spread is flat, with ``low`` in its logarithm.
 
     Raises
     ------
@@ -154,9 +154,7 @@ def grids_of(
     prior = np.log(np.maximum(0.5 + 0.5 * np.cos(math.pi * outside), 1e-12)) + _log_prior(rate)
     if guess is None:
         prior = prior + _log_prior(g)
-    if low is not None:
-        prior = prior + nothing_there(low, a, b, shape)
-    return grids, prior
+    return grids, prior + (np.log(b) if low is None else nothing_there(low, a, b, shape))
 
 
 def nothing_there(low: float, a: Array, b: Array, shape: Shape = "normal") -> Array:

@@ -1,4 +1,4 @@
-"""Who answers, and what they are shown of a trial on its way: a simulated participant, or a person at the keyboard."""
+"""Who answers, and what they are shown of a trial on its way; a person at the keyboard."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from typing import Any, NamedTuple, TextIO
 
 import xarray as xr
 
-from frictionloop.experiments.folder import now
-from frictionloop.experiments.participant import SimulatedParticipant
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.sequence import Trial
-from frictionloop.experiments.trials import number_of
+from frictionloop.experiments.session_folder import now
+from frictionloop.experiments.trial_records import number_of
+from frictionloop.experiments.trial_sequence import Trial
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
 
@@ -107,28 +106,6 @@ class Respondent:
         """Show that the session is over, and why if it ended early."""
 
 
-class Simulated(Respondent):
-    """A simulated participant as a respondent."""
-
-    def __init__(self, participant: SimulatedParticipant) -> None:
-        self.participant = participant
-
-    def moves(self, system: System, trial: int, interval: int) -> System:
-        """Return the system as the participant moves in it."""
-        return self.participant.moves(system, trial, interval)
-
-    def finger(self, system: System, trial: int) -> System:
-        """Return the system with the participant's friction, which drifts from trial to trial."""
-        drift = self.participant.moisture(trial)
-        friction = system.friction.model_copy(update={"nominal_n": system.friction.nominal_n * drift})
-        return system.model_copy(update={"friction": friction})
-
-    def respond(self, trial: Trial, presented: list[Presented]) -> Response:
-        """Return the participant's answer."""
-        runs = [each.run for each in presented]
-        return Response(*self.participant.answers(trial.number, trial.comparison, runs))
-
-
 BAR = 40
 """Characters of the guide."""
 WORDS = "note TEXT keeps a note, pause waits for Enter, abort ends the session"
@@ -200,7 +177,7 @@ class Keyboard(Respondent):
 
     def fitted(self, factor: float) -> None:
         """Say that levels were drawn together."""
-        self._say(f"{levels_drawn(factor)}\n")
+        self._say(f"levels drawn together to {100 * factor:.0f} %\n")
 
     def _meant(self, text: str) -> str:
         """Return the answer that a line means, empty if none; of a number that the task does not have it says why."""
@@ -239,14 +216,14 @@ class Keyboard(Respondent):
         """Drop what was typed on a terminal before it was asked for, but do what the words of who watches say."""
         if not self._keys.isatty():
             return
-        try:
-            import termios
-        except ModuleNotFoundError:  # Windows
+        if sys.platform == "win32":
             import msvcrt
 
-            while msvcrt.kbhit():  # type: ignore[attr-defined]
-                msvcrt.getwch()  # type: ignore[attr-defined]
+            while msvcrt.kbhit():
+                msvcrt.getwch()
             return
+        import termios
+
         while select.select([self._keys], [], [], 0.0)[0]:
             self._obey(self._line(), trial)
         termios.tcflush(self._keys, termios.TCIFLUSH)  # a line without its end
@@ -260,11 +237,6 @@ class Keyboard(Respondent):
     def _say(self, text: str) -> None:
         self._shown.write(text)
         self._shown.flush()
-
-
-def levels_drawn(factor: float) -> str:
-    """Return in words that levels were drawn together."""
-    return f"levels drawn together to {100 * factor:.0f} %"
 
 
 def bar(done: float, direction: str = "forth", width: int = BAR) -> str:

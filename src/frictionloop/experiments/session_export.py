@@ -5,24 +5,23 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import h5py
 import numpy as np
 import pandas  # type: ignore[import-untyped]
 import xarray as xr
 
-from frictionloop.experiments import folder
-from frictionloop.experiments.folder import once_each, read_trials, sessions_in
+from frictionloop.experiments import session_folder
 from frictionloop.experiments.protocol import Protocol
-from frictionloop.experiments.trials import COLUMNS, force_of
+from frictionloop.experiments.session_folder import once_each, read_trials, sessions_in
+from frictionloop.experiments.trial_records import COLUMNS, force_of
 from frictionloop.findings import Result
 from frictionloop.loop.record import load, system_of
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
+from frictionloop.quantities.code_version import package_version
 from frictionloop.quantities.units import known_unit
-from frictionloop.quantities.version import package_version
 
 FORCES = {
     "time": "time since the first onset, s",
@@ -69,13 +68,13 @@ def bids(path: Path, out: Path) -> None:
     sessions = sessions_in(path)
     once_each(sessions)
     _new(out)
-    protocol = folder.read_session(sessions[0])[0]
+    protocol = session_folder.read_session(sessions[0])[0]
     made = {"Name": "frictionloop", "Version": package_version()}
     about = {"Name": protocol.title or protocol.name, "BIDSVersion": "1.10.0", "DatasetType": "raw"}
     _json(out / "dataset_description.json", {**about, "GeneratedBy": [made]})
     codes = []
     for each in sessions:
-        own, _, told = folder.read_session(each)
+        own, _, told = session_folder.read_session(each)
         codes.append(str(told["participant"]))
         _session(each, out / f"sub-{codes[-1]}", f"sub-{codes[-1]}_task-{own.name.replace('-', '')}", own)
     traces = TRACES if any(out.glob("*/motion")) else ""
@@ -103,7 +102,7 @@ def _session(path: Path, into: Path, stem: str, protocol: Protocol) -> None:
     )
     events.to_csv(beh / f"{stem}_events.tsv", sep="\t", index=False, na_rep="n/a")
     _json(beh / f"{stem}_events.json", {**task, **_described(EVENTS, unit)})
-    if not (trials["raw"] != "").any():
+    if trials.empty:
         return
     rate, forces, moved = _traces(path, trials, first_s)
     told = {"SamplingFrequency": rate, "StartTime": 0.0, "Columns": list(forces)}
@@ -126,8 +125,6 @@ def _traces(path: Path, trials: pandas.DataFrame, first_s: float) -> tuple[float
     """Return the rate, the forces and the motion of all strokes, one after the other."""
     forces, motion, rate = [], [], 0.0
     for row in trials.itertuples():
-        if not row.raw:
-            continue
         run = load(path / row.raw)
         rate = float(system_of(run).controller.rate_hz)
         for interval in range(run.sizes["interval"]):
@@ -197,7 +194,7 @@ def hdf5(path: Path, out: Path) -> None:
     once_each(sessions_in(path))
     with replacing(out) as beside, h5py.File(beside, "w") as file:
         for session in sessions_in(path):
-            protocol, system, about = folder.read_session(session)
+            protocol, system, about = session_folder.read_session(session)
             group = file.create_group(f"sub-{about['participant']}")
             group.attrs.update(
                 protocol=protocol.model_dump_json(), system=system.model_dump_json(), about=json.dumps(about)
@@ -208,21 +205,18 @@ def hdf5(path: Path, out: Path) -> None:
                 values = trials[name].to_numpy()
                 table[name] = values.astype(h5py.string_dtype()) if values.dtype.kind in "OUT" else values
             for row in trials.itertuples():
-                if row.raw:
-                    run, traces = load(session / row.raw), group.create_group(f"raw/{row.trial:05d}")
-                    for name in run.data_vars:
-                        traces.create_dataset(str(name), data=np.asarray(run[name].values), compression="gzip")
+                run, traces = load(session / row.raw), group.create_group(f"raw/{row.trial:05d}")
+                for name in run.data_vars:
+                    traces.create_dataset(str(name), data=np.asarray(run[name].values), compression="gzip")
 
 
 WRITERS: Mapping[str, Callable[[Path, Path], None]] = {"bids": bids, "csv": csv, "hdf5": hdf5}
 """Exports by name; bids writes a folder, the others a file."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Exported(Result):
+class Exported(Result, schema="experiments.export/1"):
     """Sessions that were written for other programs."""
 
-    SCHEMA: ClassVar[str] = "experiments.export/1"
     sessions: tuple[Path, ...]
     out: Path
     form: str

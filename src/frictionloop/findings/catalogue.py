@@ -25,12 +25,8 @@ class Entry(NamedTuple):
     """At most 60 words."""
 
 
-def _read() -> dict[str, Entry]:
-    text = files("frictionloop.findings").joinpath("catalogue.toml").read_text(encoding="utf-8")
-    return {code: Entry(**({"template": ""} | each)) for code, each in tomllib.loads(text).items()}
-
-
-CATALOGUE = _read()
+_TEXT = files("frictionloop.findings").joinpath("catalogue.toml").read_text(encoding="utf-8")
+CATALOGUE = {code: Entry(**({"template": ""} | each)) for code, each in tomllib.loads(_TEXT).items()}
 """Entries by code, such as RING-MOIST."""
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from frictionloop.findings.catalogue import explain
 from frictionloop.findings.shown import shown
 
 if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-
     from frictionloop.findings.finding import Finding
-    from frictionloop.findings.result import Result
+    from frictionloop.findings.result import Result, Table
 
 WIDTH, LINES, WORST, GAP = 80, 23, 5, 2
 """Columns and lines of an answer (a 24th says what was saved), its findings, and the space between columns."""
@@ -52,19 +50,15 @@ def _rows(rows: Sequence[tuple[str, str]]) -> Iterator[Line]:
             yield [("" if k else name, "bold"), (" " * (width - len("" if k else name)), ""), (part, "")]
 
 
-def _table(frame: pd.DataFrame) -> Iterator[Line]:
+def _table(frame: Table) -> Iterator[Line]:
     """Yield a table with its numbers to the right."""
     columns = [[str(frame.index.name or ""), *(str(each) for each in frame.index)]]
     columns += [[str(head), *map(shown, frame[head].tolist())] for head in frame.columns]
-    left = [True, *(_words(frame[head]) for head in frame.columns)]
+    left = [True, *(all(isinstance(each, str) for each in frame[head]) for head in frame.columns)]
     widths = [max(map(len, column)) for column in columns]
     for k, cells in enumerate(zip(*columns, strict=True)):
         padded = [c.ljust(w) if at else c.rjust(w) for c, w, at in zip(cells, widths, left, strict=True)]
         yield [((" " * GAP).join(padded), "bold" if k == 0 else "")]
-
-
-def _words(column: Any) -> bool:
-    return all(isinstance(each, str) for each in column)
 
 
 def _findings(told: Sequence[Finding], most: int) -> Iterator[Line]:
@@ -104,7 +98,7 @@ def findings_html(found: Sequence[Finding]) -> str:
     return f"<table>{told}</table>"
 
 
-def _table_html(frame: pd.DataFrame) -> str:
+def _table_html(frame: Table) -> str:
     heads = "".join(f"<th>{escape(str(each))}</th>" for each in (frame.index.name or "", *frame.columns))
     body = "".join(
         f"<tr><th>{escape(str(name))}</th>{''.join(f'<td>{escape(shown(each))}</td>' for each in cells)}</tr>"

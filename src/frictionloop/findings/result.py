@@ -5,27 +5,44 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform
 
+from frictionloop.findings import render
 from frictionloop.findings.finding import Condition, Finding
 from frictionloop.quantities import FrictionloopError
 
 if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
+    from matplotlib import figure
+
+    Figure = figure.Figure
+else:  # imported where one is drawn
+    Figure = Any
 
 Row = tuple[str, str]
+Table = Any
+"""A DataFrame of pandas, which has no types."""
+Tables = dict[str, Table]
 
 
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
 @dataclass(frozen=True, kw_only=True)
 class Result:
     """Base of the frozen answers; ``print(answer)`` is what the command line shows."""
 
     SCHEMA: ClassVar[str] = ""
     """Name and number of the form in JSON, such as design.check/1."""
+    WITHOUT: ClassVar[tuple[str, ...]] = ()
+    """Fields that JSON leaves out."""
     findings: tuple[Finding, ...] = ()
     """The worst first."""
+
+    def __init_subclass__(cls, schema: str = "", without: str = "", eq: bool = True) -> None:
+        """Make a class with a ``schema`` frozen data, by keywords alone; JSON is ``without`` fields, blanks between."""
+        cls.WITHOUT = (*cls.WITHOUT, *without.split())
+        if schema:
+            cls.SCHEMA = schema
+            dataclass(frozen=True, kw_only=True, eq=eq)(cls)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", tuple(sorted(self.findings, key=lambda each: each.rank)))
@@ -38,11 +55,11 @@ class Result:
         """Return the answer: a name and its numbers each, the first the most important."""
         return ()
 
-    def tables(self) -> Mapping[str, pd.DataFrame]:
+    def tables(self) -> Mapping[str, Table]:
         """Return tables by name, the first of which belongs to the answer."""
         return {}
 
-    def table(self, name: str | None = None) -> pd.DataFrame:
+    def table(self, name: str | None = None) -> Table:
         """Return a table, the first if none is named; the rows of an answer that has none.
 
         Raises
@@ -62,7 +79,8 @@ class Result:
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name as JSON holds it: NaN and infinity, which it lacks, are null and a string."""
-        own = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "findings"}
+        names = [each.name for each in fields(self) if each.name not in ("findings", *self.WITHOUT)]
+        own = {name: getattr(self, name) for name in names}
         found: dict[str, Any] = plain({"schema": self.SCHEMA, **own, "findings": self.findings})
         return found
 
@@ -72,34 +90,32 @@ class Result:
 
     def to_html(self) -> str:
         """Return a page of its own with everything."""
-        from frictionloop.findings.render import page
-
-        return page(self)
+        return render.page(self)
 
     def __str__(self) -> str:
         """Return what the command line shows."""
-        from frictionloop.findings.render import text
-
-        return text(self)
+        return render.text(self)
 
     def _repr_html_(self) -> str:
-        from frictionloop.findings.render import fragment
+        return render.fragment(self)
 
-        return fragment(self)
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
+        """Show in IPython what the command line shows, not every field."""
+        return {"text/plain": str(self)}
 
 
 def frame(
     rows: Mapping[str, Any] | Sequence[Mapping[str, Any]], index: str, heads: Sequence[str] | None = None
-) -> pd.DataFrame:
+) -> Table:
     """Return rows as a table: by name, or mappings of which ``index`` is the head of the names."""
-    import pandas as pd
+    import pandas as pd  # type: ignore[import-untyped]
 
     if isinstance(rows, Mapping):
         return pd.DataFrame.from_dict(rows, orient="index", columns=heads).rename_axis(index or None)
     return pd.DataFrame(list(rows)).set_index(index)
 
 
-def toml_table(name: str, values: Mapping[str, Any]) -> pd.DataFrame:
+def toml_table(name: str, values: Mapping[str, Any]) -> Table:
     """Return a block as a table whose lines are TOML, for a file that describes a bench."""
     import pandas as pd
 

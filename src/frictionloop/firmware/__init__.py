@@ -7,12 +7,11 @@ law           a system's control law as C99, for a board of one's own
 
 from __future__ import annotations
 
-from frictionloop.quantities.lazily import lazily
+from frictionloop.quantities.optional_libraries import lazily
 
-HOMES = {"exported": "Built Exported build export", "law_source": "LawSource law", "board_fit": "board_findings"}
-__getattr__ = lazily(__name__, HOMES)
-__all__ = [name for names in HOMES.values() for name in names.split()]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+HOMES = {
+    "system_export": "Built Exported build export",
+    "standalone_law": "LawSource law",
+    "board_compatibility": "board_findings",
+}
+__getattr__, __all__, __dir__ = lazily(__name__, HOMES)

@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
-from frictionloop.firmware.c_source import (
+from frictionloop.firmware.c_types import (
     BOOL,
     HELPERS,
     INT,

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from frictionloop.firmware.c_expressions import KNOWN_TESTS, Expressions, Within
-from frictionloop.firmware.c_source import INT, REAL, VOID, Kind, Pointer, Struct, Value, bare, identifier, no_c
+from frictionloop.firmware.c_types import INT, REAL, VOID, Kind, Pointer, Struct, Value, bare, identifier, no_c
 
 
 class FunctionInC(Expressions):

@@ -12,15 +12,15 @@ import numpy as np
 from frictionloop.control.law import Law
 from frictionloop.control.laws import LAWS, law_of
 from frictionloop.control.lookup import LOOKUP_LAW, inverse_numbers, lookup_table, overdrive_gains
-from frictionloop.firmware.board_law import LOOKUP, board_law
-from frictionloop.firmware.compiler import FLAGS, shared_library
-from frictionloop.firmware.words import to_words
+from frictionloop.firmware.host_compiler import FLAGS, shared_library
+from frictionloop.firmware.image_law import LOOKUP, board_law
+from frictionloop.firmware.parameter_files import to_words
 from frictionloop.parameters import Board, LoadCells, Model, PositionSensor, System, Touch
-from frictionloop.parameters.represented import Represented
+from frictionloop.parameters.block import Represented
 from frictionloop.quantities import must_be
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import firmware_folder, parameter_words, schema
-from frictionloop.quantities.trees import flat
+from frictionloop.quantities.flat_tuples import flat
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.protocol_schema import firmware_folder, parameter_words, schema
 
 FIRMWARE = Represented(
     "the firmware",

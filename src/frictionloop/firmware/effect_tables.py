@@ -1,6 +1,6 @@
 """An effect as a device plays it: steps, and tables of 16 bit, in one store of words, and as a file.
 
-The steps are those of `rendering.program`. What a device has no room for is sampled more coarsely.
+The steps are those of `rendering.effect_program`. What a device has no room for is sampled more coarsely.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 
 from frictionloop.findings import Finding
 from frictionloop.quantities import must_be, replacing
-from frictionloop.quantities.schema import named, schema
+from frictionloop.quantities.protocol_schema import named, schema
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_program import MOST_TRIGGERS, Do, Program
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.force_tables import Map
-from frictionloop.rendering.program import MOST_TRIGGERS, Do, Program
 
 TOLERANCE_N = 5e-5
 """Difference from the simulator's table at which no more values are spent (assumed: a quarter of the 0.2 mN that C and

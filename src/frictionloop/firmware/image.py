@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from frictionloop.firmware.board_fit import USUAL_TICKS
-from frictionloop.firmware.board_law import BoardLaw
-from frictionloop.firmware.built_in import revision_here
-from frictionloop.firmware.c_source import literal
-from frictionloop.firmware.compiler import run, zig
+from frictionloop.firmware.board_compatibility import USUAL_TICKS
+from frictionloop.firmware.build_identity import revision_here
+from frictionloop.firmware.c_types import literal
+from frictionloop.firmware.host_compiler import run, zig
 from frictionloop.firmware.image_files import check, memory_map, seal, sizes
+from frictionloop.firmware.image_law import BoardLaw
 from frictionloop.quantities import must_be
-from frictionloop.quantities.extra import needed
-from frictionloop.quantities.schema import firmware_folder, word_count
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.protocol_schema import firmware_folder, word_count
 from frictionloop.quantities.whole_files import replacing
 
 BOARDS = {

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
 
 END = ":00000001FF"
 """The record that ends a file (Intel, Hexadecimal Object File Format Specification, 1988)."""

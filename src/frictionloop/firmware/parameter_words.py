@@ -8,12 +8,12 @@ from typing import Any, cast
 import numpy as np
 
 from frictionloop.firmware.compiled_core import check_known, controller_words, tick_hz
-from frictionloop.firmware.words import filled, to_words, word_of
+from frictionloop.firmware.parameter_files import filled, to_words, word_of
 from frictionloop.parameters import System
 from frictionloop.parameters.plant import Sensor, SuspendedSensor
 from frictionloop.quantities import must_be
-from frictionloop.quantities.schema import parameter_words
-from frictionloop.sensing.touch import board_touch
+from frictionloop.quantities.protocol_schema import parameter_words
+from frictionloop.sensing.finger_tracking import board_touch
 
 RANGE_N, ADC_BITS = 2.5, 16
 """Converter where the sensor is described without one (the bench's: paper, Fig. 4a, and assumed)."""

@@ -25,8 +25,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from frictionloop.firmware.c_functions import FunctionInC
-from frictionloop.firmware.c_source import HELPERS, INT, REAL, VOID, Kind, Struct, Value, identifier, no_c, numbered
-from frictionloop.quantities import trees
+from frictionloop.firmware.c_types import HELPERS, INT, REAL, VOID, Kind, Struct, Value, identifier, no_c, numbered
+from frictionloop.quantities import flat_tuples
 
 INCLUDES = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n\n"
 """What the text of a translation needs above it."""
@@ -47,10 +47,9 @@ class Translation:
     def struct(self, shape: type) -> Struct:
         """Return the struct of a named tuple class, its numbers all doubles."""
         if shape not in self.structs:
-            parts = tuple((name, REAL if inner is None else self.struct(inner)) for name, inner in trees.parts(shape))
-            names = {each.name for each in self.structs.values()}
-            name = next(filter(lambda each: each not in names, numbered(shape.__name__)))
-            self.structs[shape] = Struct(name, parts)
+            inner = flat_tuples.parts(shape)
+            parts = tuple((name, REAL if each is None else self.struct(each)) for name, each in inner)
+            self.structs[shape] = Struct(self._free(shape.__name__), parts)
         return self.structs[shape]
 
     def plain(self, kinds: Sequence[Kind]) -> Struct:
@@ -58,9 +57,7 @@ class Translation:
         key = tuple(kinds)
         if key not in self.structs:
             whole = "tuple_" + "_".join("int" if kind == INT else str(kind) for kind in kinds)
-            names = {each.name for each in self.structs.values()}
-            name = next(filter(lambda each: each not in names, numbered(whole)))
-            self.structs[key] = Struct(name, tuple((f"of{i}", kind) for i, kind in enumerate(kinds)))
+            self.structs[key] = Struct(self._free(whole), tuple((f"of{i}", kind) for i, kind in enumerate(kinds)))
         return self.structs[key]
 
     def function(self, function: Any, kinds: Sequence[Kind]) -> tuple[str, Kind]:
@@ -74,9 +71,8 @@ class Translation:
         python = getattr(function, "py_func", function)
         key = python, tuple(kinds)
         if key not in self._named:
-            name = next(filter(lambda each: each not in self._taken, numbered(identifier(python.__name__))))
+            name = self._free(identifier(python.__name__))
             self._named[key] = None
-            self._taken.add(name)
             body = FunctionInC(self, python, kinds)
             self.functions.append(body.text(name))
             self._named[key] = name, body.result or VOID
@@ -85,17 +81,16 @@ class Translation:
             raise no_c(f"{python.__name__}: calls itself")
         return found
 
+    def _free(self, name: str) -> str:
+        free = next(each for each in numbered(name) if each not in self._taken)
+        self._taken.add(free)
+        return free
+
     def text(self) -> str:
         """Return all of it, without includes."""
-        structs = [
-            "".join(
-                [
-                    "typedef struct {\n",
-                    *(f"    {kind} {identifier(name)};\n" for name, kind in each.parts),
-                    f"}} {each};\n",
-                ]
-            )
-            for each in self.structs.values()
-        ]
+        structs = []
+        for each in self.structs.values():
+            fields = "".join(f"    {kind} {identifier(name)};\n" for name, kind in each.parts)
+            structs.append(f"typedef struct {{\n{fields}}} {each};\n")
         helpers = [each + "\n" for name, each in HELPERS.items() if name in self.helpers]
         return "\n".join(["".join(helpers), *structs, *self.functions])

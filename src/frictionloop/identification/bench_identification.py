@@ -12,16 +12,16 @@ from typing import Any
 
 from frictionloop.findings import Finding
 from frictionloop.findings.catalogue import Severity
-from frictionloop.identification.entry_result import EntryResult, Sensor
 from frictionloop.identification.estimate import Estimate, Measured
 from frictionloop.identification.finger_population import TAU, together
 from frictionloop.identification.identified_bench import BELIEVED, Bench, source_of
 from frictionloop.identification.noise_density import dynamic_range_db
 from frictionloop.identification.project_analysis import Work, analysed_entries, results_of
+from frictionloop.identification.project_entry_result import EntryResult, Sensor
 from frictionloop.identification.project_file import Project, read_project
 from frictionloop.parameters import ResonantPlate, System, preset
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.small_files import json_of
+from frictionloop.quantities.whole_files import json_of
 
 APART = 3.0
 """Two methods contradict each other where they are so many standard errors apart (assumed)."""
@@ -158,9 +158,8 @@ def _rounded(each: Measured) -> float:
     """Return a value to a hundredth of its standard error."""
     if each.value == 0:
         return 0.0
-    return float(
-        f"{each.value:.{max(round(math.log10(abs(each.value) / max(each.error, 1e-12 * abs(each.value)))) + 3, 3)}g}"
-    )
+    digits = round(math.log10(abs(each.value) / max(each.error, 1e-12 * abs(each.value)))) + 3
+    return float(f"{each.value:.{max(digits, 3)}g}")
 
 
 def _stated(project: Project, sensor: Sensor) -> tuple[dict[str, Any], dict[str, str]]:

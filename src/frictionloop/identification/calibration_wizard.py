@@ -1,12 +1,13 @@
-"""A calibration recorded from a device, step by step: weights, hits, silence or slides."""
+"""A calibration recorded from a device, step by step: weights, hits, silence or slides; and what to play meanwhile."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple, Protocol, get_args
+from typing import Any, Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 import xarray as xr
@@ -16,7 +17,65 @@ from frictionloop.findings import Condition, Finding, Result
 from frictionloop.findings.result import Row
 from frictionloop.identification import rigs
 from frictionloop.identification.weights_calibration import MASSES
+from frictionloop.parameters import System, check_system
+from frictionloop.parameters.input_signals import ColouredNoise, Signal, Sine, Steps
+from frictionloop.parameters.plant import Friction
+from frictionloop.physics.friction import friction_force
 from frictionloop.quantities import check_known, must_be, replacing
+from frictionloop.quantities.value_checks import number
+
+LEVELS = 7
+DWELL_S = 0.7
+"""Time at each level: longer than a turn of the finger, and no part of a stroke of 3 s (assumed)."""
+SWEEP_HZ, NOISE_HZ = 0.31, 2.0
+"""Slow for the skin, and not in step with strokes; noise ends where the skin no longer follows (assumed)."""
+
+
+def amplitude_protocol(
+    system: System, form: Literal["steps", "sweep", "noise"] = "steps", duration_s: float = 60.0, seed: int = 0
+) -> Signal:
+    """Return a set-point that, in open loop, drives the plate through all its amplitudes.
+
+    In open loop the lookup table turns the set-point u into the amplitude a = sqrt(ln(f0/u)/tau) by
+    ``controller.model``, so u = f0 exp(-tau a^2) commands any a, whatever the finger's own f0 and tau are. Steps take
+    seven levels, even in a^2 from 0 to the largest, in random order; sweep is a slow sine of the force; noise is that
+    of the force, mostly below 2 Hz.
+
+    Parameters
+    ----------
+    system : System
+        Its ``controller.model`` and the plate's largest amplitude.
+    form : str
+        "steps", "sweep" (the one that a device plays exactly, with its table of 1024 points) or "noise".
+    duration_s : float
+        Time in s, at least 5.
+    seed : int
+        Seed of the order of the steps.
+
+    Raises
+    ------
+    FrictionloopError
+        For another form or a time too short.
+    """
+    check_system(system)
+    number("duration_s", duration_s, "s", 5.0)
+    model = system.controller.model
+    law = Friction(nominal_n=model.nominal_n, susceptibility_per_um2=model.susceptibility_per_um2)
+    largest = min(model.max_amplitude_um, system.plate.max_amplitude_um)
+    low = float(friction_force(largest, law))
+    middle, half = (law.nominal_n + low) / 2, (law.nominal_n - low) / 2
+    if form == "steps":
+        count = math.ceil(duration_s / DWELL_S)
+        rng = np.random.default_rng(seed)
+        order = np.concatenate([rng.permutation(LEVELS) for _ in range(math.ceil(count / LEVELS))])[:count]
+        forces = friction_force(largest * np.sqrt(order / (LEVELS - 1)), law)
+        return Steps(times_s=tuple((DWELL_S * np.arange(count)).tolist()), levels_n=tuple(forces.tolist()))
+    if form == "sweep":
+        return Sine(offset_n=middle, amplitude_n=half, frequency_hz=SWEEP_HZ)
+    if form == "noise":
+        return ColouredNoise(offset_n=middle, rms_n=half / 2, exponent=2.0, low_hz=0.2, high_hz=NOISE_HZ)
+    raise must_be("form", form, "'steps', 'sweep' or 'noise'")
+
 
 Block = Mapping[str, NDArray[np.float64]]
 Kind = Literal["weights", "hits", "quiet", "friction"]
@@ -48,6 +107,10 @@ class Step(NamedTuple):
     mass_kg: float | None = None
 
 
+Ask = Callable[[Step], object]
+Watch = Callable[[Block], object]
+
+
 class Line(Protocol):
     """What readings come from: a device, or a rig in its place."""
 
@@ -55,11 +118,9 @@ class Line(Protocol):
         """Yield ``tick`` and readings as they come."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Recorded(Result):
+class Recorded(Result, schema="identify.run/1", without="columns"):
     """What was recorded from a device."""
 
-    SCHEMA: ClassVar[str] = "identify.run/1"
     kind: str
     samples: int
     lost_samples: int
@@ -75,11 +136,6 @@ class Recorded(Result):
         """Return how long it is, and the lines of a project file."""
         found = [(self.kind, f"{self.duration_s:.1f} s, {self.samples} samples, {self.lost_samples} lost")]
         return [*found, *(("project" if k == 0 else "", line) for k, line in enumerate(self.project.splitlines()))]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything but the samples, by name."""
-        own = super().to_dict()
-        return {name: value for name, value in own.items() if name != "columns"}
 
     def recording(self) -> xr.Dataset:
         """Return the samples as the analyses take them, over ``time`` in s."""
@@ -128,8 +184,8 @@ def run(
     device: Any,
     masses_g: tuple[float, ...] = MASSES_G,
     *,
-    ask: Callable[[Step], object] | None = None,
-    watch: Callable[[Block], object] | None = None,
+    ask: Ask | None = None,
+    watch: Watch | None = None,
 ) -> Recorded:
     """Record one measurement of a calibration from a device; the plate stays off.
 
@@ -193,13 +249,7 @@ def steps_of(kind: str, masses_g: tuple[float, ...] = MASSES_G) -> list[Step]:
 
 
 def recorded(
-    kind: str,
-    steps: list[Step],
-    line: Line,
-    ask: Callable[[Step], object],
-    watch: Callable[[Block], object],
-    rate_hz: float,
-    tick_hz: float,
+    kind: str, steps: list[Step], line: Line, ask: Ask, watch: Watch, rate_hz: float, tick_hz: float
 ) -> dict[str, NDArray[np.float64]]:
     """Return the columns of all steps, one after the other; times of steps follow each other without a gap."""
     parts: list[dict[str, NDArray[np.float64]]] = []

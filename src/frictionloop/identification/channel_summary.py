@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.identification.recording_columns import runs_of
+from frictionloop.quantities import Array
 from frictionloop.quantities.units import UNITS
 from frictionloop.recordings.contents import Channel
-from frictionloop.recordings.force_shape import signs_of
+from frictionloop.recordings.friction_defects import signs_of
 
-Array = NDArray[np.float64]
 SAMPLED = 20000
 """Samples from which the levels and the median of a channel are taken."""
 FLAT_RUN = 4
@@ -81,7 +81,7 @@ class Glance:
     @np.errstate(over="ignore", invalid="ignore")
     def first(self, block: NDArray[Any]) -> None:
         """Take a block in for the range, the mean and the levels."""
-        fine = _fine(block)
+        fine = finite(block)
         if self.bad is None and fine.size < block.size:
             self.bad = self._rows + int(np.argmin(np.isfinite(block)))
         self._rows += block.size
@@ -105,7 +105,7 @@ class Glance:
     @np.errstate(over="ignore", invalid="ignore")
     def second(self, block: NDArray[Any]) -> None:
         """Take a block in for what the range is needed for: samples at its ends, and jumps over most of it."""
-        fine, span = _fine(block), self.span
+        fine, span = finite(block), self.span
         if span == 0 or not fine.size:
             return
         if self._levelled is None:
@@ -160,12 +160,13 @@ class Glance:
         return found / self.count
 
 
-def _fine(block: NDArray[Any]) -> Array:
+def finite(block: NDArray[Any]) -> Array:
+    """Return the samples that are finite numbers, magnitudes of complex ones."""
     real = np.abs(block) if block.dtype.kind == "c" else np.asarray(block, dtype=float)
     return np.asarray(real[np.isfinite(real)])
 
 
-def clipped(values: NDArray[np.float64], full_scale: float | None = None) -> NDArray[np.bool_]:
+def clipped(values: Array) -> NDArray[np.bool_]:
     """Return which samples stand at the largest or the least value in runs of four or more.
 
     An end where a signal merely turns has more samples just inside it than at it; at one where it clips it is the other
@@ -180,17 +181,17 @@ def clipped(values: NDArray[np.float64], full_scale: float | None = None) -> NDA
         if abs(end - middle) < RESTING * span:
             continue
         long, inside = at_end(values, end, span)
-        if clips(int(long.sum()), inside, end, full_scale):
+        if clips(int(long.sum()), inside, end):
             at |= long
     return at
 
 
-def clipped_share(values: NDArray[np.float64]) -> float:
+def clipped_share(values: Array) -> float:
     """Return the share of samples that are clipped."""
     return float(np.mean(clipped(values))) if values.size else 0.0
 
 
-def at_end(values: NDArray[np.float64], end: float, span: float) -> tuple[NDArray[np.bool_], int]:
+def at_end(values: Array, end: float, span: float) -> tuple[NDArray[np.bool_], int]:
     """Return which samples stand at an end of the range in runs, and how many are within a hundredth of it."""
     near = np.abs(values - end) <= 1e-9 * span
     inside = int(np.count_nonzero(np.abs(values - end) <= 0.01 * span))
@@ -200,7 +201,7 @@ def at_end(values: NDArray[np.float64], end: float, span: float) -> tuple[NDArra
     return at, inside
 
 
-def clips(there: int, inside: int, end: float, full_scale: float | None) -> bool:
+def clips(there: int, inside: int, end: float, full_scale: float | None = None) -> bool:
     """Return whether an end with so many samples at it, and just inside it, is one where the channel clips."""
     if not there:
         return False

@@ -14,11 +14,10 @@ from scipy.optimize import linear_sum_assignment
 from scipy.signal import decimate
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import Refused
-from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.estimate import Estimate, averaged
+from frictionloop.identification.hit_onsets import noise_of, without_bow
 from frictionloop.identification.hits import Hits, hits_left_out, hits_of, left_out_hits, too_few
-from frictionloop.identification.onsets import noise_of, without_bow
-from frictionloop.identification.poles import (
+from frictionloop.identification.matrix_pencil import (
     LEAST_SHARE,
     MOST_MODES,
     Pole,
@@ -30,11 +29,10 @@ from frictionloop.identification.poles import (
     strong,
     with_weak,
 )
+from frictionloop.identification.project_entry_result import Refused
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of
 from frictionloop.identification.recording_file import Run
-from frictionloop.quantities import must_be
-
-Array = NDArray[np.float64]
+from frictionloop.quantities import Array, must_be
 
 PULSE = 0.02
 """Share of its peak below which a hammer's force has ended (assumed)."""
@@ -226,14 +224,15 @@ def modes(
     orders = range(1, MOST_MODES + 5)
     diagram = [pole for pole in stabilisation(decays, rate_hz, orders) if pole.frequency_hz < 0.45 * rate_hz]
     starts = lasting(diagram)
-    curves = _drawn(diagram, starts, decays[0], rate_hz)
+    first = {"time_s": (np.arange(decays[0].size) / rate_hz).tolist(), "reading": decays[0].tolist()}
+    curves = {**drawn_poles(diagram, [hertz for hertz, _ in starts]), "decay": first}
     if not starts:
         raise Refused(NO_MODE, "hits", curves)
     starts = strong(decays, starts, rate_hz)
     left = np.median(
         [np.linalg.norm(rest_of(each, starts, rate_hz)) / np.linalg.norm(each - each.mean()) for each in decays]
     )
-    refuse_misfit("hits", float(left), [hertz for hertz, _ in starts], curves, WORST_START)
+    refuse_misfit("hits", float(left), starts, curves, WORST_START)
     fits, starts = _told_apart(decays, with_weak(decays, starts, rate_hz), rate_hz, curves)
     alike = _alike(decays, fits[:, -1, 0])
     if not alike.all():
@@ -242,7 +241,7 @@ def modes(
         left_out.append(left_out_hits(others, why))
     decays, fits = [decay for decay, one in zip(decays, alike, strict=True) if one], fits[alike]
     misfit = float(np.sqrt(np.mean(fits[:, -1, 0] ** 2)))
-    refuse_misfit("hits", misfit, [hertz for hertz, _ in starts], curves)
+    refuse_misfit("hits", misfit, fits[:, :-1, :2].mean(axis=0).tolist(), curves)
     hertz, share = fits[:, :-1, 0].mean(axis=0), fits[:, :-1, 2].mean(axis=0)
     part = np.array([k for k in np.argsort(hertz) if share[k] >= min(LEAST_SHARE, share.max())])
     late = _fits([decay[decay.size // 8 :] for decay in decays], starts, rate_hz)[:, part, :2]
@@ -297,36 +296,22 @@ def _alike(decays: Sequence[Array], misfits: Array) -> NDArray[np.bool_]:
     return alike if np.count_nonzero(alike) > 1 else np.ones(len(decays), dtype=bool)
 
 
-def _drawn(
-    diagram: Sequence[Pole], starts: Sequence[tuple[float, float]], decay: Array, rate_hz: float
-) -> dict[str, Any]:
-    """Return what a refusal draws: the poles over order, and the first decay."""
-    seen = {"time_s": (np.arange(decay.size) / rate_hz).tolist(), "reading": decay.tolist()}
-    return {**drawn_poles(diagram, [hertz for hertz, _ in starts]), "decay": seen}
-
-
 def refuse_misfit(
-    kind: str, misfit: float, modes_hz: Sequence[float], curves: Mapping[str, Any], most: float = WORST_MISFIT
+    kind: str, misfit: float, found: Sequence[Sequence[float]], curves: Mapping[str, Any], most: float = WORST_MISFIT
 ) -> None:
-    """Refuse modes that leave too much, and say which these are."""
+    """Refuse modes that leave too much, and say which these are: frequency in Hz and Q of each."""
     if misfit > most:
-        listed = ", ".join(f"{hertz:.5g}" for hertz in modes_hz)
+        listed = ", ".join(f"{hertz:.5g} Hz (Q {q:.3g})" for hertz, q in found)
         what = "response" if kind == "response" else "recording"
-        said = must_be(f"{what}: misfit of {listed} Hz", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
+        said = must_be(f"{what}: misfit of {listed}", float(f"{misfit:.2g}"), f"at most {WORST_MISFIT:g}")
         raise Refused(str(said), kind, curves)
 
 
 def _modes(fits: Array) -> list[Mode]:
     """Return the modes from fits of shape (hits, modes, 3): means, and the scatter over hits."""
-    hits = len(fits)
     found = []
-    for k in range(fits.shape[1]):
-        hertz, q, share = fits[:, k, 0], fits[:, k, 1], fits[:, k, 2]
-        error_hz, error_q = (float(each.std(ddof=1)) / math.sqrt(hits) for each in (hertz, q))
+    for hertz, q, share in fits.transpose(1, 2, 0):
         wide = float(hertz.mean() / q.mean())
         agreement = 1 - float(hertz.var(ddof=1)) / wide**2
-        frequency = Estimate(float(hertz.mean()), error_hz, "Hz", hits - 1.0)
-        found.append(
-            Mode(frequency, Estimate(float(q.mean()), error_q, "", hits - 1.0), float(share.mean()), agreement)
-        )
+        found.append(Mode(averaged(hertz, "Hz"), averaged(q, ""), float(share.mean()), agreement))
     return found

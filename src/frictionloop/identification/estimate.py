@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from frictionloop.quantities import must_be
+from frictionloop.quantities import Array, must_be
 
 
 class Interval(NamedTuple):
@@ -55,6 +55,12 @@ class Estimate(NamedTuple):
         return (f"({text})e{power} {self.unit}" if power else f"{text} {self.unit}").rstrip()
 
 
+def averaged(values: Array, unit: str) -> Estimate:
+    """Return the mean of values, its standard error from their scatter."""
+    error = float(values.std(ddof=1)) / math.sqrt(values.size)
+    return Estimate(float(values.mean()), error, unit, values.size - 1.0)
+
+
 @dataclass(frozen=True)
 class Measured:
     """One measured value."""
@@ -73,8 +79,8 @@ class Measured:
     """Degrees of freedom of the three together."""
     how: str
     """The method in words."""
-    files: tuple[str, ...]
-    date: str
+    files: tuple[str, ...] = ()
+    date: str = ""
 
     @property
     def error(self) -> float:
@@ -103,10 +109,8 @@ class Measured:
         return cls(**own | {"freedom": freedom, "files": tuple(tree["files"])})
 
 
-def measured(
-    path: str, found: Sequence[Estimate], methods: Sequence[float] | None, how: str, files: Sequence[str], date: str
-) -> Measured:
-    """Return the mean over files with its three lines.
+def measured(path: str, found: Sequence[Estimate], methods: Sequence[float] | None, how: str) -> Measured:
+    """Return the mean over files with its three lines; which files they are, the entry says.
 
         within^2 = sum s_i^2 / n^2,   between^2 = max(scatter^2/n - within^2, 0),   method = mean m_i
 
@@ -115,7 +119,7 @@ def measured(
 
     Parameters
     ----------
-    path, how, files, date
+    path, how
         As in `Measured`.
     found : sequence of Estimate
         The value of each file.
@@ -133,5 +137,5 @@ def measured(
     freedom = total**2 / below if below else math.inf
     return Measured(
         path, float(values.mean()), found[0].unit, math.sqrt(within2), math.sqrt(between2) if count > 1 else None,
-        math.sqrt(method2), freedom, how, tuple(files), date,
+        math.sqrt(method2), freedom, how,
     )  # fmt: skip

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult
 from frictionloop.identification.estimate import Estimate, Interval, Measured, measured
+from frictionloop.identification.project_entry_result import EntryResult
 from frictionloop.parameters.population import Population, Spread
-from frictionloop.quantities import must_be, unit_of
+from frictionloop.quantities import Array, must_be, unit_of
 
 TAU = "friction.susceptibility_per_um2"
 
-Array = NDArray[np.float64]
 LEAST_FINGERS, LEAST_CORRELATED, SURE_FINGERS = 3, 5, 8
 """Fingers from which a spread is told, from which a correlation is (of three or four it is often 1 by chance), and from
 which neither is rough (assumed)."""
@@ -126,25 +124,26 @@ def people(measured: Mapping[str, Sequence[Entry]]) -> People:
     between, mu = _restricted(raw, noise)
     weights = between @ np.linalg.inv(between + noise)
     pooled = mu + np.einsum("ijk,ik->ij", weights, raw - mu)
-    total = np.mean(noise, axis=0)
-    medians, spreads, spread = _estimates(paths, between, total, mu, len(names))
+    inner = np.diag(np.mean(noise, axis=0))
+    total, spread = np.diag(between) + inner, np.sqrt(np.maximum(np.diag(between), 0.0))
+    medians, spreads, value = [], [], []
+    for path, m, s, t, v in zip(paths, mu, spread, total, inner, strict=True):
+        median = math.exp(m)
+        medians.append(Estimate(median, median * math.sqrt(t / len(names)), unit_of(path), len(names) - 1.0))
+        spreads.append(FingerSpread(float(s), float(t), float(v), len(names) - 1.0))
+        value.append(Spread(path=path, median=float(f"{median:.6g}"), spread=float(f"{s:.4g}")))
     safe = np.where(spread > 0, spread, 1.0)
     matrix = between / np.outer(safe, safe) if len(names) >= LEAST_CORRELATED else np.eye(len(paths))
     np.fill_diagonal(matrix, 1.0)
-    pairs = tuple(
-        (paths[a], paths[b], _correlation(float(matrix[a, b]), len(names)))
-        for a in range(len(paths) if len(names) >= LEAST_CORRELATED else 0)
-        for b in range(a)
-    )
+    freedom = len(names) - 2.0
+    pairs = []
+    for a in range(len(paths) if len(names) >= LEAST_CORRELATED else 0):
+        for b, r in enumerate(matrix[a, :a].tolist()):
+            pairs.append((paths[a], paths[b], Estimate(r, (1 - r * r) / math.sqrt(freedom), "", freedom)))
     rows = tuple(tuple(round(float(each), 4) for each in row) for row in matrix) if len(paths) > 1 else ()
-    value = tuple(
-        Spread(path=path, median=float(f"{math.exp(m):.6g}"), spread=float(f"{s:.4g}"))
-        for path, m, s in zip(paths, mu, spread, strict=True)
-    )
-    population = Population(fingers=len(names), value=value, correlation=rows)
-    return People(
-        population, medians, spreads, pairs, np.sqrt(np.diag(inside)), names, raw, pooled
-    )  # fmt: skip
+    population = Population(fingers=len(names), value=tuple(value), correlation=rows)
+    within = np.sqrt(np.diag(inside))
+    return People(population, tuple(medians), tuple(spreads), tuple(pairs), within, names, raw, pooled)
 
 
 def _within(values: Sequence[Array], errors: Sequence[Array]) -> Array:
@@ -185,28 +184,6 @@ def _restricted(raw: Array, noise: Array) -> tuple[Array, Array]:
     return between, mu
 
 
-def _estimates(
-    paths: Sequence[str], between: Array, noise: Array, mu: Array, fingers: int
-) -> tuple[tuple[Estimate, ...], tuple[FingerSpread, ...], Array]:
-    """Return medians and spreads, and the latter as numbers."""
-    spread = np.sqrt(np.maximum(np.diag(between), 0.0))
-    total = np.diag(between) + np.diag(noise)
-    freedom = fingers - 1.0
-    medians = tuple(
-        Estimate(math.exp(m), math.exp(m) * math.sqrt(t / fingers), unit_of(path), freedom)
-        for path, m, t in zip(paths, mu, total, strict=True)
-    )
-    inside = np.diag(noise)
-    found = tuple(
-        FingerSpread(float(s), float(t), float(v), freedom) for s, t, v in zip(spread, total, inside, strict=True)
-    )
-    return medians, found, spread
-
-
-def _correlation(r: float, fingers: int) -> Estimate:
-    return Estimate(r, (1 - r * r) / math.sqrt(max(fingers - 2, 1)), "", fingers - 2.0)
-
-
 def together(parts: Sequence[EntryResult]) -> tuple[People | None, list[Measured], list[Finding]]:
     """Return the population that the fingers of slides make, its medians as measured values, and what is said of it."""
     persons = [(part, part.curves["person"]) for part in parts if part.curves.get("person")]
@@ -224,17 +201,15 @@ def together(parts: Sequence[EntryResult]) -> tuple[People | None, list[Measured
     files = tuple(dict.fromkeys(each["path"] for part, _ in used for each in part.files))
     date = used[0][0].files[0]["date"]
     values = [
-        _median(path, median, found, k, files, date)
-        for k, (path, median) in enumerate(zip(sorted(paths), found.medians, strict=True))
+        replace(_median(path, median, float(scatter), len(entries)), files=files, date=date)
+        for path, median, scatter in zip(sorted(paths), found.medians, found.within, strict=True)
     ]
     return found, values, list(found.findings)
 
 
-def _median(path: str, median: Estimate, found: People, k: int, files: tuple[str, ...], date: str) -> Measured:
+def _median(path: str, median: Estimate, scatter: float, count: int) -> Measured:
     """Return a median over fingers: what scatters within one is chance, the rest of its error is between them."""
-    count = len(found.names)
-    own = median.value * float(found.within[k]) / math.sqrt(count)
-    value = measured(path, [median], None, f"median of {count} fingers, partial pooling", files, date)
-    within = min(own, median.standard_error)
+    within = min(median.value * scatter / math.sqrt(count), median.standard_error)
     between = math.sqrt(max(median.standard_error**2 - within**2, 0.0))
-    return Measured(**{**value.__dict__, "within": within, "between": between})
+    value = measured(path, [median], None, f"median of {count} fingers, partial pooling")
+    return replace(value, within=within, between=between)

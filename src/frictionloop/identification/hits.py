@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding, shown
 from frictionloop.identification.channel_summary import clipped
-from frictionloop.identification.onsets import (
+from frictionloop.identification.hit_onsets import (
     ABOVE_NOISE,
     BEFORE,
     blows_of,
@@ -23,9 +22,8 @@ from frictionloop.identification.onsets import (
 )
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, samples_in
 from frictionloop.identification.recording_file import Run, Stretches
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import Array, FrictionloopError, must_be
 
-Array = NDArray[np.float64]
 LISTED = 3
 """Hits whose reasons stand in an error; the table has all."""
 
@@ -96,11 +94,11 @@ def left_out_hits(numbers: Sequence[int], why: str) -> Finding:
     return Finding("LEFT-OUT", value=len(numbers), where=where, more={"reason": why})
 
 
-def too_few(found: Sequence[Hits], good: int, least: int = 2) -> FrictionloopError:
+def too_few(found: Sequence[Hits], good: int) -> FrictionloopError:
     """Return the error that too few hits are good, with what is wrong with the others."""
     reasons = [hit.reason for each in found for hit in each.table if hit.reason]
     listed = f": {'; '.join(dict.fromkeys(reasons[:LISTED]))}" if reasons else ""
-    return must_be("recording: good hits", good, f"at least {least}{listed}")
+    return must_be("recording: good hits", good, f"at least 2{listed}")
 
 
 def pick_hits(

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 from frictionloop.analysis import operating_band
 from frictionloop.analysis.linear import LinearLoop
 from frictionloop.findings import Result
-from frictionloop.findings.result import Row, plain
-from frictionloop.identification.certificates import LOOP, Corner, corners_of
-from frictionloop.identification.entry_result import EntryResult, number_said
+from frictionloop.findings.result import Row, Tables, plain
+from frictionloop.identification.certificate_comparison import LOOP, Corner, corners_of
 from frictionloop.identification.estimate import Measured
 from frictionloop.identification.finger_population import LEAST_FINGERS, People
 from frictionloop.identification.project_analysis import RefusedEntry, results_of
+from frictionloop.identification.project_entry_result import EntryResult, number_said
 from frictionloop.parameters import System, preset
 from frictionloop.parameters.refusals import known_names
 from frictionloop.quantities import must_be, replacing, unit_of
-from frictionloop.quantities.version import package_version
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
+from frictionloop.quantities.code_version import package_version
 
 MOST = 12
 """Values in the table that belongs to the answer."""
@@ -44,11 +41,9 @@ BELIEVED = {
 CHOSEN = ("setpoint.", "disturbance.", "controller.kp", "controller.ki", "motion.speed", "motion.stroke")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bench(Result):
+class Bench(Result, schema="identify.bench/1", without="keys"):
     """A bench, and where its numbers come from."""
 
-    SCHEMA: ClassVar[str] = "identify.bench/1"
     system: System
     parts: tuple[EntryResult, ...]
     measured: Mapping[str, Measured]
@@ -109,9 +104,9 @@ class Bench(Result):
             found.append(("fingers", f"{len(self.people.names)}: {', '.join(self.people.names)}"))
         return found + ([("range", f"{self.range_db:.1f} dB")] if self.range_db is not None else [])
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return the values with their intervals, the three lines of each error, numbers, and what was not measured."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         every = list(self.measured.values())
         loop = sorted(every, key=lambda each: each.path not in LOOP)[:MOST]
@@ -120,8 +115,9 @@ class Bench(Result):
         }
         lines["between"] = ["not known" if each is None else each for each in lines["between"]]
         numbers = [(part.kind, name, number_said(each)) for part in self.parts for name, each in part.numbers.items()]
-        numbers += [("fingers", name, number_said(each)) for name, each in self._of_people()]
-        stated = {"value": [self._value(name) for name in self.stated], "from": list(self.stated.values())}
+        people = {} if self.people is None else self.people.numbers()
+        numbers += [("fingers", name, number_said(each)) for name, each in people.items()]
+        stated = {"value": [attrgetter(name)(self.system) for name in self.stated], "from": list(self.stated.values())}
         assumed = {"value": list(self.assumed.values()), "unit": [unit_of(name) for name in self.assumed]}
         corners = [(each.path, f"{each.value:.6g}", each.side) for each in self.corners]
         return {
@@ -133,21 +129,10 @@ class Bench(Result):
             "corners": pd.DataFrame(corners, columns=["value", "at", "end"]).set_index("value"),
         }
 
-    def _value(self, path: str) -> Any:
-        value: Any = self.system
-        for word in path.split("."):
-            value = getattr(value, word)
-        return value
-
-    def _of_people(self) -> list[tuple[str, Any]]:
-        return [] if self.people is None else list(self.people.numbers().items())
-
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name but what is drawn; ``certified`` reads measured values and corners again."""
-        own = super().to_dict()
-        del own["keys"]
         more = {"corners": self.corners, "design_flags": self.design_flags, "assumed": self.assumed}
-        return own | {"measured": plain(list(self.measured.values()))} | plain(more)
+        return super().to_dict() | {"measured": plain(list(self.measured.values()))} | plain(more)
 
     def entry_results(self) -> dict[str, Any]:
         """Return what entries told as plain data, to be handed to `bench` the next time."""
@@ -172,7 +157,7 @@ def to_toml(found: Bench) -> str:
     """Return the System as TOML text; a comment says whether a value is measured, stated, chosen or assumed."""
     import tomlkit
 
-    from frictionloop.parameters.written import to_toml
+    from frictionloop.parameters.toml_writer import to_toml
 
     document = tomlkit.parse(to_toml(found.system, every=False))
     said = {name: source_of(each) for name, each in found.measured.items() if "." in name}

@@ -8,19 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult, Sensor
-from frictionloop.identification.estimate import Estimate, measured
-from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.estimate import Estimate, averaged, measured
+from frictionloop.identification.hit_onsets import quiet_noise
+from frictionloop.identification.project_entry_result import EntryResult, Sensor
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import channel, pieces, rate_of
-from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import number
+from frictionloop.quantities import Array, must_be
+from frictionloop.quantities.value_checks import number
 
-Array = NDArray[np.float64]
 ANY = ("N", "V", "um", "m/s", "counts", "")
 LEAST_JUMPS = 3
 BEFORE = 0.2
@@ -96,20 +94,16 @@ def loop_delay(recording: xr.Dataset, control_hz: float, window_s: float = 0.01,
     misfit = float(np.median([fit[2] for fit in fits]))
     if misfit > WORST_MISFIT:
         raise must_be("recording: misfit of delayed exponential", misfit, f"at most {WORST_MISFIT:g}")
-    wait = 0.5 / control_hz if waits else 0.0
-    spread = float(begins.std(ddof=1))
-    error = spread / math.sqrt(begins.size)
-    mean = float(begins.mean())
-    method = math.hypot(abs(float(lines.mean()) - mean) / math.sqrt(3), 0.5 / rate_hz / math.sqrt(3))
+    whole, spread = averaged(begins, "s"), float(begins.std(ddof=1))
+    delay = whole._replace(value=whole.value - (0.5 / control_hz if waits else 0.0))
+    method = math.hypot(abs(float(lines.mean()) - whole.value) / math.sqrt(3), 0.5 / rate_hz / math.sqrt(3))
     expected = 1 / control_hz / math.sqrt(12)
     # Jumps that come at any time scatter by a control period over sqrt(12), those of its clock hardly.
     doubted = waits == (spread < 0.5 * expected)
     remedy = f"waits = {str(not waits).lower()}"
     found = (Finding("DELAY-WAITS", value=1e6 * spread, limit=1e6 * expected * waits, remedy=remedy),) * doubted
     return LoopDelay(
-        Estimate(mean - wait, error, "s", begins.size - 1.0),
-        Estimate(mean, error, "s", begins.size - 1.0),
-        method, spread, begins.size, found,
+        delay, whole, method, spread, begins.size, found,
         (np.arange(length) - before) / rate_hz, answer[starts[0] : starts[0] + length], fits[0][3],
     )  # fmt: skip
 
@@ -153,13 +147,13 @@ def _begin(piece: Array, before: int, rate_hz: float) -> tuple[float, float, flo
     return float(best.x[0]) / rate_hz, line, misfit, curve + level
 
 
-def delay_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def delay_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return the delay of the loop from known jumps."""
     if take.control_hz is None:
         raise must_be("control_hz", None, "the control rate", "Hz")
     found = [loop_delay(run, take.control_hz, waits=take.waits) for run in runs]
     how = f"{sum(f.jumps for f in found)} jumps" + ", less half a period" * take.waits
-    value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how, take.files, date)
+    value = measured("controller.delay_s", [f.delay for f in found], [f.method_s for f in found], how)
     first = found[0]
     numbers = {"jumps": [f.jumps for f in found], "scatter_us": [1e6 * f.spread_s for f in found]}
     curves = {"x": first.time_s.tolist(), "y": first.answer.tolist(), "fitted": first.fitted.tolist()}

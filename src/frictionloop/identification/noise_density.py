@@ -14,10 +14,9 @@ from scipy.signal import get_window, welch
 
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of, samples_in
-from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import ABOVE_0, number
+from frictionloop.quantities import Array, must_be
+from frictionloop.quantities.value_checks import ABOVE_0, number
 
-Array = NDArray[np.float64]
 OVERLAP_EXCESS = 19 / 18
 """Variance of a wide band's power by half overlapping Hann windows over the least possible: mean(g^2)/mean(g)^2 of the
 weight g = 3/4 + cos(4 pi t/T)/4 that the samples get in all windows together."""
@@ -29,6 +28,7 @@ FILTERED = 1e-3
 SPUR = 10.0
 """A line is a spur if its power is above so many times the median around it (assumed)."""
 AROUND = 101
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def floor_density(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -> Est
     return Estimate(rms.value / width, rms.standard_error / width, f"{spectrum.unit}/rtHz")
 
 
-def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -> NDArray[np.bool_]:
+def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -> Mask:
     """Return which frequencies are within a band, refusing one that is empty or beyond the spectrum."""
     if not 0 <= low_hz < high_hz or high_hz > spectrum.rate_hz / 2:
         raise must_be("low_hz, high_hz", (low_hz, high_hz), f"rising within 0 to {spectrum.rate_hz / 2:g}", "Hz")
@@ -142,11 +142,7 @@ def frequencies_inside(spectrum: NoiseSpectrum, low_hz: float, high_hz: float) -
 
 
 def density_of(
-    spectrum: NoiseSpectrum,
-    clean: NDArray[np.bool_],
-    band_hz: tuple[float, float],
-    cutoff_hz: float | None,
-    step_n: float,
+    spectrum: NoiseSpectrum, clean: Mask, band_hz: tuple[float, float], cutoff_hz: float | None, step_n: float
 ) -> Estimate:
     """Return the density of white noise before the pole, less the converter's, over a band without its lines."""
     hertz = spectrum.frequency_hz
@@ -165,7 +161,7 @@ def density_of(
     return Estimate(value, error / (2 * value) if value else 0.0, "N/rtHz")
 
 
-def _shape(spectrum: NoiseSpectrum, inside: NDArray[np.bool_], power: Array, cutoff_hz: float | None) -> Array:
+def _shape(spectrum: NoiseSpectrum, inside: Mask, power: Array, cutoff_hz: float | None) -> Array:
     """Return what the pole makes of white noise, plain or folded at half the rate, whichever the spectrum is nearer to.
 
         plain 1/(1 + (f/c)^2),   folded sum_k 1/(1 + ((f + k r)/c)^2) = (b/2) sinh b/(cosh b - cos(2 pi f/r))
@@ -211,7 +207,7 @@ class Spur(NamedTuple):
     rms_n: float
 
 
-def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], NDArray[np.bool_]]:
+def spurs_of(spectrum: NoiseSpectrum) -> tuple[list[Spur], Mask]:
     """Return the lines, the highest first, and which frequencies are free of them."""
     power = spectrum.power_density
     ground = median_filter(power, min(AROUND, power.size // 4 * 2 + 1), mode="nearest")

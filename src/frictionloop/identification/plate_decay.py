@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.ndimage import binary_closing
 from scipy.optimize import least_squares
 
-from frictionloop.identification.entry_result import EntryResult, Sensor, thinned
 from frictionloop.identification.estimate import Estimate, measured
-from frictionloop.identification.line_fits import POINTS
+from frictionloop.identification.frequency_response import sandwich
+from frictionloop.identification.linear_calibration import POINTS
+from frictionloop.identification.matrix_pencil import damped
 from frictionloop.identification.plate_sweep import VIBRATIONS, PlateResonance, plate_sweep, stepped
-from frictionloop.identification.poles import damped
+from frictionloop.identification.project_entry_result import EntryResult, Sensor, thinned
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import channel, rate_of
-from frictionloop.identification.resonance import sandwich
-from frictionloop.quantities import must_be
+from frictionloop.quantities import Array, must_be
 
 CORNER = "controller.model.plate_hz"
 
-Array = NDArray[np.float64]
 Ring = tuple[float, float, float, float, float, Array]
 WORST_MISFIT = 0.1
 """Most of a rise or fall that one time constant may leave unexplained (assumed)."""
@@ -91,18 +89,17 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
         raise must_be("recording: rate", rate_hz, f"above {carrier_hz / 0.45:.5g}, or 'envelope'", "Hz")
     size = max(round(4 * rate_hz / carrier_hz), 4)
     envelope = np.sqrt(2 * np.convolve(y**2, np.ones(size) / size, mode="same"))
-    fits, late, drawn, falls = [], [], None, True
+    pieces, fits, late, falls = [], [], [], True
     for start, stop, falls in jumps_of(envelope, size):
         piece = y[start + size : stop]
         first = _ring(piece, rate_hz, carrier_hz, falls)
         constant = round(rate_hz * first[1] / (math.pi * first[0]))
-        piece = piece[: round(CONSTANTS * constant)]
-        fits.append(_ring(piece, rate_hz, carrier_hz, falls))
-        late.append(_ring(piece[constant:], rate_hz, carrier_hz, falls))
-        drawn = drawn or (piece, fits[-1])
+        pieces.append(piece[: round(CONSTANTS * constant)])
+        fits.append(_ring(pieces[-1], rate_hz, carrier_hz, falls))
+        late.append(_ring(pieces[-1][constant:], rate_hz, carrier_hz, falls))
     values, errors, freedom, moved = _over(fits, late)
     misfit = float(np.median([fit[2] for fit in fits]))
-    if misfit > WORST_MISFIT or drawn is None:
+    if misfit > WORST_MISFIT:
         raise must_be(f"recording: misfit of {values[0]:.5g} Hz", misfit, f"at most {WORST_MISFIT:g}")
     return PlateResonance(
         Estimate(values[0], errors[0], "Hz", freedom),
@@ -111,9 +108,9 @@ def plate_decay(recording: xr.Dataset) -> PlateResonance:
         moved[1],
         misfit,
         f"{len(fits)} {'falls' if falls else 'rises'} of the vibration",
-        np.arange(drawn[0].size) / rate_hz,
-        drawn[0],
-        drawn[1][5],
+        np.arange(pieces[0].size) / rate_hz,
+        pieces[0],
+        fits[0][5],
     )
 
 
@@ -189,26 +186,25 @@ def plate_envelope(recording: xr.Dataset) -> PlateEnvelope:
     """
     envelope, rate_hz = channel(recording, "envelope", VIBRATIONS), rate_of(recording)
     size = max(min(envelope.size // 2000, round(2e-4 * rate_hz)), 1)
-    fits, late, drawn = [], [], None
+    pieces, fits, late = [], [], []
     for start, stop, _ in jumps_of(envelope, size):
         piece = envelope[start + 1 : stop]
         constant = _exponential(piece, rate_hz)[0] * rate_hz
-        piece = piece[: max(round(CONSTANTS * constant), 12)]
-        fits.append(_exponential(piece, rate_hz))
-        late.append(_exponential(piece[round(constant / 2) :], rate_hz))
-        drawn = drawn or (piece, fits[-1])
+        pieces.append(piece[: max(round(CONSTANTS * constant), 12)])
+        fits.append(_exponential(pieces[-1], rate_hz))
+        late.append(_exponential(pieces[-1][round(constant / 2) :], rate_hz))
     times = np.array([fit[0] for fit in fits])
     misfit = float(np.median([fit[1] for fit in fits]))
-    if misfit > WORST_MISFIT or drawn is None:
+    if misfit > WORST_MISFIT:
         raise must_be(f"recording: misfit of {1e3 * times.mean():.3g} ms", misfit, f"at most {WORST_MISFIT:g}")
     mean = float(times.mean())
     error = float(times.std(ddof=1)) / math.sqrt(times.size) if times.size > 1 else fits[0][2]
-    freedom = times.size - 1.0 if times.size > 1 else max(drawn[0].size - 3.0, 1.0)
+    freedom = times.size - 1.0 if times.size > 1 else max(pieces[0].size - 3.0, 1.0)
     corner = 1 / (2 * math.pi * mean)
     moved = abs(float(np.mean([fit[0] for fit in late])) - mean) / math.sqrt(3)
     return PlateEnvelope(
         Estimate(corner, corner * error / mean, "Hz", freedom), corner * moved / mean, times.size, misfit,
-        np.arange(drawn[0].size) / rate_hz, drawn[0], drawn[1][3],
+        np.arange(pieces[0].size) / rate_hz, pieces[0], fits[0][3],
     )  # fmt: skip
 
 
@@ -229,33 +225,30 @@ def _exponential(piece: Array, rate_hz: float) -> tuple[float, float, float, Arr
     return constant, float(np.linalg.norm(fit.fun) / np.linalg.norm(piece - ends[1])), error, fitted(fit.x)
 
 
-def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def plate_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return resonance, Q and corner of the envelope from stepped sines, decays or rises, or envelopes."""
     if all("envelope" in run for run in runs):
-        return _envelope(take, runs, date)
+        return _envelope(runs)
     runs = [stepped(run) if "frequency" in run and "time" in run.dims else run for run in runs]
     found = [plate_sweep(run) if "frequency" in run else plate_decay(run) for run in runs]
     how = found[0].how + (f", {len(found)} recordings" if len(found) > 1 else "")
     hertz, q, corner = zip(*((f.method_hz, f.method_q, f.method_corner_hz) for f in found), strict=True)
     values = [
-        measured("plate.frequency_hz", [f.resonance for f in found], hertz, how, take.files, date),
-        measured("plate.q", [f.q for f in found], q, how, take.files, date),
-        measured(CORNER, [f.corner for f in found], corner, how, take.files, date),
+        measured("plate.frequency_hz", [f.resonance for f in found], hertz, how),
+        measured("plate.q", [f.q for f in found], q, how),
+        measured(CORNER, [f.corner for f in found], corner, how),
     ]
     drawn = "sweep" if "frequency" in runs[0] else "decay"
     numbers = {"misfit_percent": [100 * f.misfit for f in found]}
-    return EntryResult(values, [], numbers, [], {drawn: _drawn(found[0], runs[0])})
+    curves = thinned(4 * POINTS, x=found[0].x, y=found[0].y, fitted=found[0].fitted)
+    unit = runs[0]["vibration"].attrs["units"]
+    return EntryResult(values, [], numbers, [], {drawn: {**curves, "unit": unit}})
 
 
-def _drawn(found: PlateResonance, run: xr.Dataset) -> dict[str, Any]:
-    curves = thinned(4 * POINTS, x=found.x, y=found.y, fitted=found.fitted)
-    return {**curves, "unit": run["vibration"].attrs["units"]}
-
-
-def _envelope(take: Take, runs: Sequence[xr.Dataset], date: str) -> EntryResult:
+def _envelope(runs: Sequence[xr.Dataset]) -> EntryResult:
     found = [plate_envelope(run) for run in runs]
     how = f"{sum(f.jumps for f in found)} jumps of the envelope"
-    value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how, take.files, date)
+    value = measured(CORNER, [f.corner for f in found], [f.method_hz for f in found], how)
     first = found[0]
     drawn = thinned(POINTS, x=first.time_s, y=first.y, fitted=first.fitted)
     curves = {**drawn, "unit": runs[0]["envelope"].attrs["units"]}

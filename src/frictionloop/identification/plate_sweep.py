@@ -8,15 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionloop.identification.estimate import Estimate
+from frictionloop.identification.frequency_response import sandwich
 from frictionloop.identification.recording_columns import channel, rate_of
-from frictionloop.identification.resonance import sandwich
-from frictionloop.quantities import must_be
+from frictionloop.quantities import Array, must_be
 
-Array = NDArray[np.float64]
 VIBRATIONS = ("um", "m/s", "V", "")
 LEAST_INSIDE = 3
 """Steps that must lie above half the power of the resonance."""
@@ -97,8 +95,8 @@ def plate_sweep(recording: xr.Dataset) -> PlateResonance:
     order = np.argsort(frequency)
     fine = np.linspace(frequency.min(), frequency.max(), 400)
     return PlateResonance(
-        Estimate(float(values[1]), errors[1].standard_error, "Hz", errors[1].freedom),
-        Estimate(float(values[2]), errors[2].standard_error, "", errors[2].freedom),
+        errors[1],
+        errors[2],
         float(method[1]),
         float(method[2]),
         misfit,
@@ -130,12 +128,8 @@ def _fit(frequency: Array, vibration: Array, top: int) -> tuple[Array, list[Esti
 
     fit = least_squares(left, np.zeros(3), xtol=1e-12, ftol=1e-12)
     found = values(fit.x)
-    spread = sandwich(fit.jac, fit.fun)
     scale = np.array([found[0], centre / guess_q, found[2]])
-    errors = [
-        Estimate(float(v), float(s * e), "", float(f))
-        for v, s, e, f in zip(found, scale, spread.standard, spread.freedom, strict=True)
-    ]
+    errors = sandwich(fit.jac, fit.fun).estimates(found, scale, ("", "Hz", ""))
     return found, errors, float(np.linalg.norm(fit.fun) / np.linalg.norm(vibration / largest))
 
 

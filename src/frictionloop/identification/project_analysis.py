@@ -14,14 +14,13 @@ import xarray as xr
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.findings.result import plain
-from frictionloop.identification.channel_map import ChannelMap
 from frictionloop.identification.channel_summary import clipped_share
-from frictionloop.identification.entry_result import EntryResult, Refused, Sensor, pictured
 from frictionloop.identification.estimate import Measured
-from frictionloop.identification.line_fits import carrier_entry, position_entry, scale_entry
+from frictionloop.identification.linear_calibration import carrier_entry, position_entry, scale_entry
 from frictionloop.identification.loop_delay import delay_entry
 from frictionloop.identification.plate_decay import plate_entry
-from frictionloop.identification.project_file import Project, Take
+from frictionloop.identification.project_entry_result import EntryResult, Refused, Sensor, pictured
+from frictionloop.identification.project_file import ChannelMap, Project, Take
 from frictionloop.identification.quiet import quiet_entry
 from frictionloop.identification.recording_columns import READING
 from frictionloop.identification.recording_file import (
@@ -40,8 +39,8 @@ from frictionloop.identification.susceptibility import amplitude_entry
 from frictionloop.identification.weights_calibration import hung, standing
 from frictionloop.identification.weights_straightness import load_entry, weights_entry
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.version import package_version
-from frictionloop.recordings.whole import read_contents
+from frictionloop.quantities.code_version import package_version
+from frictionloop.recordings.file_opening import read_contents
 
 ANALYSES: Mapping[str, Callable[..., EntryResult]] = {
     "weights": weights_entry,
@@ -57,7 +56,7 @@ ANALYSES: Mapping[str, Callable[..., EntryResult]] = {
     "slides": slides_entry,
     "amplitude": amplitude_entry,
 }
-"""What analyses an entry, by its kind, in the order in which one needs the other: ``(take, runs, sensor, date)``."""
+"""What analyses an entry, by its kind, in the order in which one needs the other: ``(take, runs, sensor)``."""
 IN_PARTS = ("weights", "hits", "quiet", "slides")
 """Kinds of which a long recording is read in parts."""
 OVER_TIME = ("hits", "quiet", "slides", "delay", "amplitude")
@@ -84,15 +83,16 @@ def analyse(take: Take, folder: Path, sensor: Sensor) -> EntryResult:
             runs = [hung(standing(runs[0], masses.size, take.settle_s) if len(runs) == 1 else runs, masses)]
         for run in runs:
             _refuse_unfit(run, take.kind)
-        found = ANALYSES[take.kind](take, runs, sensor, files[0]["date"])
+        found = ANALYSES[take.kind](take, runs, sensor)
+        values = [replace(each, files=take.files, date=files[0]["date"]) for each in found.measured]
         if take.kind in USE_SENSOR:
-            found = replace(found, measured=[sensor.divided(each, runs) for each in found.measured])
+            values = [sensor.divided(each, runs) for each in values]
     except FrictionloopError as refused:
         where = ", ".join(take.files) if len(take.files) < 4 else f"{take.files[0]} and {len(take.files) - 1} more"
         raise pictured(refused, f"{where}: {refused}", take.kind, folder / take.files[0], take.rate_hz) from None
     every = [each for run in runs for each in findings_of(run.attrs)]
     findings = (*(each for k, each in enumerate(every) if each not in every[:k]), *found.findings)
-    return replace(found, kind=take.kind, files=files, findings=findings, numbers=plain(found.numbers))
+    return EntryResult(values, findings, plain(found.numbers), found.rows, found.curves, take.kind, files)
 
 
 def _refuse_unfit(run: Any, kind: str) -> None:
@@ -115,7 +115,7 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Any]:
         return [opened(path, chart, table=True, decimal=take.decimal)]
     columns = {} if chart is None else {name: str(each.column) for name, each in chart.channels.items()}
     if chart is None or not any("*" in column for column in columns.values()):
-        return [_run(_opened(path, chart, take), take)]
+        return [_run(opened(path, chart, **take.reading), take)]
     masses = None
     if take.kind == "weights" and "*" not in columns.get("mass", "*"):
         one = ChannelMap(channels={"mass": chart.channels["mass"]})
@@ -130,14 +130,10 @@ def _loaded(path: Path, take: Take, folder: Path) -> list[Any]:
         tree = chart.model_dump()
         for each in tree["channels"].values():
             each["column"] = _numbered(each["column"], len(found))
-        found.append(_run(_opened(path, ChannelMap.from_tree(tree), take), take))
+        found.append(_run(opened(path, ChannelMap.from_tree(tree), **take.reading), take))
     if not found:
-        return [_run(_opened(path, chart, take), take)]
+        return [_run(opened(path, chart, **take.reading), take)]
     return found if masses is None else [hung(found, masses)]
-
-
-def _opened(path: Path, chart: ChannelMap | None, take: Take) -> Opened:
-    return opened(path, chart, **take.reading)
 
 
 def _numbered(column: str | int, k: int) -> str | int:

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, thin, with_method
 from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.hit_onsets import quiet_noise
 from frictionloop.identification.noise_density import (
     NoiseSpectrum,
     Spur,
@@ -25,12 +24,18 @@ from frictionloop.identification.noise_density import (
     noise_spectrum,
     spurs_of,
 )
-from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.project_entry_result import (
+    EntryResult,
+    Rows,
+    Sensor,
+    in_newtons,
+    log_rows,
+    with_method,
+)
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, rate_of, runs_of
-from frictionloop.quantities import must_be
+from frictionloop.quantities import Array, must_be
 
-Array = NDArray[np.float64]
 BANDS_HZ = (1.0, 10.0, 100.0, 1000.0, 10000.0)
 LOUD = 2.0
 """A piece is quiet if its rms is below so many times that of the quietest quarter (assumed)."""
@@ -90,11 +95,10 @@ def noise(
     """
     reading, rate_hz = channel(recording, READING, READING_UNITS) / sensitivity, rate_of(recording)
     began_s = float(recording["time"][0])
-    first, stop = (
-        quiet_stretch(reading, rate_hz)
-        if interval_s is None
-        else given_stretch((interval_s[0] - began_s, interval_s[1] - began_s), reading.size, rate_hz)
-    )
+    if interval_s is None:
+        first, stop = quiet_stretch(reading, rate_hz)
+    else:
+        first, stop = given_stretch((interval_s[0] - began_s, interval_s[1] - began_s), reading.size, rate_hz)
     force = reading[first:stop]
     time = xr.Variable("time", np.arange(force.size) / rate_hz, {"units": "s"})
     still = xr.Dataset({READING: ("time", force, {"units": "N"})}, {"time": time})
@@ -113,7 +117,8 @@ def noise(
         Finding("NOISE-DOUBT", more={"low": low, "high": top, "what": what}) for what, is_so in also.items() if is_so
     ]
     edges = [edge for edge in BANDS_HZ if edge < rate_hz / 2] + [rate_hz / 2]
-    bands = [(a, b) for a, b in pairwise(edges) if _fits(spectrum, a, b)]
+    hertz = spectrum.frequency_hz
+    bands = [(a, b) for a, b in pairwise(edges) if np.count_nonzero((hertz >= a) & (hertz <= b)) >= 4]
     rms = {f"{a:g} to {b:g} Hz": band_rms(spectrum, a, b).value for a, b in bands}
     return Quiet(
         density, (low, top), upper.value, rms, tuple(spurs), step, filtered,
@@ -121,16 +126,12 @@ def noise(
     )  # fmt: skip
 
 
-def _fits(spectrum: NoiseSpectrum, low: float, high: float) -> bool:
-    return int(np.count_nonzero((spectrum.frequency_hz >= low) & (spectrum.frequency_hz <= high))) >= 4
-
-
-def quiet_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def quiet_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return the density of the electronics."""
-    scaled = [in_newtons(run, sensor) for run in runs]
+    scaled, doubts = in_newtons(runs, sensor)
 
     def at(cutoff_hz: float | None) -> list[Quiet]:
-        return [noise(run, _there(run, take.interval_s), 1.0, sensor.resonance_hz, cutoff_hz) for run, _ in scaled]
+        return [noise(run, _there(run, take.interval_s), 1.0, sensor.resonance_hz, cutoff_hz) for run in scaled]
 
     found = at(sensor.cutoff_hz)
     off = at(sensor.cutoff_hz + sensor.cutoff_error_hz) if sensor.cutoff_hz else found
@@ -141,15 +142,17 @@ def quiet_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: st
     first = found[0]
     (low, high), (start, stop) = first.band_hz, first.interval_s
     how = f"density {low:.0f} to {high:.0f} Hz, {start:.1f} to {stop:.1f} s"
-    value = measured("sensor.noise_density_n_rthz", [each.density for each in found], shifts, how, take.files, date)
+    value = measured("sensor.noise_density_n_rthz", [each.density for each in found], shifts, how)
     rows: Rows = [("band", "rms (N)"), *((band, f"{rms:.3g}") for band, rms in first.rms_n.items())]
-    doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
+    doubts += [each for one in found for each in one.findings]
     numbers: dict[str, Any] = {"lines_hz": [s.frequency_hz for s in first.spurs[:5]]} if first.spurs else {}
     numbers |= {"lines_rms_n": [s.rms_n for s in first.spurs[:5]]} if first.spurs else {}
     if first.step_n:
         numbers |= {"converter_step_n": first.step_n, "density_counts_rthz": value.value / first.step_n}
-    hertz, density = thin(first.spectrum.frequency_hz, first.spectrum.density)
-    curves: dict[str, Any] = {"frequency_hz": hertz, "density": density, "band_hz": first.band_hz, "level": value.value}
+    hertz, density = first.spectrum.frequency_hz, first.spectrum.density
+    seen = log_rows(hertz)
+    curves: dict[str, Any] = {"frequency_hz": hertz[seen].tolist(), "density": density[seen].tolist()}
+    curves |= {"band_hz": first.band_hz, "level": value.value}
     rms = list(first.rms_n.values())
     if rms:
         bands = [*first.rms_n]

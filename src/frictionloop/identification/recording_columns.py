@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import Array, FrictionloopError, must_be
+from frictionloop.recordings.friction_defects import stretches
 
-Array = NDArray[np.float64]
 READING = "f_m"
 """Name of the sensor's reading, as in a run of the loop."""
 READING_UNITS = ("N", "V", "counts")
@@ -105,5 +105,4 @@ def pieces(found: NDArray[np.bool_], length: int, before: int = 0) -> list[int]:
 
 def runs_of(found: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return from where to where each run of rows that are found goes."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], found.astype(np.int8), [0]]))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
+    return [(first, last + 1) for first, last in stretches(found)]

@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
 from frictionloop.findings.result import plain
-from frictionloop.identification.channel_map import (
+from frictionloop.identification.project_file import (
     Channel,
     ChannelMap,
     Place,
@@ -29,14 +28,11 @@ from frictionloop.identification.quiet import LOUD, PIECE_S
 from frictionloop.identification.recording_columns import READING, runs_of
 from frictionloop.quantities import check_known, must_be
 from frictionloop.recordings import contents as found
-from frictionloop.recordings.channel_lookup import find_channel
-from frictionloop.recordings.contents import left_out
+from frictionloop.recordings.contents import Stored, find_channel, left_out
+from frictionloop.recordings.file_opening import read_contents
 from frictionloop.recordings.sampling import Sampling, sampling_of, samplings_of, told_by
-from frictionloop.recordings.stored import Stored
 from frictionloop.recordings.text_numbers import Decimal
-from frictionloop.recordings.whole import read_contents
 
-Array = NDArray[np.float64]
 TABLE_ROWS = 64
 """A file of at most so many rows that has no column of times is a table (assumed)."""
 ROWS = 2**20
@@ -90,8 +86,7 @@ class Opened:
             for name, line in self.picked.items()
         }
         data = {name: self._freed(name, data) for name in data}
-        doubts = [*self.resampled, *_of_channels(self.contents, self.picked, self.chart, data, self.mapped)]
-        attributes = {**self.attrs, "findings": written(doubts)}
+        attributes = {**self.attrs, "findings": written([*self.resampled, *self._doubts(data)])}
         if not self.rate_hz:
             return xr.Dataset(data, attrs=attributes)
         samples = max(each.size for each in data.values())
@@ -104,14 +99,26 @@ class Opened:
 
     def _freed(self, name: str, data: Mapping[str, xr.Variable]) -> xr.Variable:
         """Return a channel less what it reads of the others."""
-        found = data[name]
+        found, others = data[name], [each for each in data if each != name]
         for other, share in self.chart.channels[name].crosstalk.items():
-            if other not in data or other == name:
-                check_known(
-                    f"{self.where}: channels.{name}.crosstalk", [other], [each for each in data if each != name]
-                )
+            check_known(f"{self.where}: channels.{name}.crosstalk", [other], others)
             found = found.copy(data=found.values - share * data[other].values)
         return found
+
+    def _doubts(self, data: Mapping[str, xr.Variable]) -> Iterator[Finding]:
+        """Yield what was found of the file, channels that no map chose, of other length or rate, and units not told."""
+        yield from self.contents.findings_of(self.picked.values())
+        taken, usual = {line.name for line in self.picked.values()}, told_by([*self.picked.values()])
+        for line in () if self.mapped else self.contents.signals():
+            if line.name not in taken:
+                rates = told_by([line])
+                hertz = "" if rates == usual else "".join(f", {each:g} Hz" for each in rates.values())
+                yield found.left_out(line.name, f"{line.samples.size} samples{hertz}")
+        for name, line in self.picked.items():
+            unit = data[name].attrs["units"]
+            told = self.chart.channels[name]
+            if unit and not (line.unit or told.unit or told.gives) and told.scale is None:
+                yield Finding("TAKEN-FOR", value=unit, more={"path": f"unit of {name}"})
 
 
 def opened(
@@ -127,18 +134,18 @@ def opened(
     where = str(path)
     chart = None if channels is None else read_map(channels)
     contents = read_contents(path, decimal or (chart.decimal if chart else None))
-    picked = (
-        all_channels(where, contents, rate_hz)
-        if chart is None
-        else {name: find_channel(where, contents, each.column) for name, each in chart.channels.items()}
-    )
+    if chart is None:
+        picked = all_channels(where, contents, rate_hz)
+        columns = {name: Channel(column=line.name, crosstalk={}) for name, line in picked.items()}
+        chart = ChannelMap(channels=columns)
+    else:
+        picked = {name: find_channel(where, contents, each.column) for name, each in chart.channels.items()}
     rows = {name: line.samples.size for name, line in picked.items()}
-    if chart is not None and len(set(rows.values())) > 1:
+    if len(set(rows.values())) > 1:
         raise must_be(f"{where}: samples of channels", rows, "equal")
     short = max(rows.values()) <= TABLE_ROWS and all(line.times is None for line in picked.values())
     done: list[Finding] = []
-    resample_hz = resample_hz or (chart.resample_hz if chart else None)
-    rate_hz = rate_hz or (chart.rate_hz if chart else None)
+    resample_hz, rate_hz = resample_hz or chart.resample_hz, rate_hz or chart.rate_hz
     if table:
         sampling = Sampling(rate_hz, "rows of a table")
     else:
@@ -149,11 +156,7 @@ def opened(
         done, sampling = [how], Sampling(resample_hz, "resample_hz")
     elif not is_table:
         _refuse_uneven(where, sampling)
-    rate = float(sampling.rate_hz or 0.0)
-    chart = chart or ChannelMap(
-        channels={name: Channel(column=line.name, crosstalk={}) for name, line in picked.items()}
-    )
-    rate_hz = None if is_table else rate
+    rate_hz = None if is_table else float(sampling.rate_hz or 0.0)
     return Opened(
         where, contents, picked, chart, channels is not None, rate_hz, sha256(path), sampling.source, tuple(done)
     )
@@ -185,31 +188,6 @@ def all_channels(where: str, contents: found.Contents, rate_hz: float | None) ->
     return {line.name: line for line, kind in zip(signals, kinds, strict=True) if kind == usual}
 
 
-def _of_channels(
-    contents: found.Contents,
-    picked: Mapping[str, found.Channel],
-    chart: ChannelMap,
-    data: Mapping[str, xr.Variable],
-    mapped: bool,
-) -> Iterator[Finding]:
-    """Yield what was found of the file, channels that no map chose, of other length or rate, and units not told."""
-    yield from contents.findings_of(picked.values())
-    taken = {line.name for line in picked.values()}
-    for line in () if mapped else contents.signals():
-        if line.name not in taken:
-            rates = told_by([line])
-            hertz = "".join(f", {each:g} Hz" for each in rates.values()) if rates != told_by([*picked.values()]) else ""
-            yield found.left_out(line.name, f"{line.samples.size} samples{hertz}")
-    for name, line in picked.items():
-        unit = data[name].attrs["units"]
-        if unit and not _tells_unit(line, chart.channels[name]):
-            yield Finding("TAKEN-FOR", value=unit, more={"path": f"unit of {name}"})
-
-
-def _tells_unit(line: found.Channel, told: Channel) -> bool:
-    return bool(line.unit or told.unit or told.gives or told.scale is not None)
-
-
 def written(doubts: Iterable[Finding]) -> str:
     """Return findings as JSON, which the attributes of a recording and any file can hold."""
     return json.dumps([plain(each) for each in doubts])
@@ -234,7 +212,7 @@ def load(
     Parameters
     ----------
     path : path
-        File of any format that ``recordings.whole.read_contents`` knows.
+        File of any format that ``recordings.file_opening.read_contents`` knows.
     channels : mapping or path, optional
         What the file does not say: ``{"f_m": {"column": "Force", "scale": 0.25}}``, or a TOML file with the same under
         ``[channels.f_m]`` (`Channel` lists the fields). None takes every column under its own name.

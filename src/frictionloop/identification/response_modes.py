@@ -6,19 +6,16 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
 from frictionloop.identification.decay_modes import Mode, Modes, Which, chosen_of, refuse_misfit
-from frictionloop.identification.entry_result import Refused
 from frictionloop.identification.estimate import Estimate
-from frictionloop.identification.frequency_response import FrequencyResponse
-from frictionloop.identification.poles import MOST_MODES
-from frictionloop.identification.resonance import Errors, sandwich
-from frictionloop.quantities import must_be
+from frictionloop.identification.frequency_response import Errors, FrequencyResponse, sandwich
+from frictionloop.identification.matrix_pencil import MOST_MODES
+from frictionloop.identification.project_entry_result import Refused
+from frictionloop.quantities import Array, Complex, must_be
 
-Array = NDArray[np.float64]
 WIDEST = 1.0
 """A mode whose 95 % interval is wider than this share of its frequency is none."""
 
@@ -37,9 +34,9 @@ class ResponseFit(NamedTuple):
     """Frequency and Q, shape (modes, 2)."""
     errors: Array
     freedom: Array
-    weights: NDArray[np.complex128]
+    weights: Complex
     misfit: float
-    model: NDArray[np.complex128]
+    model: Complex
 
 
 def response_modes(
@@ -87,31 +84,17 @@ def response_modes(
     curves = {"response": {**found.drawn(inside), "fitted": [] if best is None else np.abs(best.model).tolist()}}
     if best is None:
         raise Refused(str(must_be("response: peaks", 0, "1 or more")), "response", curves)
-    refuse_misfit("response", best.misfit, best.poles[:, 0].tolist(), curves)
+    refuse_misfit("response", best.misfit, best.poles.tolist(), curves)
     half = fitted(hertz[::2], seen[::2], weight[::2], best.poles, magnitude)
     moved = np.abs(half.poles - best.poles) / math.sqrt(3)
     modes = _modes(best, found, hertz)
-    wide = [k for k, mode in enumerate(modes) if _too_wide(mode)]
-    if wide:
-        bad = modes[wide[0]].frequency
-        raise Refused(str(must_be("response: mode", str(bad), "surely above 0")), "response", curves)
+    for hertz_, ends in ((mode.frequency, mode.frequency.interval()) for mode in modes):
+        if not ends.high - ends.low < WIDEST * hertz_.value:
+            raise Refused(str(must_be("response: mode", str(hertz_), "surely above 0")), "response", curves)
     chosen = chosen_of(modes, which, band_hz or (0.0, math.inf))
     drawn = tuple(zip(hertz.tolist(), np.abs(best.model).tolist(), strict=True))
-    return Modes(
-        tuple(modes),
-        chosen,
-        best.misfit,
-        tuple(moved[:, 0]),
-        tuple(moved[:, 1]),
-        found.hits,
-        (),
-        fitted=drawn,
-    )
-
-
-def _too_wide(mode: Mode) -> bool:
-    interval = mode.frequency.interval()
-    return not interval.high - interval.low < WIDEST * mode.frequency.value
+    hertz_moved, q_moved = map(tuple, moved.T)
+    return Modes(tuple(modes), chosen, best.misfit, hertz_moved, q_moved, found.hits, (), fitted=drawn)
 
 
 def _modes(fit: ResponseFit, found: FrequencyResponse, hertz: Array) -> list[Mode]:
@@ -126,7 +109,7 @@ def _modes(fit: ResponseFit, found: FrequencyResponse, hertz: Array) -> list[Mod
     return listed
 
 
-def rising(hertz: Array, seen: NDArray[np.complex128], weight: Array, magnitude: bool) -> list[ResponseFit]:
+def rising(hertz: Array, seen: Complex, weight: Array, magnitude: bool) -> list[ResponseFit]:
     """Return fits of ever more modes, as long as each is worth it."""
     fits: list[ResponseFit] = []
     best = 0
@@ -160,7 +143,7 @@ def _told_apart(fit: ResponseFit) -> bool:
     return bool(np.all(error_hz < hertz / q) and np.all(error_q < q))
 
 
-def _unseen(hertz: Array, seen: NDArray[np.complex128], weight: Array, poles: Array, magnitude: bool) -> float:
+def _unseen(hertz: Array, seen: Complex, weight: Array, poles: Array, magnitude: bool) -> float:
     """Return the misfit at every other frequency of a fit to the rest, both ways round: noise is not seen twice."""
     left = 0.0
     for out in (slice(0, None, 2), slice(1, None, 2)):
@@ -171,9 +154,7 @@ def _unseen(hertz: Array, seen: NDArray[np.complex128], weight: Array, poles: Ar
     return math.sqrt(left)
 
 
-def weighed(
-    hertz: Array, seen: NDArray[np.complex128], weight: Array, fit: ResponseFit, magnitude: bool
-) -> tuple[ResponseFit, Array]:
+def weighed(hertz: Array, seen: Complex, weight: Array, fit: ResponseFit, magnitude: bool) -> tuple[ResponseFit, Array]:
     """Return the fit by the noise that is likelier, the same everywhere or a share of the response, and its weights.
 
     Of normal noise of standard deviation s/w_i the log-likelihood is sum log w_i^2 - n log sum w_i^2 |r_i|^2.
@@ -192,7 +173,7 @@ def weighed(
     return other._replace(misfit=misfit), shared
 
 
-def _away(model: NDArray[np.complex128], seen: NDArray[np.complex128], magnitude: bool) -> Any:
+def _away(model: Complex, seen: Complex, magnitude: bool) -> Any:
     """Return how far a model is from what was seen, its magnitude or all of it."""
     return np.abs(model) - np.abs(seen) if magnitude else model - seen
 
@@ -214,7 +195,7 @@ def _peak(hertz: Array, size: Array) -> Array | None:
     return np.array([[hertz[row], max(hertz[row] / width, 1.0)]])
 
 
-def fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Array, magnitude: bool) -> ResponseFit:
+def fitted(hertz: Array, seen: Complex, weight: Array, start: Array, magnitude: bool) -> ResponseFit:
     """Return the fit that begins at these poles: their weights are found by linear least squares within."""
     scale = float(np.linalg.norm(weight * np.abs(seen)))
     x0 = np.log(start).ravel()
@@ -225,12 +206,12 @@ def fitted(hertz: Array, seen: NDArray[np.complex128], weight: Array, start: Arr
         x0 = np.concatenate([x0, weights0 / weights0.max(), [0.0]])
         unit = weights0.max()
 
-    def parts(x: Array) -> tuple[Array, NDArray[np.complex128]]:
+    def parts(x: Array) -> tuple[Array, Complex]:
         poles = np.exp(np.clip(x[: start.size], -20, 20)).reshape(-1, 2)
         relative = hertz[:, None] / poles[:, 0]
         return poles, 1 / (1 - relative**2 + 1j * relative / poles[:, 1])
 
-    def model(x: Array) -> NDArray[np.complex128]:
+    def model(x: Array) -> Complex:
         poles, shape = parts(x)
         if magnitude:
             return np.asarray(unit * (shape @ x[start.size : -1] + x[-1]))

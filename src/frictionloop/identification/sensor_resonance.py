@@ -13,23 +13,27 @@ import xarray as xr
 from frictionloop.findings import Condition, Finding
 from frictionloop.findings.catalogue import Severity
 from frictionloop.identification.decay_modes import Modes, modes
-from frictionloop.identification.entry_result import (
+from frictionloop.identification.estimate import Measured, measured
+from frictionloop.identification.frequency_response import (
+    FrequencyResponse,
+    fit_resonance,
+    response,
+    response_table,
+)
+from frictionloop.identification.hits import NoHits, hits_of, pick_hits
+from frictionloop.identification.project_entry_result import (
     POINTS,
     EntryResult,
     Rows,
     Sensor,
+    log_rows,
     not_told,
-    thin,
     thinned,
     with_method,
 )
-from frictionloop.identification.estimate import Measured, measured
-from frictionloop.identification.frequency_response import FrequencyResponse, has_phase, response, response_table
-from frictionloop.identification.hits import NoHits, hits_of, pick_hits
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import rate_of
 from frictionloop.identification.recording_file import Opened, Run, Stretches
-from frictionloop.identification.resonance import fit_resonance
 from frictionloop.identification.response_modes import response_modes
 from frictionloop.quantities import FrictionloopError, must_be
 
@@ -39,11 +43,12 @@ SAME = 0.05
 """Two modes closer than this share are one (assumed)."""
 WORST_MISFIT = 0.2
 """Most of a frequency response that one resonance may leave unexplained (assumed)."""
+RESONANCE = ("sensor.resonance_hz", "sensor.q")
 Near = tuple[float, float] | None
 """Frequency in Hz and Q of the mode in question, None where a response does not tell it."""
 
 
-def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> EntryResult:
+def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor) -> EntryResult:
     """Return resonance and Q of the chosen mode, and the cutoff behind it where a hammer tells it."""
     names = take.files if len(runs) == len(take.files) else [str(k + 1) for k in range(len(runs))]
     struck, alone, found = _struck(runs, names)
@@ -66,27 +71,25 @@ def hits_entry(take: Take, runs: Sequence[Run], sensor: Sensor, date: str) -> En
     }
     curves = free[0].drawn() | {"decay": _drawn_decay(next(iter(struck.values())), take)}
     how = f"free decay after {sum(f.hits for f in free)} hits, {take.mode} mode"
-    extra: list[Measured] = []
-    near: Near = None
+    by_force, near = EntryResult([], [], {}, [], {}), None
     if all("hammer" in run.data_vars for run in struck.values()):
-        by_force, near = hammered(take, [*struck.values()], picked[0][0].modes[picked[0][1]].frequency.value, date)
-        found += by_force.findings
-        numbers |= by_force.numbers
-        extra = list(by_force.measured)
-        curves |= by_force.curves
-    values = [*_asked(picked, near, how, take, date), *extra, *extra_modes(take, free, how.partition(",")[0], date)]
-    return EntryResult(values, found, numbers, _rows(groups, [*struck], take), curves)
+        by_force, near = hammered(take, [*struck.values()], picked[0][0].modes[picked[0][1]].frequency.value)
+    values = [*_asked(picked, near, how), *by_force.measured, *extra_modes(take, free, how.partition(",")[0])]
+    rows, numbers = _rows(groups, [*struck], take), {**numbers, **by_force.numbers}
+    return EntryResult(values, [*found, *by_force.findings], numbers, rows, {**curves, **by_force.curves})
 
 
-def _asked(picked: Sequence[tuple[Modes, int]], near: Near, how: str, take: Take, date: str) -> list[Measured]:
-    """Return resonance and Q of one mode of each recording, with what another method has in their stead."""
+def _asked(
+    picked: Sequence[tuple[Modes, int]], near: Near, how: str, paths: Sequence[str] = RESONANCE
+) -> list[Measured]:
+    """Return frequency and Q of one mode of each recording, with what another method has in their stead."""
     values = []
-    for at, path in enumerate(("sensor.resonance_hz", "sensor.q")):
+    for at, path in enumerate(paths):
         found = [(each.modes[k].frequency, each.modes[k].q)[at] for each, k in picked]
         shifts = [(each.method_hz, each.method_q)[at][k] for each, k in picked]
         if near is not None:
             shifts = [with_method(s, one.value - near[at]) for s, one in zip(shifts, found, strict=True)]
-        values.append(measured(path, found, shifts, how, take.files, date))
+        values.append(measured(path, found, shifts, how))
     return values
 
 
@@ -169,7 +172,7 @@ def _drawn_decay(recording: Run, take: Take) -> dict[str, list[float]]:
     return thinned(4 * POINTS, time_s=time[: piece.size] - time[0], reading=piece - np.median(piece))
 
 
-def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tuple[EntryResult, Near]:
+def hammered(take: Take, runs: Sequence[Run], near_hz: float) -> tuple[EntryResult, Near]:
     """Return what the force of a hammer adds: the mode near a frequency by its response, the pole behind it.
 
     That is one resonance with a pole behind it; where it leaves too much, the modes of the decays stand alone.
@@ -197,7 +200,7 @@ def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tupl
     lags = [lag]
     with suppress(FrictionloopError):  # where each has one hit, the scatter over files is that over hits
         lags = [fit_resonance(response([run], segment_s), fit.band_hz).lag for run in runs if len(runs) > 1] or lags
-    of_lag = measured("sensor.cutoff_hz", lags, None, how, take.files, date)
+    of_lag = measured("sensor.cutoff_hz", lags, None, how)
     share = fit.cutoff_hz / lag.value
     between = None if of_lag.between is None else share * of_lag.between
     cutoff = replace(of_lag, value=fit.cutoff_hz, unit="Hz", within=share * of_lag.within, between=between)
@@ -205,16 +208,15 @@ def hammered(take: Take, runs: Sequence[Run], near_hz: float, date: str) -> tupl
 
 
 def _drawn(found: FrequencyResponse, band_hz: tuple[float, float]) -> dict[str, Any]:
-    inside = (found.frequency_hz > 0.5 * band_hz[0]) & (found.frequency_hz < 1.5 * band_hz[1])
-    hertz, size = thin(found.frequency_hz[inside], np.abs(found.response[inside]))
-    _, coherence = thin(found.frequency_hz[inside], found.coherence[inside])
-    return {"frequency_hz": hertz, "magnitude": size, "coherence": coherence}
+    hertz = found.frequency_hz
+    inside = np.flatnonzero((hertz > 0.5 * band_hz[0]) & (hertz < 1.5 * band_hz[1]))
+    return found.drawn(inside[log_rows(hertz[inside])])
 
 
-def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: str) -> EntryResult:
+def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor) -> EntryResult:
     """Return resonance and Q of the chosen mode of each file, and how the response was fitted."""
     tables = [response_table(file) for file in files]
-    phased = [has_phase(each) for each in tables]
+    phased = [bool(np.any(each.response.imag)) for each in tables]  # else the magnitude is all there is
     found = [
         response_modes(table, take.mode, take.band_hz, magnitude=not phase)
         for table, phase in zip(tables, phased, strict=True)
@@ -227,7 +229,7 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
         rows += [
             (name, str(mode.frequency), str(mode.q), f"{mode.share:.0%}", f"{each.misfit:.1%}") for mode in each.modes
         ]
-    values = [*_asked(picked, None, how, take, date), *extra_modes(take, found, whole, date)]
+    values = [*_asked(picked, None, how), *extra_modes(take, found, whole)]
     modes = found[0].modes
     doubts = [] if all(phased) else [not_told("the phase", "magnitudes alone")]
     doubts += _others(*picked[0])
@@ -236,15 +238,11 @@ def response_entry(take: Take, files: Sequence[Opened], sensor: Sensor, date: st
     return EntryResult(values, doubts, numbers, rows, {"response": tables[0].drawn() | fitted})
 
 
-def extra_modes(take: Take, found: Sequence[Modes], how: str, date: str) -> list[Measured]:
+def extra_modes(take: Take, found: Sequence[Modes], how: str) -> list[Measured]:
     """Return frequency and Q of the modes that an entry wants listed, as many as there are, by names of their own."""
     values: list[Measured] = []
-    for k, mode in enumerate(found[0].modes[: take.count or 0]):
-        seen = _nearest(found, mode.frequency.value)
-        hertz, q = [each.modes[j].frequency for each, j in seen], [each.modes[j].q for each, j in seen]
-        shifts = [each.method_hz[j] for each, j in seen], [each.method_q[j] for each, j in seen]
-        values.append(measured(f"mode {k + 1}", hertz, shifts[0], how, take.files, date))
-        values.append(measured(f"mode {k + 1} Q", q, shifts[1], how, take.files, date))
+    for k, mode in enumerate(found[0].modes[: take.count or 0], 1):
+        values += _asked(_nearest(found, mode.frequency.value), None, how, (f"mode {k}", f"mode {k} Q"))
     return values
 
 

@@ -14,17 +14,14 @@ from scipy.signal import savgol_filter
 from scipy.stats import linregress
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, off_line
 from frictionloop.identification.estimate import Estimate, measured
-from frictionloop.identification.onsets import quiet_noise
+from frictionloop.identification.hit_onsets import quiet_noise
+from frictionloop.identification.project_entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, off_line
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of
-from frictionloop.quantities import must_be
+from frictionloop.identification.susceptibility_fit import REFERENCE_LOAD_N
+from frictionloop.quantities import Array, must_be
 
-REFERENCE_LOAD_N = 0.5
-"""Load at which the preset's friction law has its f0 (``friction.reference_load_n``)."""
-
-Array = NDArray[np.float64]
 TOUCHING = 0.2
 """Share of the usual load above which a finger touches (assumed)."""
 FASTEST_M_S = 2.0
@@ -199,42 +196,35 @@ def refuse_electroadhesion(recording: xr.Dataset, force: Array) -> None:
         raise must_be("recording: friction", "rising with 'amplitude'", "falling: electroadhesion raises it")
 
 
-def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def slides_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return f0 at the load of the preset's law, from slides without vibration."""
     if take.interval_s is not None:
         runs = [run.sel(time=slice(*take.interval_s)) for run in runs]
-    scaled = [in_newtons(run, sensor) for run in runs]
-    found = [friction(run) for run, _ in scaled]
+    scaled, doubts = in_newtons(runs, sensor)
+    found = [friction(run) for run in scaled]
     levels = []
     for each in found:
         level = each.level_n(REFERENCE_LOAD_N)
         share = each.mu.standard_error / each.mu.value
         levels.append(Estimate(level, share * level, "N", each.mu.freedom))
-    loads = [slide.load_n for each in found for slide in each.slides]
+    every = [slide for each in found for slide in each.slides]
+    loads = [slide.load_n for slide in every]
     spread = 0.2 if not np.isfinite(found[0].exponent.value) else found[0].exponent.standard_error
     off = [abs(float(spread * np.log(REFERENCE_LOAD_N / np.mean(loads)))) * level.value for level in levels]
     how = f"slides, {len(loads)}, at {REFERENCE_LOAD_N:g} N"
-    value = measured("friction.nominal_n", levels, off, how, take.files, date)
+    value = measured("friction.nominal_n", levels, off, how)
     rows: Rows = [("from (s)", "to (s)", "speed (mm/s)", "load (N)", "friction (N)", "mu")]
-    for s in (slide for each in found for slide in each.slides):
+    for s in every:
         row = (f"{s.start_s:.2f}", f"{s.stop_s:.2f}", f"{1e3 * s.speed_m_s:.1f}", f"{s.load_n:.3f}")
         rows.append((*row, f"{s.friction_n:.3f}", f"{s.mu:.3f}"))
     slides = found[0].slides
-    curves: dict[str, Any] = {
-        "slides": {
-            "start_s": [slide.start_s for slide in slides],
-            "load_n": [slide.load_n for slide in slides],
-            "friction_n": [slide.friction_n for slide in slides],
-            "ratio": [slide.mu for slide in slides],
-            "mu": found[0].mu.value,
-        }
-    }
+    drawn = {name: [getattr(slide, name) for slide in slides] for name in ("start_s", "load_n", "friction_n")}
+    curves: dict[str, Any] = {"slides": {**drawn, "ratio": [slide.mu for slide in slides], "mu": found[0].mu.value}}
     if take.finger is not None:
         entries = [{"friction.nominal_n": [float(np.log(e.value)), e.standard_error / e.value]} for e in levels]
         curves["person"] = {"finger": take.finger, "found": entries}
-    every = [slide for each in found for slide in each.slides]
     numbers: dict[str, Any] = {"mu": found[0].mu, "speeds_mm_s": [1e3 * s.speed_m_s for s in every]}
     numbers |= {"slides": len(every), "seconds": sum(s.stop_s - s.start_s for s in every)}
     numbers["mu_change_percent"] = [100 * (s.mu_change - 1) for s in every]
-    doubts = [each for _, some in scaled for each in some] + [each for one in found for each in one.findings]
+    doubts += [each for one in found for each in one.findings]
     return EntryResult([value], doubts, numbers, rows, curves)

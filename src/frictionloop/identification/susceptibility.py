@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import isotonic_regression
 from scipy.stats import t as student
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, thinned
 from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.project_entry_result import EntryResult, Rows, Sensor, in_newtons, not_told, thinned
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.susceptibility_fit import (
     AMPLITUDES,
@@ -31,13 +30,12 @@ from frictionloop.identification.susceptibility_fit import (
     sliding_pieces,
     wet_share,
 )
-from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import whole
+from frictionloop.quantities import Array, must_be
+from frictionloop.quantities.value_checks import whole
 
 POINTS = 400
 TABLE = 33
 
-Array = NDArray[np.float64]
 PIECE_S = 0.1
 """Length of a piece: some tens of periods of the skin's resonance, a fraction of a stroke (assumed)."""
 CANNOT_BE_TOLD = 4.0
@@ -127,7 +125,10 @@ def susceptibility(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float
     fits = [fit_law(law, pieces, largest) for law in LAWS]
     smooth, their_errors, their_freedom = min(fits[:2], key=lambda each: each[0].aic)
     _refuse_no_effect(smooth.x[FIXED], their_errors[FIXED], their_freedom)
-    _refuse_unscaled(runs)
+    for run in runs:
+        name = next(each for each in AMPLITUDES if each in run)
+        if (unit := run[name].attrs["units"]) != "um":
+            raise must_be(f"recording: unit of {name!r}", unit, "um, by kind 'scale'")
     shorter = _joined([sliding_pieces(run, PIECE_S / 2, plate_hz) for run in runs])
     laws = tuple(sorted((fit for fit, *_ in fits), key=lambda each: each.aic))
     told = _told(laws)
@@ -141,15 +142,15 @@ def susceptibility(recording: xr.Dataset | Sequence[xr.Dataset], plate_hz: float
     wet = wet_share(pieces.contact_s, best.x[4])
     rest = best.x[0] + best.x[1] * relative_load(pieces) + np.log1p(best.x[2] * wet)
 
-    def told_as(k: int, unit: str, scale: float = 1.0, shift: float = 0.0) -> Estimate:
-        return Estimate(shift + scale * best.x[k], scale * errors[k], unit, freedom)
+    def told_as(k: int, shift: float = 0.0) -> Estimate:
+        return Estimate(shift + best.x[k], errors[k], "", freedom)
 
     return SusceptibilityFit(
         nominal=Estimate(f0, f0 * errors[0], "N", freedom),
         susceptibility=Estimate(tau, share * curve_errors[FIXED], "um^-2", freedom),
-        load_exponent=told_as(1, ""),
-        occlusion_ratio=told_as(2, "", shift=1.0),
-        moist_loss=told_as(3, ""),
+        load_exponent=told_as(1),
+        occlusion_ratio=told_as(2, shift=1.0),
+        moist_loss=told_as(3),
         method_n=f0 * moved[0],
         method_per_um2=share * curve_moved[FIXED],
         laws=laws,
@@ -180,13 +181,6 @@ def _refuse_no_effect(exponent: float, error: float, freedom: float) -> None:
     if exponent < sure:
         said = f"{-exponent:.3g} +- {error:.2g}"
         raise must_be("recording: log share left", said, "surely below 0")
-
-
-def _refuse_unscaled(runs: Sequence[xr.Dataset]) -> None:
-    for run in runs:
-        name = next(each for each in AMPLITUDES if each in run)
-        if (unit := run[name].attrs["units"]) != "um":
-            raise must_be(f"recording: unit of {name!r}", unit, "um, by kind 'scale'")
 
 
 class MonotoneTable(NamedTuple):
@@ -237,9 +231,8 @@ def monotone_table(found: SusceptibilityFit, entries: int = 33) -> MonotoneTable
         raise must_be(f"recording: stretches of {BINS} with amplitudes", len(rows), "at least 4")
     middle = np.array([float(np.sqrt(np.mean(found.amplitude_um[row] ** 2))) for row in rows])
     weight = np.array([float(np.count_nonzero(row)) for row in rows])
-    falling = isotonic_regression(
-        [float(found.log_share[row].mean()) for row in rows], weights=weight, increasing=False
-    )
+    means = [float(found.log_share[row].mean()) for row in rows]
+    falling = isotonic_regression(means, weights=weight, increasing=False)
     share = np.minimum(falling.x, 0.0) - LEAST_FALL * np.arange(1, len(rows) + 1)
     if middle[0] < 1e-3 * found.largest_um:
         middle, share = middle[1:], share[1:]
@@ -254,25 +247,21 @@ def monotone_table(found: SusceptibilityFit, entries: int = 33) -> MonotoneTable
     return MonotoneTable(wanted, table, apart)
 
 
-def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return f0 and tau, and what else the recordings tell better than what is known of fingers beforehand."""
-    converted = [in_newtons(run, sensor) for run in runs]
-    scaled = [run for run, _ in converted]
+    scaled, doubts = in_newtons(runs, sensor)
     found = [susceptibility(run, take.plate_hz) for run in scaled]
     whole = found[0] if len(found) == 1 else susceptibility(scaled, take.plate_hz)
     how = f"{sum(f.log_share.size for f in found)} pieces under amplitude commands, {whole.law} law"
-
-    def line(path: str, each: list[Estimate], methods: list[float] | None) -> Any:
-        return measured(path, each, methods, how, take.files, date)
-
+    taus = [f.susceptibility for f in found]
     values = [
-        line("friction.nominal_n", [f.nominal for f in found], [f.method_n for f in found]),
-        line("friction.susceptibility_per_um2", [f.susceptibility for f in found], [f.method_per_um2 for f in found]),
+        measured("friction.nominal_n", [f.nominal for f in found], [f.method_n for f in found], how),
+        measured("friction.susceptibility_per_um2", taus, [f.method_per_um2 for f in found], how),
     ]
     more = {"load_exponent": "load", "occlusion_ratio": "occlusion", "moist_loss": "loss"}
     for name, prior in more.items():
         each = [getattr(f, name) for f in found]
-        value = line(f"friction.{name}", [one._replace(value=max(one.value, 0.0)) for one in each], None)
+        value = measured(f"friction.{name}", [one._replace(value=max(one.value, 0.0)) for one in each], None, how)
         # What the recordings do not tell is what was known before, and stays assumed.
         if value.error < 0.5 * PRIORS[prior][1]:
             values.append(value)
@@ -285,7 +274,6 @@ def amplitude_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date
     numbers: dict[str, Any] = {"law": whole.law, "pieces": whole.pieces}
     numbers |= {f"aic_above_the_best_{each.name}": each.aic - best for each in whole.laws}
     numbers["scatter_percent"] = 100 * whole.laws[0].residual
-    doubts = [each for _, some in converted for each in some]
     return EntryResult(values, [*doubts, *whole.findings], numbers, rows, curves)
 
 

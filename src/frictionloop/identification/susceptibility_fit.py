@@ -13,9 +13,8 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter, savgol_filter
 
 from frictionloop.identification.recording_columns import READING, channel, rate_of, runs_of
-from frictionloop.quantities import must_be
+from frictionloop.quantities import Array, must_be
 
-Array = NDArray[np.float64]
 AMPLITUDES = ("amplitude", "a")
 """Names of the channel with the amplitude in um: a lab's, and a run's or a device's."""
 AMPLITUDE_UNITS = ("um", "V", "")
@@ -37,7 +36,7 @@ LEAST_PIECES = 40
 LEAST_SHARE = 0.02
 """Least share of the friction that the threshold law leaves: its straight line would go on below 0 (assumed)."""
 REFERENCE_LOAD_N = 0.5
-"""Load that f0 is told for, that of `bench` (assumed there)."""
+"""Load that f0 is told for, that of `bench` (``friction.reference_load_n``, assumed there)."""
 PRIORS = {
     "load": (0.85, 0.2),
     "occlusion": (1.0, 3.0),
@@ -151,17 +150,9 @@ class AmplitudeLaw(NamedTuple):
     name: str
     words: str
     exponent: Callable[[Array, Array, float], Array]
-    start: tuple[float, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
-
-
-def _gaussian(amplitude_um: Array, x: Array, largest_um: float) -> Array:
-    return np.asarray(x[0] * (amplitude_um / largest_um) ** 2)
-
-
-def _exponential(amplitude_um: Array, x: Array, largest_um: float) -> Array:
-    return np.asarray(x[0] * amplitude_um / largest_um)
+    start: tuple[float, ...] = (1.0,)
+    low: tuple[float, ...] = (-5.0,)
+    high: tuple[float, ...] = (50.0,)
 
 
 def _threshold(amplitude_um: Array, x: Array, largest_um: float) -> Array:
@@ -170,8 +161,8 @@ def _threshold(amplitude_um: Array, x: Array, largest_um: float) -> Array:
 
 
 LAWS = (
-    AmplitudeLaw("gaussian", "exp(-tau a^2)", _gaussian, (1.0,), (-5.0,), (50.0,)),
-    AmplitudeLaw("exponential", "exp(-a/a1): rough contact", _exponential, (1.0,), (-5.0,), (50.0,)),
+    AmplitudeLaw("gaussian", "exp(-tau a^2)", lambda a, x, most: x[0] * (a / most) ** 2),
+    AmplitudeLaw("exponential", "exp(-a/a1): rough contact", lambda a, x, most: x[0] * a / most),
     AmplitudeLaw("threshold", "linear beyond a0", _threshold, (1.0, 0.2), (0.0, 0.0), (20.0, 0.95)),
 )
 """x[0] is the exponent at the largest amplitude (of the threshold law the slope there), so of the order of 1 for all.

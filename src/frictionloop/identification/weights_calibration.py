@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.constants import g as STANDARD_GRAVITY
 from scipy.optimize import brentq, least_squares
 from scipy.stats import linregress
@@ -18,10 +17,9 @@ from scipy.stats import linregress
 from frictionloop.identification.estimate import Estimate
 from frictionloop.identification.recording_columns import READING, READING_UNITS, channel, no_column, rate_of
 from frictionloop.identification.recording_file import Run
-from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import ABOVE_0, BELOW_1, number
+from frictionloop.quantities import Array, must_be
+from frictionloop.quantities.value_checks import ABOVE_0, BELOW_1, number
 
-Array = NDArray[np.float64]
 CLEAR = 0.5
 """The largest jump that is none is below this share of the least that is one (assumed)."""
 MASSES = "3 or more, different, from 0"
@@ -34,13 +32,16 @@ class Plateaus(NamedTuple):
     mass_kg: Array
     reading: Array
     """In ``unit``."""
-    direction: Array
-    """1 if the mass had grown, -1 if it had shrunk, 0 for the first."""
     unit: str
     moves: Array
     """Standard deviation of the slow movement of the reading while a mass hangs, its swing; 0 of a table."""
     at_ends: Array
     """Share of the samples of a step at its least and at its largest value, shape (steps, 2); 0 of a table."""
+
+    @property
+    def direction(self) -> Array:
+        """1 if the mass had grown, -1 if it had shrunk, 0 for the first."""
+        return np.concatenate([[0.0], np.sign(np.diff(self.mass_kg))])
 
 
 def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
@@ -82,9 +83,8 @@ def plateaus(recording: xr.Dataset, settle_s: float = 1.0) -> Plateaus:
     means = np.array([each.mean() for each in hanging])
     moves = np.array([np.std([part.mean() for part in np.array_split(each, 10) if part.size]) for each in hanging])
     levels = mass[starts]
-    direction = np.concatenate([[0.0], np.sign(np.diff(levels))])
     at_ends = np.array([[np.mean(each == end) for end in (each.min(), each.max())] for each in hanging])
-    return Plateaus(levels, means, direction, str(recording[READING].attrs["units"]), moves, at_ends)
+    return Plateaus(levels, means, str(recording[READING].attrs["units"]), moves, at_ends)
 
 
 def _rows(table: xr.Dataset) -> Plateaus:
@@ -92,9 +92,8 @@ def _rows(table: xr.Dataset) -> Plateaus:
     reading = channel(table, READING, READING_UNITS, dim="row")
     if mass.size < 3 or np.ptp(mass) == 0 or mass.min() < 0:
         raise must_be("recording: mass", f"{mass.size} rows, {mass.min():g} to {mass.max():g} kg", MASSES)
-    direction = np.concatenate([[0.0], np.sign(np.diff(mass))])
     unit, none = str(table[READING].attrs["units"]), np.zeros_like(reading)
-    return Plateaus(mass, reading, direction, unit, none, np.zeros((reading.size, 2)))
+    return Plateaus(mass, reading, unit, none, np.zeros((reading.size, 2)))
 
 
 @dataclass(frozen=True)
@@ -157,7 +156,11 @@ def weights(
     """
     number("gravity_m_s2", gravity_m_s2, "m/s^2", ABOVE_0)
     number("tolerance", tolerance, "", 0.0, BELOW_1)
-    steps = plateaus(recording, settle_s)
+    return line_through(plateaus(recording, settle_s), gravity_m_s2, tolerance)
+
+
+def line_through(steps: Plateaus, gravity_m_s2: float, tolerance: float) -> Calibration:
+    """Return what `weights` does, from its steps."""
     force = steps.mass_kg * gravity_m_s2
     line = linregress(force, steps.reading)
     if line.slope == 0:
@@ -203,7 +206,7 @@ def _hysteresis(steps: Plateaus) -> float:
     return max(apart) / float(np.ptp(steps.reading)) if apart else math.nan
 
 
-def hung(runs: Sequence[Run], masses_kg: NDArray[np.float64]) -> xr.Dataset:
+def hung(runs: Sequence[Run], masses_kg: Array) -> xr.Dataset:
     """Return a row for each weight: its mass in kg, and the mean of every channel while it hung."""
     if len(runs) != masses_kg.size:
         raise must_be("masses", int(masses_kg.size), f"{len(runs)}, as many as recordings")
@@ -335,9 +338,8 @@ def r2_with_friction(loads_n: Sequence[float], exponent: float) -> float:
         raise must_be("loads_n", loads.tolist(), "rising from 0 on", "N")
     number("exponent", exponent, "", 0.0)
     visits = np.concatenate([loads, loads[-2::-1]])
-    return (
-        float(linregress(visits, arriving(visits, np.sign(np.diff(visits, prepend=visits[0])), exponent)).rvalue) ** 2
-    )
+    way = np.sign(np.diff(visits, prepend=visits[0]))
+    return float(linregress(visits, arriving(visits, way, exponent)).rvalue) ** 2
 
 
 def exponent_for_r2(r2: float, loads_n: Sequence[float]) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,14 +14,15 @@ from scipy.constants import g as STANDARD_GRAVITY
 from scipy.stats import t as student
 
 from frictionloop.findings import Finding
-from frictionloop.identification.entry_result import EntryResult, Numbers, Rows, Sensor, not_told, off_line
-from frictionloop.identification.estimate import Estimate, Measured, measured
+from frictionloop.identification.estimate import Estimate, measured
+from frictionloop.identification.project_entry_result import EntryResult, Rows, Sensor, not_told, off_line
 from frictionloop.identification.project_file import Take
 from frictionloop.identification.recording_columns import READING, READING_UNITS, no_column
 from frictionloop.identification.weights_calibration import (
     Calibration,
     Plateaus,
     PulleyFriction,
+    line_through,
     pulley_friction,
     weights,
 )
@@ -47,12 +49,14 @@ APART = 0.05
 """Masses that differ by more than this share of the largest cannot give one reading (assumed: readings are rounded)."""
 
 
-def weights_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def weights_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return sensitivity and offset; the errors that all weights share are those of the method."""
     gravity = take.gravity_m_s2 or STANDARD_GRAVITY
     lines = [weights(run, take.settle_s, gravity, take.tolerance) for run in runs]
     for line in lines:
         _refuse_clipped(line)
+    found = list[Finding]()
+    lines = [_labelled(line, gravity, take.tolerance, found) for line in lines]
     straight = [straightness(line) for line in lines]
     methods = []
     for line, left in zip(lines, straight, strict=True):
@@ -61,37 +65,28 @@ def weights_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: 
         shares = [bent, line.weights_error, _swing(line), HIDDEN, 0.0 if take.gravity_m_s2 else GRAVITY]
         share = float(np.linalg.norm(shares))
         methods.append(float(np.hypot(share * abs(line.sensitivity.value), apart / np.sqrt(3))))
-    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
-    values = [
-        measured("sensitivity", [_safer(line) for line in lines], methods, how, take.files, date),
-        measured("offset", [line.offset for line in lines], None, how, take.files, date),
-    ]
-    found = [each for left in straight for each in left.findings]
+    found += [each for left in straight for each in left.findings]
     found += [each for run in runs for each in _crosstalk(run, take, gravity)]
-    found += _gravity(take)
-    return EntryResult(values, found, _numbers(lines), _listed(lines), _drawn(lines, values, gravity))
+    entry = _of_lines(lines, "", [_safer(line) for line in lines], methods, take)
+    return replace(entry, findings=[*found, *entry.findings])
 
 
-def load_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor, date: str) -> EntryResult:
+def load_entry(take: Take, runs: Sequence[xr.Dataset], sensor: Sensor) -> EntryResult:
     """Return the scale of the load cells from weights put on the plate, and what of a load the force sensor reads."""
     gravity = take.gravity_m_s2 or STANDARD_GRAVITY
     lines = [weights(_as_reading(run), take.settle_s, gravity, take.tolerance) for run in runs]
-    unit = lines[0].steps.unit
     slopes = [max(line.sensitivity, line.left_out, key=lambda each: each.standard_error) for line in lines]
     share = 0.0 if take.gravity_m_s2 else GRAVITY
     methods = [float(np.hypot(line.weights_error, share)) * abs(line.sensitivity.value) for line in lines]
-    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
-    values = [
-        measured("load_sensitivity", slopes, methods, how, take.files, date),
-        measured("load_offset", [line.offset for line in lines], None, how, take.files, date),
-    ]
+    entry = _of_lines(lines, "load_", slopes, methods, take)
+    values = [*entry.measured]
     if all(READING in run for run in runs):
         crossed = [weights(run, take.settle_s, gravity).sensitivity for run in runs]
         shares = [each.over(sensor.sensitivity, "N/N") for each in crossed]
-        values.append(measured("crosstalk", shares, None, how, take.files, date))
+        values.append(measured("crosstalk", shares, None, values[0].how))
     board = {"board.load_n_per_count": 1 / values[0].value, "board.load_zero_counts": round(values[1].value)}
-    curves = _drawn(lines, values, gravity) | {"overrides": board if unit == "counts" else {}}
-    return EntryResult(values, _gravity(take), _numbers(lines), _listed(lines), curves)
+    overrides = board if lines[0].steps.unit == "counts" else {}
+    return replace(entry, measured=values, curves={**entry.curves, "overrides": overrides})
 
 
 def _as_reading(run: xr.Dataset) -> xr.Dataset:
@@ -100,38 +95,29 @@ def _as_reading(run: xr.Dataset) -> xr.Dataset:
     return run.drop_vars(READING, errors="ignore").rename(load=READING)
 
 
-def _numbers(lines: Sequence[Calibration]) -> Numbers:
-    found: dict[str, Any] = {
-        "r2": [line.r2 for line in lines],
-        "residual_mn": [1e3 * line.residual_rms_n for line in lines],
-    }
-    loops = [100 * line.hysteresis for line in lines if np.isfinite(line.hysteresis)]
-    return found | ({"hysteresis_percent": loops} if loops else {})
-
-
-def _listed(lines: Sequence[Calibration]) -> Rows:
-    rows: Rows = [("mass (g)", f"reading ({lines[0].steps.unit})", "residual (mN)")]
+def _of_lines(
+    lines: Sequence[Calibration], name: str, slopes: Sequence[Estimate], methods: Sequence[float], take: Take
+) -> EntryResult:
+    """Return slope and offset of lines through weights, under a name, what scatters about them, and what is drawn."""
+    unit, gravity = lines[0].steps.unit, take.gravity_m_s2 or STANDARD_GRAVITY
+    how = f"line through {sum(line.steps.mass_kg.size for line in lines)} weights"
+    slope = measured(f"{name}sensitivity", slopes, methods, how)
+    offset = measured(f"{name}offset", [line.offset for line in lines], None, how)
+    numbers = {"r2": [line.r2 for line in lines], "residual_mn": [1e3 * line.residual_rms_n for line in lines]}
+    if loops := [100 * line.hysteresis for line in lines if np.isfinite(line.hysteresis)]:
+        numbers["hysteresis_percent"] = loops
+    rows: Rows = [("mass (g)", f"reading ({unit})", "residual (mN)")]
+    curves: dict[str, Any] = {"unit": unit, "force_n": [], "reading": [], "residual_n": []}
     for line in lines:
-        parts = zip(line.steps.mass_kg, line.steps.reading, line.residuals_n, strict=True)
+        mass, reading, residual = line.steps.mass_kg, line.steps.reading, line.residuals_n
+        parts = zip(mass, reading, residual, strict=True)
         rows += [(f"{1e3 * m:.4g}", f"{y:.6g}", f"{1e3 * r:+.3g}") for m, y, r in parts]
-    return rows
-
-
-def _drawn(lines: Sequence[Calibration], values: Sequence[Measured], gravity: float) -> dict[str, Any]:
-    return {
-        "unit": lines[0].steps.unit,
-        "force_n": [(line.steps.mass_kg * gravity).tolist() for line in lines],
-        "reading": [line.steps.reading.tolist() for line in lines],
-        "residual_n": [line.residuals_n.tolist() for line in lines],
-        "slope": values[0].value,
-        "offset": values[1].value,
-    }
-
-
-def _gravity(take: Take) -> list[Finding]:
-    if take.gravity_m_s2:
-        return []
-    return [Finding("TAKEN-FOR", value=f"{STANDARD_GRAVITY:.5f}", unit="m/s^2", more={"path": "gravity_m_s2"})]
+        curves["force_n"].append((mass * gravity).tolist())
+        curves["reading"].append(reading.tolist())
+        curves["residual_n"].append(residual.tolist())
+    curves |= {"slope": slope.value, "offset": offset.value}
+    given = Finding("TAKEN-FOR", value=f"{STANDARD_GRAVITY:.5f}", unit="m/s^2", more={"path": "gravity_m_s2"})
+    return EntryResult([slope, offset], [] if take.gravity_m_s2 else [given], numbers, rows, curves)
 
 
 def _refuse_clipped(line: Calibration) -> None:
@@ -185,7 +171,7 @@ def _crosstalk(run: xr.Dataset, take: Take, gravity: float) -> Iterator[Finding]
         if float(np.ptp(run[name].values)) == 0:
             continue
         line = weights(run.assign({READING: run[name]}), take.settle_s, gravity, take.tolerance).sensitivity
-        if abs(line.value) > float(student.ppf(1 - SURE / 2, line.freedom)) * line.standard_error:
+        if _real(line):
             yield off_line(f"crosstalk of {READING}", line.value, line.unit, name)
 
 
@@ -225,10 +211,7 @@ def straightness(found: Calibration) -> Straightness:
     span_n = span * STANDARD_GRAVITY
     bend, drift = _fitted(columns, found.residuals_n / span_n)
     curved, drifts = _real(bend), unordered and _real(drift)
-    wrong = [*_mislabelled(found)]
-    told = [*wrong]
-    if wrong:
-        curved = drifts = unordered = False
+    told = []
     if curved:
         told.append(off_line("bend", 100 * bend.value, "% of the span", "f_m"))
     if drifts:
@@ -236,9 +219,9 @@ def straightness(found: Calibration) -> Straightness:
     friction = None
     with suppress(FrictionloopError):
         friction = pulley_friction(found) if unordered else None
-    if friction is None and not wrong:
+    if friction is None:
         told.append(not_told("friction of the pulley", "too few steps both ways"))
-    elif friction is not None and _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
+    elif _real(friction.exponent) and abs(friction.exponent.value) > 1e-3:
         told.append(off_line("friction of the pulley", 100 * friction.exponent.value, "%", "f_m"))
     told += _units(found)
     return Straightness(
@@ -251,18 +234,19 @@ def straightness(found: Calibration) -> Straightness:
     )
 
 
-def _mislabelled(found: Calibration) -> Iterator[Finding]:
-    """Yield the weight without which the others scatter about their line a fifth as much, and what it reads like."""
-    force, reading = found.steps.mass_kg, found.steps.reading
-    if force.size < LEAST_WEIGHTS:
-        return
-    lines = [np.polyfit(np.delete(force, k), np.delete(reading, k), 1) for k in range(force.size)]
-    left = [np.delete(reading - np.polyval(line, force), k).std() for k, line in enumerate(lines)]
+def _labelled(line: Calibration, gravity_m_s2: float, tolerance: float, found: list[Finding]) -> Calibration:
+    """Return the line without the weight without which the others scatter a fifth as much; what it reads is found."""
+    mass, reading, unit, *rest = line.steps
+    lines = [np.polyfit(np.delete(mass, k), np.delete(reading, k), 1) for k in range(mass.size)]
+    left = [np.delete(reading - np.polyval(each, mass), k).std() for k, each in enumerate(lines)]
     k = int(np.argmin(left))
     alike = (reading[k] - lines[k][1]) / lines[k][0]
-    if left[k] < ALONE * np.median(left) and abs(alike - force[k]) > APART * np.ptp(force):
-        more = {"row": k + 1, "other": 1e3 * float(alike)}
-        yield Finding("WEIGHT-LABEL", value=1e3 * float(force[k]), unit="g", more=more)
+    if mass.size < LEAST_WEIGHTS or left[k] >= ALONE * np.median(left) or abs(alike - mass[k]) <= APART * np.ptp(mass):
+        return line
+    more = {"row": k + 1, "other": 1e3 * float(alike)}
+    found.append(Finding("WEIGHT-LABEL", value=1e3 * float(mass[k]), unit="g", more=more))
+    mass, reading, *rest = (np.delete(each, k, axis=0) for each in (mass, reading, *rest))
+    return line_through(Plateaus(mass, reading, unit, *rest), gravity_m_s2, tolerance)
 
 
 def _fitted(columns: list[NDArray[np.float64]], residual: NDArray[np.float64]) -> tuple[Estimate, Estimate]:

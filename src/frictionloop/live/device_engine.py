@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from frictionloop.device.bench_boards import ENDS, BenchPipe
 from frictionloop.device.codec import Message
 from frictionloop.device.device import Device
 from frictionloop.device.errors import DeviceError, Refused, Unplugged
+from frictionloop.device.simulated_boards import ENDS, BenchPipe
 from frictionloop.device.waveform import EffectUpload, upload_of
-from frictionloop.live.telemetry import News
+from frictionloop.live.telemetry_channels import News
 from frictionloop.loop.stepper import Movement
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError, must_be
@@ -32,11 +32,7 @@ class LineAgain:
         self._reconnect, self._thread = reconnect, threading.Thread()
         self._began_s, self._opened = -RETRY_S, False
         self.away = False
-        """Whether the line is not there."""
-
-    def lost(self) -> None:
-        """Take the line for away until a try succeeds."""
-        self.away = True
+        """Whether the line is not there: who finds that it went says so, and a try that succeeds says otherwise."""
 
     def try_on(self) -> None:
         """Begin a try where the line is away, unless one is under way or began less than `RETRY_S` ago."""
@@ -204,7 +200,7 @@ class DeviceEngine:
             except Unplugged as gone:
                 self._gone, self.armed = str(gone), "idle"
                 self.trouble = f"{gone}; trying again"
-                self._again.lost()
+                self._again.away = True
         return self._news.rows.taken(self._link.pipe)
 
     def change(self, system: System) -> bool:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from frictionloop.live.device_engine import DeviceEngine
-from frictionloop.live.session import BLOCKS_HZ, GONE_S, Block, Session
+from frictionloop.live.live_session import BLOCKS_HZ, GONE_S, Block, Session
 
 SILENT_S = 0.15
 """A driving page that says nothing for so long is gone: with the 0.1 s of the board's ramp it is at rest in 0.3 s."""
@@ -92,12 +92,8 @@ class DeviceSession(Session):
         rate, ticks = self.engine.rate_hz, self.block_ticks
         if math.isnan(self._begun_s):
             self._begun_s, self._asked = now_s, 0
-        most_s = BLOCKS[self.engine.source] * ticks / rate
-        behind_s = now_s - self._begun_s - self._asked / rate
-        if behind_s > most_s + ticks / rate:
-            self.dropped_s += behind_s - most_s
-            self._begun_s += behind_s - most_s
-            behind_s = most_s
+        block_s = ticks / rate
+        behind_s = self._behind_s(now_s, self._asked, BLOCKS[self.engine.source] * block_s, block_s)
         if now_s - self._heard_s > GONE_S:
             self._down = False
         return [self._next(ticks) for _ in range(int(behind_s * rate / ticks + 1e-9))]
@@ -114,5 +110,4 @@ class DeviceSession(Session):
         rows = np.concatenate(self._pending, axis=1)
         whole = rows.shape[1] // self.block_ticks * self.block_ticks
         self._pending = [rows[:, whole:]]
-        reached = self.pointer.reached_ms if self._down else math.nan
-        return [self._keep(rows[:, at : at + self.block_ticks], reached) for at in range(0, whole, self.block_ticks)]
+        return [self._keep(rows[:, at : at + self.block_ticks]) for at in range(0, whole, self.block_ticks)]

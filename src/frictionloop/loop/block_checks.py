@@ -16,11 +16,11 @@ from frictionloop.loop.kernel.slab import law_rows
 from frictionloop.loop.metric import RunMetric, Sample, StreamingMetric
 from frictionloop.parameters import Signal
 from frictionloop.parameters.block import kind_of
-from frictionloop.physics.sources import sampler
+from frictionloop.physics.signal_values import sampler
 from frictionloop.physics.vibration import Vibration
-from frictionloop.quantities import FrictionloopError, must_be, trees
-from frictionloop.quantities.arithmetic import is_compiled
-from frictionloop.quantities.blame import place, theirs
+from frictionloop.quantities import FrictionloopError, flat_tuples, must_be
+from frictionloop.quantities.outside_errors import place, theirs
+from frictionloop.quantities.scalar_math import is_compiled
 from frictionloop.sensing.measurement import Measurement
 
 UNTOLD: Any = object()
@@ -86,7 +86,7 @@ def _is(value: Any, shape: Any) -> bool:
         return isinstance(value, (int, float, np.number, np.bool_)) and not math.isnan(value)
     if not isinstance(value, tuple) or len(value) != len(shape._fields):
         return False
-    return all(_is(each, inner) for each, (_, inner) in zip(value, trees.parts(shape), strict=True))
+    return all(_is(each, inner) for each, (_, inner) in zip(value, flat_tuples.parts(shape), strict=True))
 
 
 MEASURED = Measurement(0.5, 0.01, 0.02, 0.5, 1.0)
@@ -173,7 +173,7 @@ def check_metric(metric: StreamingMetric | RunMetric) -> None:
     if isinstance(metric, StreamingMetric):
         check_shape(what, "state", metric.state)
         check_function(what, "step", metric.step, compiled=True)
-        start = trees.shaped(metric.state, [0.0] * trees.size(metric.state))
+        start = flat_tuples.shaped(metric.state, [0.0] * flat_tuples.size(metric.state))
         told = tried_step(what, metric.step, start, SAMPLE, 1.0 / RATE_HZ)
         check_returned(what, "step", metric.step, told, metric.state)
 

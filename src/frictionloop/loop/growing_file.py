@@ -23,9 +23,9 @@ import numpy as np
 import xarray as xr
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.seal import append_seal
+from frictionloop.quantities.file_integrity import append_seal
 from frictionloop.quantities.whole_files import check_target, hold, is_held, sync
-from frictionloop.recordings.hdf5 import SEALED_BYTES, check_hdf5
+from frictionloop.recordings.hdf5_checks import SEALED_BYTES, check_hdf5
 
 CHUNK_ROWS = 5000
 """Rows that are compressed and checked together: a second at 5 kHz."""

@@ -12,14 +12,14 @@ from frictionloop.loop.kernel.law_tile import limits_step
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES, ROW, law_rows
-from frictionloop.loop.kernel.structure import moves, structure
+from frictionloop.loop.kernel.tile_compatibility import moves, structure
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.simulate import check_seed, no_number
 from frictionloop.parameters import System, check_system
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.compiled import keep_compiled
-from frictionloop.quantities.normals import BLOCK
-from frictionloop.quantities.trees import flat
+from frictionloop.quantities.compile_cache import keep_compiled
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.quantities.flat_tuples import flat
 
 MOST = 4096
 """Most control periods of one call; of several systems together an eighth of it, for their traces are large."""

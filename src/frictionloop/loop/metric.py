@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionloop.quantities.arithmetic import biquad_step, fma, step
-from frictionloop.quantities.brief import Brief, brief
-from frictionloop.quantities.compiled import keep_compiled
+from frictionloop.quantities.class_help import Brief, brief
+from frictionloop.quantities.compile_cache import keep_compiled
+from frictionloop.quantities.scalar_math import biquad_step, fma, step
 
 if TYPE_CHECKING:
     import xarray as xr

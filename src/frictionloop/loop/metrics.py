@@ -17,7 +17,7 @@ from frictionloop.loop.record import described, system_of
 from frictionloop.loop.transients import REVERSALS, STEP_TIMES
 from frictionloop.physics.reach import Reach, reach
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.scalar_math import fma, step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,7 +123,7 @@ def _per(sum_: Any, count: Any) -> Any:
 
 
 def _left(run: Any, mask: Any) -> float:
-    from frictionloop.loop.reference_runs import disturbance_left  # which runs, and so needs the metrics
+    from frictionloop.loop.companion_runs import disturbance_left  # which runs, and so needs the metrics
 
     return disturbance_left(run, mask)
 

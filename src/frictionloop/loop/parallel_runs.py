@@ -16,11 +16,11 @@ import joblib
 import xarray as xr
 from joblib.parallel import ThreadingBackend, get_active_backend
 
-from frictionloop.loop.kernel.placing import tiles_of
-from frictionloop.loop.kernel.structure import structure
+from frictionloop.loop.kernel.lane_grouping import tiles_of
+from frictionloop.loop.kernel.tile_compatibility import structure
 from frictionloop.loop.simulate import traced
 from frictionloop.parameters import System
-from frictionloop.quantities.checks import whole
+from frictionloop.quantities.value_checks import whole
 
 R = TypeVar("R")
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.parameters import SCHEMA, System
-from frictionloop.parameters.toml_files import check_schema
+from frictionloop.parameters.toml_reader import check_schema
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.seal import is_sealed, seal_of
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.code_version import package_version
+from frictionloop.quantities.file_integrity import is_sealed, seal_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,7 +168,7 @@ def load(path: str | os.PathLike[str], *, from_s: float | None = None, until_s: 
     import xarray as xr
 
     from frictionloop.loop.growing_file import unfinished
-    from frictionloop.recordings.hdf5 import check_hdf5
+    from frictionloop.recordings.hdf5_checks import check_hdf5
 
     try:
         check_hdf5(path)

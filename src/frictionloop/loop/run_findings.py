@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.analysis.levels import OFTEN_N, RECORDED, left_in, too_wide
+from frictionloop.analysis.operating_point import OFTEN_N, RECORDED, left_in, too_wide
 from frictionloop.findings import Finding
-from frictionloop.findings.result import frame
+from frictionloop.findings.result import Table, frame
+from frictionloop.loop.input_findings import with_longer_stroke
 from frictionloop.loop.metrics import run_reach
 from frictionloop.loop.record import system_of
-from frictionloop.loop.signal_findings import with_longer_stroke
 from frictionloop.parameters import Skin, Strokes, SuspendedSensor, System
 from frictionloop.physics.motion import scored_edge_m, stroke_plan
-from frictionloop.recordings.force_shape import SHOWN, stretches
+from frictionloop.recordings.friction_defects import SHOWN, stretches
 
 if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
     import xarray as xr
 
 CLAMPED = 0.05
@@ -53,7 +52,7 @@ class ReachSplit:
         }
 
 
-def error_table(parts: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
+def error_table(parts: Mapping[str, tuple[float, float]]) -> Table:
     """Return parts of a run, each a share of the time and an error in N, in per cent and mN."""
     rows = {name: (100.0 * share, 1e3 * error) for name, (share, error) in parts.items()}
     return frame(rows, "error", ["time, %", "rms, mN"])

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionloop.analysis.levels import at_levels
-from frictionloop.analysis.operating import moistest
+from frictionloop.analysis.operating_point import at_levels, moistest
 from frictionloop.analysis.stability import NEAR, OPEN, Ringing, rings
 from frictionloop.findings import Condition, Finding
 from frictionloop.findings.catalogue import Severity
+from frictionloop.loop.companion_runs import steady_of, swing_n
 from frictionloop.loop.metrics import out_of_reach, saturation_index
 from frictionloop.loop.record import system_of
-from frictionloop.loop.reference_runs import steady_of, swing_n
 from frictionloop.loop.run_findings import CLAMPED
 from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.physics.occlusion import occlusion_at

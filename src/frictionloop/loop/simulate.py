@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionloop.loop.input_findings import warn_of_signals
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import LANES
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.record import to_dataset
-from frictionloop.loop.signal_findings import warn_of_signals
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.vibration import GAUSSIAN, vibration_of
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.blame import place
-from frictionloop.quantities.checks import whole
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.quantities.outside_errors import place
+from frictionloop.quantities.value_checks import whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,10 +65,9 @@ def check_seed(seed: Any) -> int:
 
 def check_memory(needed_bytes: int, what: str) -> None:
     """Refuse work that would not fit into this machine's free memory, saying how much it needs."""
-    try:
-        free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (ValueError, OSError, AttributeError):  # not every system tells
+    if sys.platform != "linux":  # no other system tells so
         return
+    free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if needed_bytes > free:
         raise FrictionloopError(f"{what}: {needed_bytes / 1e9:.1f} GB needed, {free / 1e9:.1f} free")
 

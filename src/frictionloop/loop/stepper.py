@@ -9,15 +9,15 @@ import numpy as np
 
 from frictionloop.loop.kernel.lowering import lower
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.structure import moves
+from frictionloop.loop.kernel.tile_compatibility import moves
 from frictionloop.loop.simulate import check_seed, is_finite, no_number
 from frictionloop.parameters import System, check_system
 from frictionloop.physics.finger_step import Motion, heading_step
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.brief import Brief, brief
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities.class_help import Brief, brief
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.sensing.finger_tracking import TouchState
 from frictionloop.sensing.measurement import Measurement
-from frictionloop.sensing.touch import TouchState
 
 _UNUSED = np.zeros(BLOCK + 1)  # samples of the set-point, which is the caller's affair
 _NONE = np.zeros(0)

@@ -12,24 +12,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.blocks import outside_digest, register_all, registered
+from frictionloop.loop.input_findings import warn_of_signals
+from frictionloop.loop.kernel.lane_grouping import placed, tiles_of
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.placing import placed, tiles_of
 from frictionloop.loop.metric import AgainMetric, Metric, RunMetric, StreamingMetric
 from frictionloop.loop.metrics import DEFAULT_METRICS, METRICS
 from frictionloop.loop.parallel_runs import shared_out, worker_count
 from frictionloop.loop.progress import progress_bar
 from frictionloop.loop.record import provenance
-from frictionloop.loop.signal_findings import warn_of_signals
+from frictionloop.loop.registered_blocks import outside_digest, register_all, registered
 from frictionloop.loop.simulate import lanes_without_number, no_number, periods_in, run_tile, traced
 from frictionloop.loop.sweep_checkpoint import CLOCK, Result, Timely, check_free, computing, resumed
 from frictionloop.loop.sweep_points import fingerprint, points_of, structures_of
 from frictionloop.loop.sweep_shards import ShardResult, points_of_shard, shard_file, shard_values
 from frictionloop.parameters import System, check_system
-from frictionloop.quantities import FrictionloopError, must_be, trees
-from frictionloop.quantities.blame import place, theirs
-from frictionloop.quantities.brief import Brief
+from frictionloop.quantities import FrictionloopError, flat_tuples, must_be
+from frictionloop.quantities.class_help import Brief
+from frictionloop.quantities.outside_errors import place, theirs
 from frictionloop.quantities.whole_files import only_writer
 
 
@@ -203,11 +203,11 @@ def _values_of_tile(metrics: Mapping[str, Metric | StreamingMetric], tile: Tile,
     found: dict[str, Any] = {}
     for name, metric in metrics.items():
         state, first = metric.tally.state, tile.places[metric.tally]
-        counted, *numbers = tile.slab.view((first, first + trees.size(state)))[:, :lanes]
+        counted, *numbers = tile.slab.view((first, first + flat_tuples.size(state)))[:, :lanes]
         # Where nothing is scored nothing can be said: NaN, which passes through the formulas without a warning.
         count = np.where(counted > 0, counted, np.nan)
         try:
-            values = metric.of(trees.shaped(state, numbers), count)
+            values = metric.of(flat_tuples.shaped(state, numbers), count)
             found[name] = np.broadcast_to(np.asarray(values, float), lanes)
         except Exception as error:
             raise theirs(f'metric "{name}"', metric.of, error) from error

@@ -16,9 +16,9 @@ from frictionloop.loop.metrics import METRICS
 from frictionloop.loop.record import HDF5, load, save
 from frictionloop.loop.sweep_points import Points
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.schema import firmware_folder
-from frictionloop.quantities.seal import is_sealed
-from frictionloop.quantities.version import code_version
+from frictionloop.quantities.code_version import code_version
+from frictionloop.quantities.file_integrity import is_sealed
+from frictionloop.quantities.protocol_schema import firmware_folder
 
 SAVE_EVERY_S = 5.0
 """Time between two savings of what is done; a tile may last as long before the next one, 10 s in all (assumed)."""

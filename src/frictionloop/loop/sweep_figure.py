@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionloop.figures.style import BLUE, GREY, VERMILLION, new_figure, styled
-from frictionloop.loop.reference_runs import OPEN_ERROR
+from frictionloop.loop.companion_runs import OPEN_ERROR
 from frictionloop.quantities import FrictionloopError, unit_of
 
 if TYPE_CHECKING:

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from frictionloop.loop.kernel.structure import COUPLED, STRUCTURAL, structure
+from frictionloop.loop.kernel.tile_compatibility import COUPLED, STRUCTURAL, structure
 from frictionloop.loop.metrics import METRICS
 from frictionloop.loop.simulate import check_seed, is_finite, periods_in
 from frictionloop.loop.transients import STEP_TIMES
 from frictionloop.parameters import Recording, System
 from frictionloop.parameters.population import read_population
 from frictionloop.physics.fingers import DrawnFingers, Fingers
-from frictionloop.physics.sources import sampler
+from frictionloop.physics.signal_values import sampler
 from frictionloop.quantities import FrictionloopError, must_be, unit_of
 
 
@@ -103,7 +103,7 @@ class Points:
                 found[path] = xr.Variable(dim, np.array(values), units_of(path))
         return found
 
-    def asked(self) -> Any:
+    def identity(self) -> Any:
         """Return what tells these points from others, as JSON holds it: axes of a grid, and how fingers were drawn."""
         if not isinstance(self.overrides, Grid):
             return _identity(self.overrides)
@@ -166,7 +166,7 @@ def fingerprint(
     """
     described = system.model_dump(exclude={"board"})
     # A grid is told by its axes, in their order: they are a few dozen numbers where the points are thousands.
-    asked = [described, points.asked(), points.seeds, duration_s, score_from_s, list(metrics), outside]
+    asked = [described, points.identity(), points.seeds, duration_s, score_from_s, list(metrics), outside]
     return hashlib.sha256(json.dumps(asked, sort_keys=True, default=str).encode()).hexdigest()
 
 

@@ -10,9 +10,8 @@ import re
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,10 +21,10 @@ from frictionloop.findings.result import Row
 from frictionloop.loop.record import load
 from frictionloop.loop.sweep_checkpoint import RUNS_DONE, Result, resumed
 from frictionloop.loop.sweep_points import units_of
-from frictionloop.parameters.toml_files import check_schema
+from frictionloop.parameters.toml_reader import check_schema
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import whole
-from frictionloop.quantities.seal import is_sealed, is_usable, is_whole
+from frictionloop.quantities.file_integrity import is_sealed, is_usable, is_whole
+from frictionloop.quantities.value_checks import whole
 from frictionloop.quantities.whole_files import is_held, lock_of
 
 NAMED = re.compile(r"shard-(\d+)-of-(\d+)\.h5")
@@ -112,11 +111,9 @@ class ShardResult(Result):
 STATES = ("done", "running", "unfinished", "damaged", "missing")
 
 
-@dataclass(frozen=True, kw_only=True)
-class SweepStatus(Answer):
+class SweepStatus(Answer, schema="sweep.status/1"):
     """How far the shards of a sweep are."""
 
-    SCHEMA: ClassVar[str] = "sweep.status/1"
     shards: int
     done: tuple[int, ...]
     running: tuple[int, ...]
@@ -158,7 +155,7 @@ def sweep_status(folder: str | os.PathLike[str]) -> SweepStatus:
     FrictionloopError
         For a folder without shards, or with shards of different sweeps.
     """
-    files, attrs = _together(folder)
+    files, attrs = together(folder)
     parts, kinds = _parts(files), dict[str, list[int]]()
     done = 0
     for part in range(1, parts + 1):
@@ -192,7 +189,7 @@ def _shape(attrs: Mapping[int, Mapping[str, Any]]) -> tuple[int, ...]:
     return tuple(json.loads(next(iter(attrs.values()))["shape"]))
 
 
-def _together(folder: str | os.PathLike[str]) -> tuple[dict[int, Path], dict[int, dict[str, Any]]]:
+def together(folder: str | os.PathLike[str], told: bool = False) -> tuple[dict[int, Path], dict[int, dict[str, Any]]]:
     """Return the files of the parts, and the attributes of those that can be read; refuse parts of different sweeps."""
     files, attrs = _files(folder), dict[int, dict[str, Any]]()
     for part, path in files.items():
@@ -204,7 +201,16 @@ def _together(folder: str | os.PathLike[str]) -> tuple[dict[int, Path], dict[int
     check_schema(int(first["schema"]), f"{folder}: ")
     for part, each in attrs.items():
         _check_same(files[part], each, first, SAME)
+    if told and (lost := [part for part in files if part not in attrs]):
+        warnings.warn(f"{folder}: cannot read shards {_spans(lost)}", stacklevel=3)
     return files, attrs
+
+
+def coordinates_of(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the axes that each part says, without the seeds."""
+    axes = json.loads(attrs["axes"])
+    whole_of = {name: np.arange(each) if isinstance(each, int) else each for name, each in axes.items()}
+    return {name: xr.Variable(name, each, units_of(name)) for name, each in whole_of.items()}
 
 
 def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
@@ -227,11 +233,10 @@ def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
     FrictionloopError
         For a folder without shards, or with shards of different sweeps.
     """
-    files, attrs = _together(folder)
-    if lost := [part for part in files if part not in attrs]:
-        warnings.warn(f"{folder}: cannot read shards {_spans(lost)}", stacklevel=2)
+    files, attrs = together(folder, told=True)
     first, shape, parts = next(iter(attrs.values())), _shape(attrs), _parts(files)
-    axes, seeds = json.loads(first["axes"]), json.loads(first["seeds"])
+    coords, seeds = coordinates_of(first), json.loads(first["seeds"])
+    axes = tuple(coords)
     sizes = [len(points_of_shard((part, parts), shape[:-1])) for part in range(1, parts + 1)]
     there = {part: files[part] for part in attrs}
     any_part = load(next(iter(there.values())))
@@ -239,14 +244,10 @@ def open_sweep(folder: str | os.PathLike[str]) -> xr.Dataset:
     for name, values in any_part.data_vars.items():
         joined = _joined(there, str(name), [size * shape[-1] for size in sizes], shape, float)
         data[str(name)] = xr.Variable((*axes, "seed"), joined, values.attrs)
-    coords: dict[str, Any] = {
-        name: xr.Variable(name, np.arange(each) if isinstance(each, int) else each, units_of(name))
-        for name, each in axes.items()
-    }
     for name, values in any_part.coords.items():
         if name != "run":
             joined = _joined(there, str(name), sizes, shape[:1], values.dtype)
-            coords[str(name)] = xr.Variable(next(iter(axes)), joined, values.attrs)
+            coords[str(name)] = xr.Variable(axes[0], joined, values.attrs)
     done = sum(int(each[RUNS_DONE]) for each in attrs.values())
     kept = {name: value for name, value in first.items() if name not in OWN}
     return xr.Dataset(data, coords | {"seed": seeds}, kept | {RUNS_DONE: done})

@@ -11,20 +11,20 @@ from typing import Any
 from frictionloop.control.laws import law_of
 from frictionloop.firmware.c_expressions import filled
 from frictionloop.firmware.c_functions import FunctionInC
-from frictionloop.firmware.c_source import INT, REAL, VOID, WORD, Kind, Pointer, Struct, Value, bare, identifier, no_c
+from frictionloop.firmware.c_types import INT, REAL, VOID, WORD, Kind, Pointer, Struct, Value, bare, identifier, no_c
 from frictionloop.firmware.translation import Translation
-from frictionloop.loop.kernel import access
+from frictionloop.loop.kernel import slab_access
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lowering import lower
-from frictionloop.loop.kernel.shared import PROGRAMS, SCRATCH, SHARED
-from frictionloop.loop.kernel.signals import STREAMS, build_draws
-from frictionloop.loop.kernel.structure import kernel_of
-from frictionloop.loop.kernel.tiles import Lifting
+from frictionloop.loop.kernel.signal_generation import STREAMS, build_draws
+from frictionloop.loop.kernel.step_lifting import Lifting
+from frictionloop.loop.kernel.tile_compatibility import kernel_of
+from frictionloop.loop.kernel.tile_record import PROGRAMS, SCRATCH, SHARED
 from frictionloop.parameters import System
 from frictionloop.physics.plate import pulse_step
-from frictionloop.quantities.arithmetic import is_compiled
-from frictionloop.quantities.normals import BLOCK, draw
-from frictionloop.quantities.version import package_version
+from frictionloop.quantities.code_version import package_version
+from frictionloop.quantities.counter_noise import BLOCK, draw
+from frictionloop.quantities.scalar_math import is_compiled
 
 TEMPLATE = Path(__file__).with_name("loop.c.txt")
 _KINDS: dict[str, Kind] = {
@@ -154,5 +154,5 @@ def _no_pulses(_within: FunctionInC, _node: ast.Call) -> Value:
     return Value("NAN", REAL)  # `LoopInC.lower` takes no plate that is driven by pulses
 
 
-OWN = {pulse_step: _no_pulses, access.doubles: _address, access.load: _load, access.store: _store}
+OWN = {pulse_step: _no_pulses, slab_access.doubles: _address, slab_access.load: _load, slab_access.store: _store}
 """How compiled code reaches the numbers of a slab."""

@@ -9,7 +9,7 @@ import numpy as np
 from frictionloop.loop.metric import Sample, Tally
 from frictionloop.loop.record import system_of
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.scalar_math import fma, step
 
 if TYPE_CHECKING:
     import xarray as xr

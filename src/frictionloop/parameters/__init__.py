@@ -9,6 +9,17 @@ from frictionloop.parameters.controller import (
     PiController,
     Timing,
 )
+from frictionloop.parameters.input_signals import (
+    ColouredNoise,
+    Constant,
+    LogSweep,
+    Recording,
+    Samples,
+    Signal,
+    Sine,
+    Source,
+    Steps,
+)
 from frictionloop.parameters.motion import LoadCells, PositionSensor, Sliding, Strokes, Touch
 from frictionloop.parameters.plant import (
     FingerFriction,
@@ -24,17 +35,6 @@ from frictionloop.parameters.plant import (
     SuspendedSensor,
 )
 from frictionloop.parameters.presets import READINGS, RETUNED, bench, feasible, paper
-from frictionloop.parameters.sources import (
-    ColouredNoise,
-    Constant,
-    LogSweep,
-    Recording,
-    Samples,
-    Signal,
-    Sine,
-    Source,
-    Steps,
-)
 from frictionloop.parameters.system import Board, System, check_system
-from frictionloop.parameters.toml_files import PRESETS, SCHEMA, preset, read_toml
-from frictionloop.parameters.written import write_toml
+from frictionloop.parameters.toml_reader import PRESETS, SCHEMA, preset, read_toml
+from frictionloop.parameters.toml_writer import write_toml

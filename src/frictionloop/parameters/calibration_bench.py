@@ -12,7 +12,7 @@ from typing import Annotated
 from pydantic import Field
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive
-from frictionloop.parameters.description import Description
+from frictionloop.parameters.frozen_blocks import Description
 from frictionloop.parameters.plant import SuspendedSensor
 
 Share = Annotated[Number, Field(ge=0, lt=1)]

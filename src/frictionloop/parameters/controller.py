@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import sys
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer
 
 from frictionloop.parameters.block import Block, Kinded, Kinds, NotNegative, Number, Positive, Whole
 from frictionloop.quantities import must_be
@@ -41,8 +41,7 @@ class Model(Block):
     table_um2: tuple[NotNegative, ...] = ()
     """Measured table: a^2 at forces evenly from g(max_amplitude_um) to f0, falling to 0; none: the law's own."""
 
-    @model_validator(mode="after")
-    def _table(self) -> Self:
+    def _check(self) -> None:
         if self.table_size == 1:
             raise must_be("table_size", 1, "0 or at least 2")
         if self.table_um2:
@@ -51,16 +50,11 @@ class Model(Block):
                 raise ValueError("table_um2 must fall to 0")
             if self.table_size == 0:
                 raise ValueError(f"table_um2 needs table_size = {len(table)}")
-        return self
-
-    @model_validator(mode="after")
-    def _clamp(self) -> Self:
         if not sys.float_info.min <= self.floor_n < self.nominal_n:
             raise ValueError(
                 f"susceptibility_per_um2, max_amplitude_um: clamp from {self.floor_n:g} to {self.nominal_n:g} N "
                 "must rise above 0"
             )
-        return self
 
     @property
     def floor_n(self) -> float:
@@ -133,15 +127,13 @@ class FeedForward(Timing):
     overdrive: bool = False
     """Whether the amplitude command overshoots so that the plate gets there in one period (paper, ref. [14])."""
 
-    @model_validator(mode="after")
-    def _followed(self) -> Self:
+    def _check(self) -> None:
         periods = self.delay_s * self.rate_hz
         if self.feedforward and periods > LONGEST_DELAY * (1 + 1e-9):
             raise ValueError(
                 f"delay_s = {self.delay_s:g} s is {periods:.3g} control periods: feedforward follows at most "
                 f"{LONGEST_DELAY}, {LONGEST_DELAY / self.rate_hz:g} s"
             )
-        return self
 
 
 class FilteredPiController(FeedForward):
@@ -171,17 +163,12 @@ class NotchPiController(FeedForward):
     notch_width: Annotated[Number, Field(gt=0, le=10)] = 9.5
     """Damping ratio of the denominator; well above 1 the notch is the inverse of the resonance (`retune_notch`)."""
 
-    @model_validator(mode="after")
-    def _below_nyquist(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         if not self.notch_hz < self.rate_hz / 2:
             raise must_be("notch_hz", self.notch_hz, f"below half of rate_hz, {self.rate_hz / 2:g} Hz", "Hz")
-        return self
-
-    @model_validator(mode="after")
-    def _is_a_notch(self) -> Self:
         if self.notch_depth > self.notch_width:
             raise must_be("notch_depth", self.notch_depth, f"at most notch_width, {self.notch_width:g}")
-        return self
 
 
 class PiController(Timing):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from frictionloop.parameters.block import Block, Kinds, NotNegative, Number, Positive, Whole
 from frictionloop.quantities import must_be
@@ -62,21 +62,15 @@ class Strokes(Block):
     of less than twice that nothing counts. Nothing counts below half the mean load either.
     """
 
-    @model_validator(mode="after")
-    def _room_to_turn(self) -> Self:
+    def _check(self) -> None:
         longest = self.stroke_mm / (TURN_SHARE * self.speed_mm_s)
         if self.reversal_s > longest:
             raise ValueError(
                 f"reversal_s = {self.reversal_s:g} s at {self.speed_mm_s:g} mm/s: must be at most {longest:.6g}, or "
                 f"stroke_mm at least {TURN_SHARE * self.speed_mm_s * self.reversal_s:.6g}"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _time_to_land(self) -> Self:
         if 0 < self.contact_s < 2 * self.landing_s:
             raise must_be("contact_s", self.contact_s, f"0 or at least {2 * self.landing_s:g}", "s")
-        return self
 
     def in_contacts(self) -> dict[str, float]:
         """Return overrides with which each contact is one stroke, which turns in the air."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.parameters.description import Description
+from frictionloop.parameters.frozen_blocks import Description
 from frictionloop.quantities import must_be
 
 Side = Literal["length", "width"]
@@ -98,11 +98,9 @@ class Carrier(Block):
     alignment: Literal["centre", "edge"] = "centre"
     """Where pulses grow from: a fixed centre (both edges set by the timer) or their first edge (assumed)."""
 
-    @model_validator(mode="after")
-    def _band_is_not_empty(self) -> Self:
+    def _check(self) -> None:
         if not self.band_low_hz < self.band_high_hz:
             raise must_be("band_low_hz", self.band_low_hz, f"below band_high_hz = {self.band_high_hz:g}")
-        return self
 
 
 class PlateDesign(Description):

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from frictionloop.parameters.block import Block, NotNegative, Number, Positive, Whole
-from frictionloop.parameters.description import Description
-from frictionloop.parameters.toml_files import read_tree
+from frictionloop.parameters.frozen_blocks import Description
+from frictionloop.parameters.toml_reader import read_tree
 from frictionloop.quantities import must_be
+from frictionloop.quantities.counter_noise import covariance_root
 
 
 class Spread(Block):
@@ -36,8 +37,7 @@ class Population(Description):
     correlation: tuple[tuple[Number, ...], ...] = ()
     """Of the logarithms, a row for each value; none: independent."""
 
-    @model_validator(mode="after")
-    def _correlates(self) -> Self:
+    def _check(self) -> None:
         names = [each.path for each in self.value]
         if len(set(names)) < len(names):
             raise ValueError(f"value: {', '.join(names)} must all differ")
@@ -48,7 +48,6 @@ class Population(Description):
             even = np.allclose(matrix, matrix.T) and np.allclose(np.diag(matrix), 1.0)
             if not even or float(np.linalg.eigvalsh(matrix).min()) < -1e-6:
                 raise ValueError("correlation: must be symmetric, 1 on its diagonal, positive semidefinite")
-        return self
 
     def matrix(self) -> np.ndarray:
         """Return the correlation of the logarithms, shape (values, values)."""
@@ -60,8 +59,7 @@ class Population(Description):
 
     def root(self) -> np.ndarray:
         """Return R with R R^T = correlation, which turns independent normals into correlated ones."""
-        power, direction = np.linalg.eigh(self.matrix())
-        return np.asarray(direction * np.sqrt(np.maximum(power, 0.0)) @ direction.T)
+        return covariance_root(self.matrix())
 
 
 def read_population(source: Population | Mapping[str, Any] | str | os.PathLike[str]) -> Population:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from operator import attrgetter
 
 from frictionloop.parameters.controller import Model, PiController
+from frictionloop.parameters.input_signals import Constant, LogSweep, Sine
 from frictionloop.parameters.motion import Strokes
 from frictionloop.parameters.plant import (
     FingerFriction,
@@ -15,7 +16,6 @@ from frictionloop.parameters.plant import (
     Skin,
     SuspendedSensor,
 )
-from frictionloop.parameters.sources import Constant, LogSweep, Sine
 from frictionloop.parameters.system import System
 
 

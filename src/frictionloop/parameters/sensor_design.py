@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from frictionloop.parameters.block import Block, Kinds, Number, Whole
-from frictionloop.parameters.description import Description
+from frictionloop.parameters.frozen_blocks import Description
 
 LEAST, MOST = 1e-9, 1e9
 """Bounds of every number, far outside what can be built, within which no formula overflows."""

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from frictionloop.parameters.block import Block, Number, Positive, Whole
 from frictionloop.parameters.controller import Controller
-from frictionloop.parameters.description import Description, flat
+from frictionloop.parameters.frozen_blocks import Description, flat
+from frictionloop.parameters.input_signals import Source, largest_n
 from frictionloop.parameters.motion import Motion, Sliding, Touch
 from frictionloop.parameters.plant import AnyFriction, Finger, FrictionLaw, Plate, RigidFinger, Sensor, SuspendedSensor
-from frictionloop.parameters.sources import Source, largest_n
 from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import ABOVE_0, number
+from frictionloop.quantities.value_checks import ABOVE_0, number
 
 
 def _is_there(value: float) -> float:
@@ -112,32 +112,18 @@ class System(Description):
             raise must_be("friction.kind", self.friction.kind, '"finger" for a coefficient')
         return {"friction.nominal_n": mu * load_n, "controller.model.nominal_n": mu * load_n} | own
 
-    @model_validator(mode="after")
-    def _some_friction_is_left(self) -> Self:
-        if not isinstance(self.friction, FrictionLaw):
-            return self
-        fall = self.friction.susceptibility_per_um2 * (self.plate.max_amplitude_um * self.plate.max_amplitude_um)
+    def _check(self) -> None:
+        tau = self.friction.susceptibility_per_um2 if isinstance(self.friction, FrictionLaw) else 0.0
+        fall = tau * (self.plate.max_amplitude_um * self.plate.max_amplitude_um)
         if not fall <= _STEEPEST:
             raise must_be("friction.susceptibility_per_um2 * plate.max_amplitude_um^2", fall, f"at most {_STEEPEST:g}")
-        return self
-
-    @model_validator(mode="after")
-    def _moves(self) -> Self:
         for block, kind in (("friction", self.friction.kind), ("finger", self.finger.kind)):
             if kind in ("finger", "skin") and self.motion.kind == "sliding":
                 raise ValueError(f'{block}.kind = "{kind}": needs motion.kind = "strokes"')
-        return self
-
-    @model_validator(mode="after")
-    def _has_a_place(self) -> Self:
         if self.disturbance.kind == "effect":
             raise must_be("disturbance.kind", "effect", "another; an effect is a set-point")
         if self.setpoint.kind == "effect" and self.motion.kind == "sliding":
             raise must_be("motion.kind", "sliding", "strokes, for an effect")
-        return self
-
-    @model_validator(mode="after")
-    def _reads_what_it_controls(self) -> Self:
         if isinstance(self.sensor, SuspendedSensor):
             wanted, model = largest_n(self.setpoint), self.controller.model.nominal_n
             for name, force in (("the set-point reaches", wanted), ("controller.model.nominal_n is", model)):
@@ -145,7 +131,6 @@ class System(Description):
                     raise ValueError(
                         f"sensor.range_n = {self.sensor.range_n:g} N: {name} {force:g} N; must be at least that"
                     )
-        return self
 
 
 def check_system(system: Any) -> None:

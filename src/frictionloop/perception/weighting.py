@@ -12,14 +12,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionloop.parameters import Skin
-from frictionloop.perception.thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n, impedance
-from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import Array, number
-
-Complex = NDArray[np.complex128]
+from frictionloop.perception.detection_thresholds import HIGHEST_HZ, LOWEST_HZ, force_threshold_n, impedance
+from frictionloop.quantities import Array, Complex, FrictionloopError
+from frictionloop.quantities.value_checks import number
 
 HIGHPASS_HZ = 0.7
 """Corner of the second-order Butterworth high-pass that keeps mean and drift out, 0.9 dB down at 1 Hz (assumed)."""

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import eigh, solve_discrete_lyapunov
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import sosfilt
 
-from frictionloop.parameters.sources import ColouredNoise
-from frictionloop.quantities import FrictionloopError
-
-Array = NDArray[np.float64]
+from frictionloop.parameters.input_signals import ColouredNoise
+from frictionloop.quantities import Array, FrictionloopError
+from frictionloop.quantities.counter_noise import covariance_root
 
 _PAIRS_PER_DECADE = 2  # level within 0.06 dB of 1/f, peak to peak (tested)
 _LOWEST = 1e-6  # low_hz / rate_hz; below it, double precision no longer gives the variance to 1e-5 (tested)
@@ -95,7 +94,7 @@ def _section(zeros: Array, poles: Array) -> Array:
 def stationary_state(sos: Array, normals: ArrayLike) -> Array:
     """Return a filter state drawn from its stationary distribution: the noise has no start-up transient.
 
-    The covariance of the state solves P = A P A^T + B B^T; the state is V L^(1/2) n with P = V L V^T.
+    The covariance of the state solves P = A P A^T + B B^T; the state is R n with P = R R.
     ``normals`` are independent unit normals n, shape (..., 2 * sections), one row per lane. The result is the
     first ``zi`` for `colour`, shape (sections, ..., 2); a lane's bits do not depend on the other lanes.
     Raises ``FrictionloopError`` if a lane does not hold 2 * sections numbers.
@@ -104,8 +103,7 @@ def stationary_state(sos: Array, normals: ArrayLike) -> Array:
     count = 2 * len(sos)
     if drawn.ndim == 0 or drawn.shape[-1] != count:
         raise FrictionloopError(f"normals has shape {drawn.shape}; accepted: (..., {count})")
-    powers, directions = eigh(_covariance(sos))
-    columns = directions * np.sqrt(np.maximum(powers, 0))
+    columns = covariance_root(_covariance(sos))
     state = np.zeros(drawn.shape)
     for i in range(count):  # not a matrix product, whose rounding depends on the number of lanes
         state += drawn[..., i, None] * columns[:, i]

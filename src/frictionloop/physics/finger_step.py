@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from frictionloop.physics.contact import ContactCoefficients, ContactState, bristle_step
-from frictionloop.physics.friction_limit import (
+from frictionloop.physics.bristle_contact import ContactCoefficients, ContactState, bristle_step
+from frictionloop.physics.limit_scaling import (
     LimitCoefficients,
     OcclusionCoefficients,
     aged_step,
@@ -18,7 +18,7 @@ from frictionloop.physics.motion import LoadPlan, StrokePlan, load_step, stroke_
 from frictionloop.physics.plate import plate_step
 from frictionloop.physics.tremor import TremorState
 from frictionloop.physics.vibration import GAUSSIAN, Vibration
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.scalar_math import fma, step
 
 
 class Motion(NamedTuple):

@@ -16,8 +16,8 @@ from scipy.special import ndtr
 from frictionloop.parameters import FingerFriction, Skin, Strokes, System
 from frictionloop.parameters.population import Population, read_population
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import whole
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
+from frictionloop.quantities.value_checks import whole
 
 POPULATION_STREAM = 21
 """Stream of the counter-based noise that fingers are drawn from."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from frictionloop.parameters import FrictionLaw, FrictionLimit
 from frictionloop.physics.vibration import GAUSSIAN, Vibration, inverse_of, vibration_of
-from frictionloop.quantities.arithmetic import exp2, step
-from frictionloop.quantities.checks import as_numbers, numbers
+from frictionloop.quantities.scalar_math import exp2, step
+from frictionloop.quantities.value_checks import as_numbers, numbers
 
 LARGEST_UM = 1000.0
 """Largest amplitude that is searched for (assumed: far beyond any plate)."""

@@ -9,8 +9,8 @@ from scipy.special import ndtr
 
 from frictionloop.parameters.motion import TURN_SHARE, Strokes
 from frictionloop.parameters.plant import RigidFinger, Skin
-from frictionloop.quantities.arithmetic import ROUND, fma, sin_turns, step
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
+from frictionloop.quantities.scalar_math import ROUND, fma, sin_turns, step
 
 DRIFT_STREAM = 18
 """Stream of the counter-based noise that the phases of the load's drift are drawn from."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from frictionloop.parameters import LowpassPlate, ResonantPlate
 from frictionloop.parameters.block import Block
 from frictionloop.quantities import Lti
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.quantities.scalar_math import fma, step
 
 
 @step

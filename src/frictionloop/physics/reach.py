@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictionloop.parameters import FingerFriction, Friction, FrictionLimit, Sliding, Strokes, System, check_system
 from frictionloop.physics.friction import Held, Law, friction_force, is_gaussian, limit_law
-from frictionloop.physics.friction_limit import limit_coefficients, limit_step
+from frictionloop.physics.limit_scaling import limit_coefficients, limit_step
 from frictionloop.physics.occlusion import occlusion_after
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import number, numbers
+from frictionloop.quantities.value_checks import number, numbers
 
 if TYPE_CHECKING:
     import xarray as xr

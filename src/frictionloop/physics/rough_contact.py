@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 from frictionloop.parameters.plant import FingerFriction
 from frictionloop.physics.vibration import LEAST_N, Vibration
-from frictionloop.quantities.arithmetic import exp2, log2, step
+from frictionloop.quantities.scalar_math import exp2, log2, step
 
 
 class RoughContactFriction(FingerFriction):

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from frictionloop.quantities.arithmetic import ROUND, bits, fma, step
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
+from frictionloop.quantities.scalar_math import ROUND, bits, fma, step
 
 ROUGHNESS_STREAM = 20
 """Stream of the counter-based noise that the table is drawn from."""

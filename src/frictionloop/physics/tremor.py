@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cholesky, solve_discrete_lyapunov
 
-from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
+from frictionloop.quantities.scalar_math import fma, step
 
 TANGENTIAL_STREAM, NORMAL_STREAM = 16, 17
 """Streams of the counter-based noise that drive the displacement along the stroke and the normal force."""

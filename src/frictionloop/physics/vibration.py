@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
-from frictionloop.parameters.plant import FingerFriction
-from frictionloop.quantities.arithmetic import exp2, fma, log2, step
-from frictionloop.quantities.brief import brief
-from frictionloop.quantities.compiled import keep_compiled
+from frictionloop.parameters.plant import FingerFriction, FrictionLaw
+from frictionloop.quantities.class_help import brief
+from frictionloop.quantities.compile_cache import keep_compiled
+from frictionloop.quantities.scalar_math import exp2, fma, log2, step
 
 LEAST_N = 1e-9
 """Least force whose logarithm is taken: below any that can be asked for."""
@@ -24,13 +24,17 @@ class Vibration(NamedTuple):
     """Kind of the parameters that it belongs to."""
     step: Any
     """Share of the limit that is left, falling with the amplitude (um, at least 0); ``occluded`` is the moisture under
-    the finger, 0 to 1."""
+    the finger, 0 to 1. Of a law from outside: under the finger of 0.38 um^-2 (`per_finger`)."""
     coefficients: type
     """Named tuple of numbers that the step takes."""
     coefficients_of: Callable[[Any], Any]
     """Friction parameters -> coefficients."""
     inverse: Any = None
     """``inverse(limit_n, wanted_n, occluded, coefficients) -> amplitude_um``; where it is None, it is searched for."""
+
+
+REFERENCE_PER_UM2: float = FrictionLaw.model_fields["susceptibility_per_um2"].default
+"""Susceptibility of the finger for which a law from outside is written (paper, Sec. 2.1)."""
 
 
 class GaussianCoefficients(NamedTuple):
@@ -94,6 +98,42 @@ def gaussian_coefficients(friction: Any) -> GaussianCoefficients:
     unit = float(math.sqrt(math.log(2.0) / friction.susceptibility_per_um2))
     loss = friction.moist_loss if isinstance(friction, FingerFriction) else 0.0
     return GaussianCoefficients(unit, 1.0 / unit, loss)
+
+
+def per_finger(law: Vibration) -> Vibration:
+    """Return a law from outside under fingers of any susceptibility and moisture.
+
+    Its share at ``a`` is that of the reference finger at a sqrt(tau (1 - l w) / 0.38 um^-2): equation (1) and
+    `rough_contact` depend on tau in this way; that others do is assumed.
+    """
+    share, own_inverse = law.step, law.inverse
+    fields: list[tuple[str, type]] = [("square", float), ("moist_loss", float), ("own", law.coefficients)]
+    felt_coefficients = cast(Any, NamedTuple("Felt", fields))
+
+    @step
+    def sensitivity(occluded, given):  # type: ignore[no-untyped-def]
+        return math.sqrt(given.square * fma(-given.moist_loss, occluded, 1.0))
+
+    @step
+    def felt(amplitude_um, occluded, given):  # type: ignore[no-untyped-def]
+        return share(amplitude_um * sensitivity(occluded, given), occluded, given.own)
+
+    @step
+    def inverse(limit_n, wanted_n, occluded, given):  # type: ignore[no-untyped-def]
+        return own_inverse(limit_n, wanted_n, occluded, given.own) / sensitivity(occluded, given)
+
+    felt.py_func.stands_for = getattr(share, "py_func", share)
+
+    def coefficients_of(friction: Any) -> Any:
+        square = friction.susceptibility_per_um2 / REFERENCE_PER_UM2
+        return felt_coefficients(square, getattr(friction, "moist_loss", 0.0), law.coefficients_of(friction))
+
+    return law._replace(
+        step=felt,
+        coefficients=felt_coefficients,
+        coefficients_of=coefficients_of,
+        inverse=None if own_inverse is None else inverse,
+    )
 
 
 GAUSSIAN = Vibration("gaussian", gaussian_step, GaussianCoefficients, gaussian_coefficients, gaussian_inverse)

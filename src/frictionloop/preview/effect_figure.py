@@ -74,7 +74,7 @@ def _draw_felt(axes: Axes, shown: Preview) -> None:
 def _draw_map(axes: Axes, scale: Axes, shown: Preview) -> None:
     """Draw what is asked for around the path, and the path."""
     from frictionloop.rendering.effect import Touch
-    from frictionloop.rendering.effect_source import EffectSource
+    from frictionloop.rendering.effect_setpoint import EffectSource
 
     source = shown.system.setpoint
     assert isinstance(source, EffectSource)

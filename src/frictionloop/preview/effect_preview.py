@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,13 +15,12 @@ from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import Constant, Strokes, System
 from frictionloop.parameters.controller import Model
 from frictionloop.physics.reach import Reach
-from frictionloop.preview.arrivals import People, people
-from frictionloop.preview.measures import LEAST_N, Delivered, delivered, over_place
+from frictionloop.preview.pattern_arrival import People, people
+from frictionloop.preview.pattern_measures import LEAST_N, Delivered, delivered, over_place
 from frictionloop.preview.prepared_stroke import StrokeForces, both, duration_s, playable_forces, prepared, skin_n_mm
-from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.checks import Array
+from frictionloop.quantities import Array, FrictionloopError
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.shapes import Grating
 
 if TYPE_CHECKING:
@@ -33,11 +31,9 @@ REACHED = 0.995
 """Share of the path in reach below which that is a finding (assumed)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Preview(Result):
+class Preview(Result, schema="rendering.preview/1"):
     """What will be felt of an effect under one finger; forces over ``place_mm``, shape (cells,)."""
 
-    SCHEMA: ClassVar[str] = "rendering.preview/1"
     title: str
     """The name of the effect, or its kind."""
     system: System
@@ -108,7 +104,8 @@ class Preview(Result):
         if not math.isfinite(here.contrast):
             errors = (f"{1e3 * abs(each.mean_error_n):.0f} mN" for each in (here, there))
             return "level errs", "{} open loop, {} closed".format(*errors)
-        return "arrives", f"{100 * here.contrast:.0f} % open loop, {100 * there.contrast:.0f} % closed"
+        shares = f"{100 * here.contrast:.0f} % open loop, {100 * there.contrast:.0f} % closed"
+        return "arrives", f"{shares}, within {duration_s(self.system):.0f} s of contact"
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the effect, how much of it arrives, and how much it is felt."""
@@ -116,7 +113,8 @@ class Preview(Result):
         what = f"{effect.spacing_mm:g} mm grating" if isinstance(effect, Grating) else Path(self.title).stem
         height = f", ±{self.amplitude_n:.2g} N" if self.amplitude_n > LEAST_N else ""
         over = {"pattern": self.closed_loop.pattern_felt, "error": self.closed_loop.error_felt}
-        felt = ", ".join(f"{name} {_over(each)} x the threshold" for name, each in over.items())
+        times = {name: shown(each) if each >= 0.01 else "0" for name, each in over.items()}
+        felt = ", ".join(f"{name} {each} x the threshold" for name, each in times.items())
         crowd = [] if self.people is None else [("between fingers", self.people.spread)]
         named = ("effect", f"{what}{height}, {self.speed_mm_s:g} mm/s")
         return [named, ("law", self.system.controller.kind), self.arriving, ("felt, closed", felt), *crowd]
@@ -137,10 +135,12 @@ class Preview(Result):
             "of the set-point, mN": 1e3 * self.position_error_n,
             "table error, mN": 1e3 * self.table_error_n,
         }
+        model = self.table_model
+        table = {"f0, N": model.nominal_n, "tau, um^-2": model.susceptibility_per_um2}
         found = {
             "delivered": pd.DataFrame({name: _delivered(each) for name, each in columns.items()}),
             "limits": pd.DataFrame({"value": limits}),
-            "table of the open loop": pd.DataFrame({"value": _table(self.table_model)}),
+            "table of the open loop": pd.DataFrame({"value": table | {"values measured": float(len(model.table_um2))}}),
         }
         return found if self.people is None else found | self.people.tables()
 
@@ -162,18 +162,6 @@ def _delivered(found: Delivered) -> dict[str, float]:
         "pattern at most, x threshold": float(np.nanmax(found.pattern_over)),
         "pattern felt, % of the path": 100.0 * found.share_felt,
     }
-
-
-def _table(model: Model) -> dict[str, float]:
-    return {
-        "f0, N": model.nominal_n,
-        "tau, um^-2": model.susceptibility_per_um2,
-        "values measured": float(len(model.table_um2)),
-    }
-
-
-def _over(thresholds: float) -> str:
-    return shown(thresholds) if thresholds >= 0.01 else "0"
 
 
 def preview(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -16,16 +14,14 @@ from frictionloop.parameters import Strokes, System
 from frictionloop.preview.effect_preview import findings_of
 from frictionloop.preview.prepared_stroke import playable_forces, prepared, skin_n_mm
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_player import program_of
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.library import summary
-from frictionloop.rendering.player import program_of
 
 
-@dataclass(frozen=True, kw_only=True)
-class Check(Result):
+class Check(Result, schema="rendering.check/1"):
     """What an effect asks for along a stroke, and what a controller's band and a skin leave of it."""
 
-    SCHEMA: ClassVar[str] = "rendering.check/1"
     effect: Effect
     least_n: float
     """Least force before the band, also while waves of it play."""
@@ -93,11 +89,9 @@ def check(effect: Effect | str, system: System, stroke: Strokes | float | None =
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Played(Result):
+class Played(Result, schema="rendering.play/1", without="run"):
     """A run of an effect."""
 
-    SCHEMA: ClassVar[str] = "rendering.play/1"
     title: str
     """The name of the effect, or its kind."""
     run: xr.Dataset
@@ -116,12 +110,6 @@ class Played(Result):
             ("error", f"{shown(1e3 * self.rms_error_n)} mN rms of the force"),
             ("by the place", f"{shown(1e3 * self.position_error_n)} mN rms of the set-point"),
         ]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything but the traces, which are for `save`."""
-        found = super().to_dict()
-        del found["run"]
-        return found
 
 
 def play(effect: Effect | str, system: System, duration_s: float = 10.0, seed: int = 0) -> Played:

@@ -9,18 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.reference_runs import OPENED
+from frictionloop.loop.companion_runs import OPENED
 from frictionloop.parameters import Skin, Strokes, System, check_system
 from frictionloop.parameters.controller import Model
-from frictionloop.perception.thresholds import HIGHEST_HZ
-from frictionloop.preview.measures import edges_mm
-from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.checks import Array
+from frictionloop.perception.detection_thresholds import HIGHEST_HZ
+from frictionloop.preview.pattern_measures import edges_mm
+from frictionloop.quantities import Array, FrictionloopError, must_be
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_player import program_of
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.effect_toml import find
 from frictionloop.rendering.library import STARTED_S, longest_s
-from frictionloop.rendering.player import program_of
 
 CYCLES = 2.0
 """Strokes there and back that are simulated (assumed: each place is passed four times)."""
@@ -106,17 +105,14 @@ def stroke_forces(system: System) -> StrokeForces:
     slope = np.abs(np.diff(held, axis=1)).max() / (fine[1] - fine[0])
     error = program_of(source.effect, source.track, system.touch.load.length_mm).error_n
     place = 0.5 * (edges[1:] + edges[:-1])
-    beyond, every = np.abs(raw - held), np.concatenate([raw.ravel(), _while_waves_play(system, fine)])
+    beyond, every = np.abs(raw - held), np.concatenate([raw.ravel(), _while_waves_play(source, motion, fine)])
     ends = float(every.min()), float(every.max())
     share, most = float(np.mean(beyond > 0)), float(beyond.max())
     return StrokeForces(place, middle[0], middle[1], share, most, float(slope), error, *ends)
 
 
-def _while_waves_play(system: System, fine: Array) -> Array:
+def _while_waves_play(source: EffectSource, motion: Strokes, fine: Array) -> Array:
     """Return forces along the stroke at times since a wave began; none for an effect without waves."""
-    source, motion = system.setpoint, system.motion
-    assert isinstance(source, EffectSource)
-    assert isinstance(motion, Strokes)
     longest = longest_s(source.effect)
     if longest == 0.0:
         return np.zeros(0)

@@ -1,12 +1,16 @@
-"""The small linear system that every block linearises to."""
+"""The small linear system that every block linearises to, and arrays of real and of complex numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from frictionloop.quantities.brief import Brief
+from frictionloop.quantities.class_help import Brief
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from frictionloop.quantities.brief import Brief
+from frictionloop.quantities.class_help import Brief
 
 _UNITS = {
     **{"n": "N", "m": "m", "mm": "mm", "um": "um", "kg": "kg", "s": "s", "hz": "Hz", "rthz": "rtHz", "mhz": "MHz"},

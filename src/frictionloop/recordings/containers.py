@@ -17,11 +17,19 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Finding
 from frictionloop.quantities import FrictionloopError
-from frictionloop.recordings.contents import MOST_LINES, Channel, Contents, left_out, lines_of, told_rates
-from frictionloop.recordings.dates import iso_date, told_date
-from frictionloop.recordings.hdf5 import check_hdf5, expands
-from frictionloop.recordings.headers import attribute_unit, header, is_bare_dimension, unpacked
-from frictionloop.recordings.stored import Stored, is_large
+from frictionloop.quantities.units import known_unit
+from frictionloop.recordings.contents import (
+    MOST_LINES,
+    Channel,
+    Contents,
+    Stored,
+    is_large,
+    left_out,
+    lines_of,
+    told_rates,
+)
+from frictionloop.recordings.hdf5_checks import check_hdf5, expands
+from frictionloop.recordings.text_numbers import header, iso_date, plain_text, told_date
 
 _CREATED = re.compile(rb"Created on: (\w{3} \w{3} [\d :]{8,16})")
 """Where the header of a MAT file says its date."""
@@ -68,9 +76,10 @@ def hdf5_contents(path: Path) -> Contents:
         said[name] = dict(item.attrs)
         if not isinstance(item, h5py.Dataset) or name.startswith("#") or is_bare_dimension(item):
             return
-        if matlab and _class_of(item) not in ("", "double", "single", "logical") and "int" not in _class_of(item):
-            if _class_of(item) not in ("char", "cell"):
-                dropped.append(left_out(name, f"a MATLAB object ({_class_of(item)})"))
+        kind = plain_text(said[name].get("MATLAB_class", "")) if matlab else ""
+        if kind not in ("", "double", "single", "logical") and "int" not in kind:
+            if kind not in ("char", "cell"):
+                dropped.append(left_out(name, f"a MATLAB object ({kind})"))
         elif item.dtype.kind in "iufbc" and len(item.shape) <= 2 and is_large(path, item.size, item.dtype.itemsize):
             large.extend(_stored_lines(path, name, item))
         elif item.dtype.kind in "iufbcV" and item.shape is not None:
@@ -128,11 +137,6 @@ def _bytes_in(path: Path) -> int:
         return sum(8 * math.prod(shape) for _, shape, _ in whosmat(path, appendmat=False))
     except Exception:  # an AttributeError as of SciPy 1.17; the whole file is read then
         return 0
-
-
-def _class_of(item: Any) -> str:
-    name = item.attrs.get("MATLAB_class", b"")
-    return name.decode() if isinstance(name, bytes) else str(name)
 
 
 def _leaves(tree: Mapping[Any, Any], dropped: list[Finding], prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
@@ -245,3 +249,30 @@ def _hdf5_block(path: Path, _changed: int, name: str, long: int, first: int, sto
         array = file[name]
         block = array[first:stop] if long == 0 else array[:, first:stop].T
         return np.asarray(unpacked(block, dict(array.attrs))).reshape(stop - first, -1)
+
+
+def is_bare_dimension(array: Any) -> bool:
+    """Tell what NetCDF keeps for a dimension without coordinates: zeros under its name."""
+    return bytes(array.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension but not")
+
+
+def unpacked(stored: NDArray[Any], packing: Mapping[str, Any]) -> NDArray[Any]:
+    """Undo the packing of the NetCDF conventions: what is missing becomes NaN."""
+    values = stored
+    if "_FillValue" in packing:
+        values = np.where(stored == packing["_FillValue"], np.nan, stored)
+    if "scale_factor" in packing:
+        values = values * packing["scale_factor"]
+    return values + packing["add_offset"] if "add_offset" in packing else values
+
+
+UNIT_NAMES = ("units", "unit")
+"""Attributes that say the unit, in any case."""
+
+
+def attribute_unit(attributes: Mapping[str, Any]) -> str | None:
+    """Return what an attribute says of the unit, which some programs write as bytes or as a list of one."""
+    lower = {name.lower(): value for name, value in attributes.items()}
+    said = np.ravel(next((lower[name] for name in UNIT_NAMES if name in lower), ""))
+    text = plain_text(said[:1]).partition(" since ")[0]  # NetCDF: nanoseconds since 2024-03-05
+    return known_unit(text) or text.strip() or None

@@ -1,21 +1,98 @@
-"""What a file of signals holds: each a channel with its own rate, unit, scale and times."""
+"""What a file of signals holds: channels, each with rate, unit, scale and times, and which one a name means."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
+from frictionloop.quantities import Array, FrictionloopError, check_known, must_be
 from frictionloop.quantities.units import UNITS, known_unit
-from frictionloop.recordings.headers import header, is_time
-from frictionloop.recordings.stored import Samples
+from frictionloop.recordings.text_numbers import header, is_time, plain_text
 
-Array = NDArray[np.float64]
+LARGE_BYTES = 2**26
+"""A file, or an array unpacked, above this size stays where it is; a smaller one is read whole (64 MiB)."""
+BLOCK = 2**17
+"""Rows that are read at once: of eight channels in double precision 8 MiB."""
+
+
+@dataclass(frozen=True)
+class Stored:
+    """One line of samples in a file: ``stored[a:b]`` reads rows a to b, ``np.asarray(stored)`` all of them."""
+
+    size: int
+    dtype: np.dtype[Any]
+    fetch: Callable[[int, int], NDArray[Any]]
+    """Returns rows a to b of one block."""
+
+    def __getitem__(self, rows: slice) -> NDArray[Any]:
+        first, stop, step = rows.indices(self.size)
+        if stop <= first or first // BLOCK == (stop - 1) // BLOCK:
+            return self.fetch(first, max(stop, first))[::step]
+        found = np.empty(stop - first, self.dtype)
+        for start in range(first // BLOCK * BLOCK, stop, BLOCK):
+            inside = slice(max(first - start, 0), min(stop - start, BLOCK))
+            block = self.fetch(start, min(start + BLOCK, self.size))[inside]
+            found[start + inside.start - first :][: block.size] = block
+        return found[::step]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self[:], dtype)
+
+
+Samples = NDArray[Any] | Stored
+
+
+def is_large(path: Path, size: int, itemsize: int = 8) -> bool:
+    """Return whether an array of a file is to stay there."""
+    return size > BLOCK and max(path.stat().st_size, size * itemsize) > LARGE_BYTES
+
+
+def blocks_of(samples: Samples) -> Iterator[NDArray[Any]]:
+    """Yield samples in blocks; of an array that is in the memory anyway, one."""
+    if isinstance(samples, Stored):
+        for start in range(0, samples.size, BLOCK):
+            yield samples[start : start + BLOCK]
+    else:
+        yield samples
+
+
+def count_blocks(samples: Samples) -> int:
+    """Return how many blocks `blocks_of` yields."""
+    return -(-samples.size // BLOCK) if isinstance(samples, Stored) else 1
+
+
+class Spool:
+    """Rows of numbers in a file without a name: a text that is too large for the memory is parsed once."""
+
+    def __init__(self, width: int) -> None:
+        self._file, self._width, self._rows = TemporaryFile(), width, 0  # noqa: SIM115
+        finalize(self, self._file.close)
+
+    def add(self, rows: Array) -> None:
+        """Keep rows, shape (rows, columns)."""
+        rows.tofile(self._file)
+        self._rows += len(rows)
+
+    def columns(self) -> list[Stored]:
+        """Return each column of what was kept."""
+        self._file.flush()
+        return [Stored(self._rows, np.dtype(float), partial(self._read, k)) for k in range(self._width)]
+
+    def _read(self, k: int, first: int, stop: int) -> Array:
+        self._file.seek(8 * first * self._width)
+        return np.fromfile(self._file, float, (stop - first) * self._width).reshape(-1, self._width)[:, k]
+
+
 _SAID = re.compile(r"([+-]?[\d.,]+(?:e[+-]?\d+)?)\s*([a-zµμ/1]*)", re.IGNORECASE)
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(,\d{3})+")
 _HERTZ = {**dict.fromkeys(("", "hz", "1/s", "s/s", "sa/s", "samples/s"), 1.0), "khz": 1e3, "ks/s": 1e3, "mhz": 1e6}
@@ -116,11 +193,7 @@ def told_rate(name: str, value: Any) -> float | None:
 
 def _number(value: Any) -> tuple[float, str]:
     """Return the number in a value, NaN without one, and the unit behind it in a text."""
-    one = np.ravel(value)[0] if np.size(value) == 1 else ""
-    text = one.decode("utf-8", "replace") if isinstance(one, bytes) else one
-    if not isinstance(text, str):
-        text = str(one) if isinstance(one, (int, float, np.number)) else ""
-    found = _SAID.fullmatch(text.strip())
+    found = _SAID.fullmatch(plain_text(value).strip())
     if found is None or _THOUSANDS.fullmatch(found[1]):
         return np.nan, ""
     try:
@@ -137,12 +210,12 @@ def told_rates(pairs: Iterable[tuple[str, Any]]) -> dict[str, float]:
 def lines_of(name: str, array: NDArray[Any], unit: str | None = None) -> Iterator[Channel]:
     """Yield the channels of an array: itself, or its lines along the longer side as ``name[:, k]`` or ``name[k, :]``.
 
-    Of a structured array each field is one, as ``name/field``. Scalars and texts hold no channels, nor do arrays of
-    more than two dimensions that are longer than 1.
+    Of a structured array each field is one, as ``name/field``, in the array's unit if it says no other. Scalars and
+    texts hold no channels, nor do arrays of more than two dimensions that are longer than 1.
     """
     if array.dtype.names:
         for each in array.dtype.names:
-            yield from lines_of(f"{name}/{each}", array[each])
+            yield from lines_of(f"{name}/{each}", array[each], None if is_time(each) or header(each).unit else unit)
         return
     array = np.squeeze(array)
     stated = unit or header(name.rpartition("/")[2]).unit
@@ -154,3 +227,93 @@ def lines_of(name: str, array: NDArray[Any], unit: str | None = None) -> Iterato
         tall = array.shape[0] >= array.shape[1]
         for k in range(min(array.shape)):
             yield Channel(f"{name}[:, {k}]" if tall else f"{name}[{k}, :]", array[:, k] if tall else array[k], stated)
+
+
+SHOWN = 12
+"""Channels that an error lists."""
+_LINE = re.compile(r"(.*?)\s*\[\s*(?::\s*,\s*(\d+)|(\d+)\s*,\s*:)\s*\]", re.DOTALL)
+
+
+def find_channel(where: str, contents: Contents, wanted: str | int) -> Channel:
+    """Return a channel by its path, by its column's number, by its name in any case with or without its unit, or group.
+
+    Numbers count from 0: the columns of a text, the channels of a sound, elsewhere what `identify channels` lists.
+    ``name[:, k]`` and ``name[k, :]`` are lines of an array.
+
+    Raises
+    ------
+    FrictionloopError
+        For a channel that is not there, or is there more than once; what is there is listed.
+    """
+    text = str(wanted).strip().strip("\"'").strip().lstrip("/")
+    there = contents.channels
+    if (line := _LINE.fullmatch(text)) is not None:
+        return _line_of(where, there, *line.groups())
+    if exact := [each for each in there if each.name == text]:
+        return exact[0]
+    if text.isdecimal() and (numbered := _numbered(there, int(text))):
+        return numbered[0]
+    for candidates in _spelt(there, text):
+        if len(candidates) > 1:
+            raise must_be(f"{where}: column {text!r}", f"{len(candidates)} times there", _listed(candidates))
+        if candidates:
+            return candidates[0]
+    if lines := [each.name for each in there if each.name.partition("[")[0] == text]:
+        every = lines[0].replace("0", "*", 1)
+        raise must_be(f"{where}: column", text, f"{lines[0]!r} to {lines[-1]!r}, or {every!r} for all")
+    names = [each.name for each in there]
+    check_known(f"{where}: column", [text], names if len(names) <= SHOWN else [*names[:SHOWN], f"{len(names)} in all"])
+    raise AssertionError(text)
+
+
+def _listed(channels: Sequence[Channel]) -> str:
+    names = [repr(each.name) for each in channels]
+    return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+
+
+def refuse_column(where: str, wanted: str, why: str, others: Sequence[Channel]) -> FrictionloopError:
+    """Return the error that a channel is not what is wanted, with those that may be."""
+    return FrictionloopError(f"{where}: column = {wanted!r} {why}; accepted: {_listed(others) or 'a force'}")
+
+
+def _numbered(channels: Sequence[Channel], number: int) -> list[Channel]:
+    if any(each.number is not None for each in channels):
+        return [each for each in channels if each.number == number]
+    return list(channels[number : number + 1])
+
+
+def _spelt(channels: Sequence[Channel], text: str) -> list[list[Channel]]:
+    """Return those that are spelt so, from the strictest way to the loosest."""
+    channels = [each for each in channels if not _LINE.fullmatch(each.name)]
+    name, unit = _plain(text)
+    groups = [each for each in channels if each.name.endswith(f"/{text}")]
+    headed = [each for each in channels if (each.leaf, each.unit) == header(text)]
+    loose = [
+        each
+        for each in channels
+        if _plain(each.leaf)[0] in (name, *([text.casefold()] if "/" in text else []))
+        and unit in ("", (each.unit or "").casefold())
+    ]
+    doubled = [each for each in channels if each.number is not None and each.name == f"{text} {each.number}"]
+    return [groups, headed, doubled, loose]
+
+
+def _plain(text: str) -> tuple[str, str]:
+    """Return the name and the unit of a header as people copy them: in any case, with any brackets."""
+    found = header(text)
+    return " ".join(found.name.split()).casefold(), (found.unit or "").casefold()
+
+
+def _line_of(where: str, channels: Sequence[Channel], name: str, column: str | None, row: str | None) -> Channel:
+    """Return a line of an array, which the file may have the other way round."""
+    shown = f"{name}[:, {column}]" if row is None else f"{name}[{row}, :]"
+    lines = [each for each in channels if each.name.partition("[")[0] == name and each.name != name]
+    if found := [each for each in lines if each.name == shown]:
+        return found[0]
+    k = int(row or column or 0)
+    across = lines and (row is None) == lines[0].name.endswith(":]")
+    if not across or k >= lines[0].samples.size:
+        accepted = f"{lines[0].name!r} to {lines[-1].name!r}" if lines else _listed(channels)
+        raise must_be(f"{where}: column", shown, accepted)
+    samples = np.array([each.samples[k : k + 1][0] for each in lines])
+    return replace(lines[0], name=shown, samples=samples, times=None)

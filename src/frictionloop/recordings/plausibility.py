@@ -11,9 +11,9 @@ import numpy as np
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.parameters import Recording, Samples, System
-from frictionloop.recordings.contents import Array
-from frictionloop.recordings.force_shape import off_plate, signs_of
-from frictionloop.recordings.read import Taken, scaled
+from frictionloop.quantities import Array
+from frictionloop.recordings.force_channel import Taken, scaled
+from frictionloop.recordings.friction_defects import off_plate, signs_of
 
 FINGERS_N = 10.0
 """Force above which a unit is asked about: no finger slides under so much (assumed)."""

@@ -1,11 +1,11 @@
-"""How a text file is written: encoding, what parts its cells, the decimal mark, names, where its numbers begin."""
+"""How a text file is written: encoding, marks, names, what the lines above its numbers say, where these begin."""
 
 from __future__ import annotations
 
 import csv
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -13,10 +13,80 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.quantities import must_be
-from frictionloop.recordings.dates import is_stamp, stamp_of
-from frictionloop.recordings.headers import said_unit
-from frictionloop.recordings.preamble import Said, said_in, tells
-from frictionloop.recordings.text_numbers import Decimal, decimal_in, is_absent, is_value
+from frictionloop.recordings.contents import told_rate
+from frictionloop.recordings.text_numbers import (
+    Decimal,
+    decimal_in,
+    header,
+    is_absent,
+    is_stamp,
+    is_value,
+    said_unit,
+    stamp_of,
+    told_date,
+)
+
+_MARKS = re.compile(r"\s*(?:[:=\t;]|(?<!\d),(?=[^,]*$))\s*")
+_NUMBER_LAST = re.compile(r"([^\d]*[^\d\s,])[\s,]+([+-]?[\d.].*)")
+_UNIT = re.compile(r"(.*?)[ _]*\bunits?", re.IGNORECASE)
+
+
+class Said(NamedTuple):
+    """A name and a value above the numbers, and the line they stand in, from 1."""
+
+    line: int
+    name: str
+    value: str
+
+
+def said_in(lines: Iterable[str]) -> list[Said]:
+    """Return the names with values among lines: "# rate_hz: 1000", "Sample rate,1 kHz", "unit = mN"."""
+    found = []
+    for number, line in enumerate(lines, 1):
+        text = line.strip().lstrip("#%!; ").strip("\"' \t;,")
+        parts = _MARKS.split(text, maxsplit=1)
+        if len(parts) < 2 and (match := _NUMBER_LAST.fullmatch(text)):
+            parts = [match[1], match[2]]
+        if len(parts) < 2:
+            parts = text.split(",")
+        name, value = (parts[0].strip("\"' "), parts[1].strip("\"' \t;,")) if len(parts) == 2 else ("", "")
+        if name and value:
+            found.append(Said(number, name, value))
+    return found
+
+
+def tells(said: Said) -> bool:
+    """Tell whether a line is one of settings, which holds no names of columns."""
+    pair = [(said.name, said.value)]
+    return told_rate(*pair[0]) is not None or bool(told_date(pair)) or _is_unit(said)
+
+
+def rates_in(said: Iterable[Said]) -> dict[str, float]:
+    """Return the sampling rates in Hz by what says them."""
+    told = {f"{each.name!r} in line {each.line}": told_rate(each.name, each.value) for each in said}
+    return {name: rate for name, rate in told.items() if rate is not None}
+
+
+def unit_in(said: Iterable[Said], column: str, signals: int) -> tuple[str | None, str]:
+    """Return the unit that is said of a column, "force unit: mN", or "unit: mN" where it is the only signal.
+
+    With it why a unit is not taken: it is that of one of several signals.
+    """
+    doubt = ""
+    for each in filter(_is_unit, said):
+        match = _UNIT.fullmatch(each.name)
+        of = header(match[1]).name.casefold() if match else ""
+        if of == header(column).name.casefold() or (not of and signals == 1):
+            return said_unit(each.value), ""
+        if not of and not doubt:
+            doubt = f"line {each.line}: {each.name!r} is {each.value}, of one of {signals} columns; accepted: "
+            doubt += f"unit = {each.value} given"
+    return None, doubt
+
+
+def _is_unit(said: Said) -> bool:
+    return _UNIT.fullmatch(said.name) is not None and said_unit(said.value) is not None
+
 
 LOOKED_AT = 200
 """Lines in which names must end and numbers begin (assumed)."""
@@ -145,9 +215,7 @@ class _Table(NamedTuple):
         whatever column, is a gap.
         """
         widths = [row.width for row in self.rows if any(map(self.is_value, row.cells))]
-        if not widths:
-            raise must_be(f"{where}: rows of numbers", 0, f"some within {LOOKED_AT} lines")
-        width = Counter(widths).most_common(1)[0][0]
+        width = Counter(widths).most_common(1)[0][0] if widths else 0
         late = self.rows[len(self.rows) // 2 :]
         columns = {k for row in late for k, cell in enumerate(row.cells) if self.is_value(cell)}
         whole = next((k for k, row in enumerate(self.rows) if self._is_whole(row, width, columns)), None)
@@ -162,9 +230,8 @@ class _Table(NamedTuple):
         data = [row for row in self.rows[: whole + 1] if row.line > below and self._is_data(row, width)]
         first = (data or [self.rows[whole]])[0]
         _refuse_doubtful(where, mark, first, self.rows, [] if not texts else texts[-1].cells)
-        count, names = _named(
-            [row.cells for row in texts], max(width, max((row.width for row in texts[-1:]), default=0))
-        )
+        widest = max(width, *(row.width for row in texts[-1:]), 0)
+        count, names = _named([row.cells for row in texts], widest)
         return first, names, count
 
     def _is_whole(self, row: Row, width: int, columns: set[int]) -> bool:

@@ -16,13 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
-from frictionloop.recordings.contents import Channel, Contents, left_out
-from frictionloop.recordings.dates import seconds_after, shown, told_date
-from frictionloop.recordings.headers import header, is_time
-from frictionloop.recordings.preamble import rates_in, unit_in
-from frictionloop.recordings.stored import Spool, blocks_of, is_large
-from frictionloop.recordings.table_layout import Layout, Row, cells_of, is_row, layout_of
-from frictionloop.recordings.text_numbers import OTHER, Decimal, number_in
+from frictionloop.recordings.contents import Channel, Contents, Spool, blocks_of, is_large, left_out
+from frictionloop.recordings.table_layout import Layout, Row, cells_of, is_row, layout_of, rates_in, unit_in
+from frictionloop.recordings.text_numbers import (
+    OTHER,
+    Decimal,
+    header,
+    is_time,
+    number_in,
+    seconds_after,
+    shown,
+    told_date,
+)
 
 Table = NDArray[np.float64]
 CHUNK = 2**24
@@ -34,7 +39,11 @@ _NO_ROW = re.compile(r'^[ \t,;"\0]*(?:(?:#|sep=).*)?$', re.MULTILINE)
 def read_table(path: Path, decimal: Decimal | None = None) -> Contents:
     """Return the columns of a text file; a column without a name is called by its number."""
     layout = layout_of(path, decimal)
-    found, blank = list(_of_layout(layout)), list[int]()
+    found, blank = list[Finding](), list[int]()
+    if layout.taken:
+        found.append(Finding("TAKEN-FOR", value="comma", more={"path": "decimal"}))
+    if 0 < layout.named < layout.width:
+        found.append(Finding("NAMES-FEWER", value=layout.named, limit=layout.width))
     tables = _tables(path, layout, blank)
     if is_large(path, path.stat().st_size, 1):
         spool = Spool(layout.width)
@@ -46,20 +55,13 @@ def read_table(path: Path, decimal: Decimal | None = None) -> Contents:
     if blank:
         where = Condition(channel=f"line {blank[0]}" if len(blank) == 1 else f"lines {blank[0]} ...")
         found.append(Finding("LEFT-OUT", value=len(blank), where=where, more={"reason": f"blank, {len(blank)} in all"}))
-    channels = [*_with_times(_channels(path, layout, columns))]
+    channels = [*_with_times([*_channels(path, layout, columns)])]
     empty = [each for each in channels if np.all(np.isnan(next(blocks_of(each.samples))))]
     named = [each for each in empty if each.name != str(each.number)]
     found += [left_out(each.name, "no times there" if each.tells_time else "no numbers there") for each in named]
     date = told_date([(each.name, each.value) for each in layout.said])
     date = date or next((shown(start) for _, start in layout.begun), "")
     return Contents(tuple(each for each in channels if not any(each is other for other in empty)), tuple(found), date)
-
-
-def _of_layout(layout: Layout) -> Iterator[Finding]:
-    if layout.taken:
-        yield Finding("TAKEN-FOR", value="comma", more={"path": "decimal"})
-    if 0 < layout.named < layout.width:
-        yield Finding("NAMES-FEWER", value=layout.named, limit=layout.width)
 
 
 def _tables(path: Path, layout: Layout, blank: list[int]) -> Iterator[Table]:
@@ -81,22 +83,18 @@ def _tables(path: Path, layout: Layout, blank: list[int]) -> Iterator[Table]:
                 yield _rows(kept, layout)
 
 
-def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> list[Channel]:
+def _channels(path: Path, layout: Layout, columns: Sequence[Any]) -> Iterator[Channel]:
+    """Yield the columns."""
     names = [header(name).name for name in layout.names]
     signals = sum(not is_time(name) for name in layout.names)
     rates, begun = rates_in(layout.said), dict(layout.begun)
-    found = []
     for k, (name, samples) in enumerate(zip(layout.names, columns, strict=True)):
         said, doubt = unit_in(layout.said, name, signals)
         unit = "s" if k in begun else header(name).unit or said
         shown = f"{names[k]} {k}" if layout.names.count(name) > 1 else names[k]
         doubt = "" if unit else doubt
         row = partial(_place, path, layout, k)
-        is_clock = k in begun
-        found.append(
-            Channel(shown, samples, unit, rates_hz=rates, number=k, is_clock=is_clock, unit_in_doubt=doubt, row=row)
-        )
-    return found
+        yield Channel(shown, samples, unit, rates_hz=rates, number=k, is_clock=k in begun, unit_in_doubt=doubt, row=row)
 
 
 def _with_times(channels: Sequence[Channel]) -> Iterator[Channel]:
@@ -107,17 +105,12 @@ def _with_times(channels: Sequence[Channel]) -> Iterator[Channel]:
         yield each if each.tells_time or not clocks else replace(each, times=channels[left[-1]])
 
 
-def _lines(path: Path, layout: Layout) -> Iterator[Row]:
-    """Yield the rows of data."""
-    with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
-        for number, line in islice(enumerate(stream), layout.first, None):
-            if is_row(line):
-                yield Row(number, cells_of(line, layout.mark))
-
-
 def _place(path: Path, layout: Layout, k: int, i: int) -> str:
     """Return where row i of column k stands, and what is there."""
-    row = next(islice(_lines(path, layout), i, None))
+    with open(path, encoding=layout.encoding, errors="replace", newline=None) as stream:
+        rows = (each for each in islice(enumerate(stream), layout.first, None) if is_row(each[1]))
+        number, line = next(islice(rows, i, None))
+    row = Row(number, cells_of(line, layout.mark))
     name = layout.names[k] if k < layout.named and layout.names[k] != str(k) else f"column {k}"
     if row.width > layout.width:
         return f"line {row.line + 1}: {name} is in a row of {row.width} cells, of {layout.width} columns"

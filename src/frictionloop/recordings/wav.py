@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from frictionloop.findings import Condition, Finding
 from frictionloop.quantities import must_be
-from frictionloop.recordings.contents import Channel, Contents
-from frictionloop.recordings.stored import Samples, Stored, is_large
+from frictionloop.recordings.contents import Channel, Contents, Samples, Stored, is_large
 
 _ORDERS = {b"RIFF": "<", b"RF64": "<", b"RIFX": ">"}
 _PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
@@ -77,10 +76,8 @@ def wav_contents(path: Path) -> Contents:
     if not sound.promised and sound.rows:
         findings.append(Finding("TAKEN-FOR", value=sound.rows, unit="samples", more={"path": "size of the data"}))
     elif sound.promised > sound.rows:
-        where = Condition(channel=path.name)
-        findings.append(
-            Finding("DATA-GAPS", value=sound.promised - sound.rows, where=where, more={"row": sound.rows - 1})
-        )
+        lost, where = sound.promised - sound.rows, Condition(channel=path.name)
+        findings.append(Finding("DATA-GAPS", value=lost, where=where, more={"row": sound.rows - 1}))
     return Contents(tuple(channels), tuple(findings))
 
 

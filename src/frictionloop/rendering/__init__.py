@@ -16,27 +16,22 @@ Run them                EffectSource  Player  effects  check  preview  play  peo
 
 from __future__ import annotations
 
-from frictionloop.quantities.lazily import lazily
+from frictionloop.quantities.optional_libraries import lazily
 
 HOMES = {
     ".preview": "Check Played Preview arrivals check people play preview",
-    "composing": "At Directed Largest Mask Product Relief Repeat Rotate Scale Sum Trigger",
+    "effect_composition": "At Directed Largest Mask Product Relief Repeat Rotate Scale Sum Trigger",
     "effect": "EFFECTS Effect Touch Track",
     "effect_toml": "find read_effect to_toml write_effect",
     "foreign_files": "ImportedEffect import_effect write",
     "hjif": "read_hjif write_hjif",
     "images": "Picture rasterise read_image text_map write_image",
     "library": "Effects LIBRARY effects",
-    "player": "Player program_of",
-    "program": "Program",
-    "recorded": "Resynthesis fit_texture read_envelope read_texture read_wave write_wave",
+    "effect_player": "Player program_of",
+    "effect_program": "Program",
+    "effects_from_recordings": "Resynthesis fit_texture read_envelope read_texture read_wave write_wave",
     "shapes": "Chirp Constant Detents Dots Edge Gradient Grating Ridge Texture Viscous",
-    "effect_source": "EffectSource",
+    "effect_setpoint": "EffectSource",
     "force_tables": "Map Sampled Wave sampled",
 }
-__getattr__ = lazily(__name__, HOMES)
-__all__ = [name for names in HOMES.values() for name in names.split()]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __all__, __dir__ = lazily(__name__, HOMES)

@@ -140,9 +140,9 @@ class EffectKinds(Kinds):
 
 
 _HOME = {
-    "composing": "sum:Sum product:Product max:Largest mask:Mask directed:Directed trigger:Trigger relief:Relief "
-    "at:At rotate:Rotate scale:Scale repeat:Repeat",
-    "recorded": "resynthesis:Resynthesis",
+    "effect_composition": "sum:Sum product:Product max:Largest mask:Mask directed:Directed trigger:Trigger "
+    "relief:Relief at:At rotate:Rotate scale:Scale repeat:Repeat",
+    "effects_from_recordings": "resynthesis:Resynthesis",
     "force_tables": "map:Map wave:Wave",
     "shapes": "constant:Constant gradient:Gradient edge:Edge grating:Grating chirp:Chirp ridge:Ridge detents:Detents "
     "texture:Texture dots:Dots viscous:Viscous",

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from frictionloop.parameters.refusals import explain
-from frictionloop.parameters.toml_files import read_tree
-from frictionloop.parameters.written import block_toml
+from frictionloop.parameters.toml_reader import read_tree
+from frictionloop.parameters.toml_writer import block_toml
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
 from frictionloop.rendering.effect import EFFECTS, Effect
 from frictionloop.rendering.library import LIBRARY

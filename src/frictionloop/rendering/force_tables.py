@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from frictionloop.parameters.block import Number, Positive
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.quantities.blame import place, theirs
+from frictionloop.quantities.outside_errors import place, theirs
 from frictionloop.rendering.effect import Effect, Touch
 
 MOST_CELLS = 32768
@@ -49,14 +49,12 @@ class Map(Effect):
     beyond: Literal["hold", "repeat"] = "hold"
     """What is asked for beyond the edge: its value goes on, or the map begins anew, a pitch after the last value."""
 
-    @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
+    def _check(self) -> None:
         widths = {len(row) for row in self.values_n}
         if len(widths) != 1 or min(widths) < 2:
             raise must_be("values_n: lengths of rows", sorted(widths), "equal, 2 or more")
         if (cells := len(self.values_n) * widths.pop()) > MOST_CELLS:
             raise must_be("values_n", cells, f"at most {MOST_CELLS}", "values")
-        return self
 
     @property
     def table(self) -> np.ndarray:

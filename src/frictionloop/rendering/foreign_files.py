@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from frictionloop.findings import Finding, Result
 from frictionloop.findings.shown import between
 from frictionloop.parameters import Recording
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.recordings.read import scaled
-from frictionloop.recordings.whole import READERS
-from frictionloop.rendering.composing import Relief
+from frictionloop.recordings.file_opening import READERS
+from frictionloop.recordings.force_channel import scaled
 from frictionloop.rendering.effect import Effect
+from frictionloop.rendering.effect_composition import Relief
 from frictionloop.rendering.effect_toml import write_effect
+from frictionloop.rendering.effects_from_recordings import (
+    fit_texture,
+    read_envelope,
+    read_texture,
+    read_wave,
+    write_wave,
+)
 from frictionloop.rendering.force_tables import Map, Wave
 from frictionloop.rendering.hjif import read_hjif, write_hjif
 from frictionloop.rendering.images import Picture, Polarity, rasterise, read_image, write_image
 from frictionloop.rendering.library import CARRIER_N, range_n, summary
-from frictionloop.rendering.recorded import fit_texture, read_envelope, read_texture, read_wave, write_wave
 from frictionloop.rendering.shapes import Constant, Grating
 
 PICTURES, RECORDINGS = (".png", ".tif", ".tiff"), tuple(READERS)
@@ -37,11 +42,9 @@ RATE_HZ = 5000.0
 """Of a recording that is played over time and whose file says none: that of the bench's controller."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImportedEffect(Result):
+class ImportedEffect(Result, schema="rendering.import_effect/1"):
     """An effect that was made of a file."""
 
-    SCHEMA: ClassVar[str] = "rendering.import_effect/1"
     file: str
     effect: Effect
     least_n: float

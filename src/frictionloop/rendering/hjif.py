@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError, must_be, replacing
-from frictionloop.quantities.small_files import json_of
+from frictionloop.quantities.whole_files import json_of
 from frictionloop.rendering.effect import Effect
 from frictionloop.rendering.force_tables import MOST_CELLS, Map
 from frictionloop.rendering.images import rasterise

@@ -12,8 +12,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from frictionloop.quantities import FrictionloopError, check_known, must_be, replacing
-from frictionloop.quantities.checks import ABOVE_0, number
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.quantities.value_checks import ABOVE_0, number
 from frictionloop.rendering.effect import Effect, Touch
 from frictionloop.rendering.force_tables import MOST_CELLS, Map
 

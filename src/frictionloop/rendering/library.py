@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionloop.findings import Result, shown
+from frictionloop.findings.result import Tables
 from frictionloop.findings.shown import between
-from frictionloop.rendering.composing import Directed, Trigger
 from frictionloop.rendering.effect import Effect, Touch
+from frictionloop.rendering.effect_composition import Directed, Trigger
 from frictionloop.rendering.force_tables import Map, Wave
 from frictionloop.rendering.shapes import (
     Chirp,
@@ -26,10 +25,6 @@ from frictionloop.rendering.shapes import (
     Texture,
     Viscous,
 )
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-
 
 CARRIER_N = 0.45
 """Force that bumps and notches are added to: in the middle of what most fingers reach (assumed)."""
@@ -115,16 +110,14 @@ class Listed(NamedTuple):
     largest_n: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Effects(Result):
+class Effects(Result, schema="rendering.effects/1"):
     """The effects of the library."""
 
-    SCHEMA: ClassVar[str] = "rendering.effects/1"
     effects: tuple[Listed, ...]
 
-    def tables(self) -> Mapping[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return kind and forces by name."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         heads = {"least_n": "least, N", "largest_n": "largest, N"}
         return {"effects": pd.DataFrame(self.effects).set_index("name").rename(columns=heads).rename_axis("effect")}

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from frictionloop.parameters.block import NotNegative, Number, Positive, Whole
 from frictionloop.quantities import must_be
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities.counter_noise import normals
 from frictionloop.rendering.effect import Effect, Touch
 
 TEXTURE_STREAM = 30
@@ -121,11 +121,9 @@ class Chirp(Effect):
     length_mm: Positive = 60.0
     """Way in which the spacing changes."""
 
-    @model_validator(mode="after")
-    def _changes(self) -> Self:
+    def _check(self) -> None:
         if self.from_mm == self.to_mm:
             raise ValueError("from_mm and to_mm must differ")
-        return self
 
     def force_of(self, touch: Touch) -> Any:
         """Return the force in N."""
@@ -215,14 +213,12 @@ class Texture(Effect):
     seed: Annotated[Whole, Field(ge=0, lt=2**31)] = 0
     """The same seed gives the same surface."""
 
-    @model_validator(mode="after")
-    def _has_waves(self) -> Self:
+    def _check(self) -> None:
         first, last = _orders(self)
         if not (self.shortest_mm <= self.longest_mm <= self.length_mm and first <= last):
             raise ValueError("must have shortest_mm <= length_mm/k <= longest_mm")
         if last - first >= WAVES:
             raise must_be("waves", last - first + 1, f"at most {WAVES}")
-        return self
 
     @property
     def period_mm(self) -> float | None:

@@ -13,21 +13,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
 from frictionloop.analysis import linearise, operating_band, touch_spectrum
-from frictionloop.analysis.elements import linearise_contact
 from frictionloop.analysis.linear import LinearLoop
+from frictionloop.analysis.loop_elements import linearise_contact
 from frictionloop.design.pi_synthesis import retune
 from frictionloop.figures.style import inline, svg
 from frictionloop.findings.render import findings_html
 from frictionloop.identification import Bench
-from frictionloop.identification.entry_result import EntryResult, number_said
+from frictionloop.identification.project_entry_result import EntryResult, number_said
 from frictionloop.parameters import FingerFriction, Strokes, System
 from frictionloop.quantities import FrictionloopError, replacing, unit_of
-from frictionloop.quantities.version import package_version
-from frictionloop.report.calibration_figures import crowd, drawn
+from frictionloop.quantities.code_version import package_version
+from frictionloop.report.certificate_figures import crowd, drawn
+from frictionloop.report.page_templates import templates
 
 RANGES = {
     "plate.frequency_hz": (0.95, 1.05),
@@ -91,9 +91,9 @@ def importance(found: Bench) -> list[Importance]:
             continue
         block, name = path.split(".")
         value = float(getattr(getattr(tuned, block), name))
-        low, high = (value * factor for factor in factors)
-        ends = [_judged(tuned, path, end) for end in (low, high)]
-        rows.append(Importance(path, low, high, ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
+        ends = [value * factor for factor in factors]
+        peaks, left_n = zip(*(_judged(tuned, path, end) for end in ends), strict=True)
+        rows.append(Importance(path, *ends, *peaks, *left_n))
     return sorted(rows, key=lambda row: -row.swing)
 
 
@@ -151,62 +151,50 @@ def write_certificate(found: Bench, path: str | os.PathLike[str]) -> Path | None
     """
     target = Path(path)
     page = certificate(found)
-    kept = _free(target) if target.exists() else None
-    if kept is not None:
+    kept = None
+    if target.exists():
+        beside_it = (target.with_name(f"{target.stem}-{k}{target.suffix}") for k in count(1))
+        kept = next(path for path in beside_it if not path.exists())
         shutil.copy2(target, kept)
     with replacing(target) as beside:
         beside.write_text(page, encoding="utf-8")
     return kept
 
 
-def _free(target: Path) -> Path:
-    """Return the first numbered name beside a file that nothing has."""
-    return next(path for k in count(1) if not (path := target.with_name(f"{target.stem}-{k}{target.suffix}")).exists())
-
-
 def certificate(found: Bench) -> str:
     """Return the page: figures and tables of each measurement, the values, the files, and what is still assumed."""
-    environment = Environment(
-        loader=PackageLoader("frictionloop.report"),
-        autoescape=select_autoescape(default_for_string=True, default=True),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     parts = [(_title(part), part, _figures(part, k)) for k, part in enumerate(found.parts)]
-    return environment.get_template("certificate.html.jinja").render(
-        name=re.sub(r"\.toml$", "", found.project.name),
-        version=package_version(),
-        python=platform.python_version(),
-        values=list(found.measured.values()),
-        parts=parts,
-        stated=[(name, _value(found, name), said) for name, said in found.stated.items()],
-        assumed=[(name, _value(found, name), unit_of(name)) for name in found.assumed],
-        important=importance(found),
-        peak=lambda ms: "out of reach" if math.isnan(ms) else f"{ms:.2f}" if math.isfinite(ms) else "unstable",
-        left=lambda n: f"{1e3 * n:.3g} mN" if math.isfinite(n) else "–",
-        corner=found.resonance_error,
-        design_flags=found.design_flags,
-        corners=found.corners,
-        findings=[each for each in found.findings if not any(each in part.findings for part in found.parts)],
-        told=lambda some: Markup(findings_html(some)),
-        number=number_said,
-        range_db=found.range_db,
-        crowd=_crowd(found),
-        held=Markup(_held(found)),
-        files=[each for part in found.parts for each in part.files],
+    return (
+        templates()
+        .get_template("certificate.html.jinja")
+        .render(
+            name=re.sub(r"\.toml$", "", found.project.name),
+            version=package_version(),
+            python=platform.python_version(),
+            values=list(found.measured.values()),
+            parts=parts,
+            stated=[(name, _value(found, name), said) for name, said in found.stated.items()],
+            assumed=[(name, _value(found, name), unit_of(name)) for name in found.assumed],
+            important=importance(found),
+            peak=lambda ms: "out of reach" if math.isnan(ms) else f"{ms:.2f}" if math.isfinite(ms) else "unstable",
+            left=lambda n: f"{1e3 * n:.3g} mN" if math.isfinite(n) else "–",
+            corner=found.resonance_error,
+            design_flags=found.design_flags,
+            corners=found.corners,
+            findings=[each for each in found.findings if not any(each in part.findings for part in found.parts)],
+            told=lambda some: Markup(findings_html(some)),
+            number=number_said,
+            range_db=found.range_db,
+            crowd=None if found.people is None else Markup(inline(svg(crowd(found.people), "crowd"), "fingers")),
+            held=Markup(_held(found)),
+            files=[each for part in found.parts for each in part.files],
+        )
     )
 
 
 def _title(part: EntryResult) -> str:
     whose = part.curves.get("person")
     return TITLES[part.kind] + (f": {whose['finger']}" if whose else "")
-
-
-def _crowd(found: Bench) -> Markup | None:
-    if found.people is None:
-        return None
-    return Markup(inline(svg(crowd(found.people), "crowd"), "fingers"))
 
 
 def _held(found: Bench) -> str:

@@ -21,7 +21,7 @@ from frictionloop.report.number_text import number
 from frictionloop.report.other_fingers import the_finger
 from frictionloop.report.paper_protocol import AMPLITUDE_N, CONTROLLERS, IDEAL, OPEN, PRINTED, RETUNED_GAINS, fit
 from frictionloop.report.results import Results
-from frictionloop.report.systems import GROUND
+from frictionloop.report.system_comparison import GROUND
 
 Row = dict[str, Value]
 Table = dict[str, Row]
@@ -30,7 +30,7 @@ Table = dict[str, Row]
 def strokes(names: Iterable[str], results: Results) -> Table:
     """Return gains, where they are stable, R2, slope, spread about the regression and error, by controller."""
     base = paper_protocol.finger_system(the_finger())
-    return {name: _gains(name, base.evolve(CONTROLLERS[name])) | _fit(results.tracked[name]) for name in names}
+    return {name: _gains(name, base.evolve(CONTROLLERS[name])) | fit(results.tracked[name])._asdict() for name in names}
 
 
 def _gains(name: str, system: System) -> Row:
@@ -38,17 +38,6 @@ def _gains(name: str, system: System) -> Row:
         return {"kp": None, "ki": None, **dict.fromkeys(Stability._fields)}
     controller = check_pi(system)
     return {"kp": controller.kp, "ki": controller.ki, **stability(system)._asdict()}
-
-
-def _fit(runs: xr.Dataset) -> Row:
-    found = fit(runs)
-    return {
-        "r2_regression": found.regression,
-        "r2_identity": found.identity,
-        "slope": found.slope,
-        "spread_n": found.spread_n,
-        "error_n": found.rms_n,
-    }
 
 
 DOTS = 100
@@ -61,12 +50,8 @@ ABOVE = 1.7
 """Axis over the forces that the scores stand above."""
 LEAST_TOP_N = 1.3
 """Upper end of the axis of forces where no force is as large: the scores stand above the forces then."""
-TITLES = {
-    OPEN: "open loop: the lookup alone",
-    PRINTED: "closed loop, printed gains",
-    RETUNED_GAINS: "closed loop, re-tuned gains",
-    IDEAL: "ideal sensor, no delay",
-}
+COMPARED = (OPEN, PRINTED, RETUNED_GAINS, IDEAL)
+"""Controllers whose forces have one axis."""
 
 
 @styled
@@ -78,13 +63,13 @@ def figure_closed_loop(tracked: Mapping[str, xr.Dataset], names: Sequence[str], 
     """
     figure = new_figure(2.3 * len(names), 3.5)
     panels = figure.subplots(1, len(names), sharex=True, sharey=True)
-    top_n = max(LEAST_TOP_N, *(_top_n(tracked[name]) for name in tracked if name in TITLES))
+    top_n = max(LEAST_TOP_N, *(_top_n(tracked[name]) for name in tracked if name in COMPARED))
     for axes, name in zip(panels, names, strict=True):
         row = rows[name]
         _cloud(axes, tracked[name], top_n, _stable(row))
         kp, ki = row["kp"], row["ki"]
         gains = "" if kp is None or ki is None else f"\n$K_p$ {number(kp, 4)}, $K_i$ {number(ki, 4)} 1/s"
-        axes.set_title(TITLES[name] + gains, fontsize=8.5)
+        axes.set_title(("open loop, the table" if name == OPEN else name) + gains, fontsize=8.5)
         axes.set_xlabel("set-point $f_r$ (N)")
     panels[0].set_ylabel("friction force $f_a$ (N)")
     handles, words = panels[0].get_legend_handles_labels()
@@ -104,24 +89,20 @@ def _cloud(axes: Axes, runs: xr.Dataset, top_n: float, stable: str) -> None:
     for (color, marker), level_n in zip(LEVEL_LOOKS, runs["level"].values, strict=False):
         part = runs.sel(level=level_n).isel(time=some)
         look: dict[str, Any] = {"ms": 1.6, "mew": 0, "alpha": 0.55, "color": color}
-        axes.plot(
-            part["f_r"].values.ravel(),
-            part["f_a"].values.ravel(),
-            marker,
-            ls="none",
-            **look,
-            label=f"{level_n:g} ± {AMPLITUDE_N:g} N",
-        )
+        words = f"{level_n:g} ± {AMPLITUDE_N:g} N"
+        axes.plot(part["f_r"].values.ravel(), part["f_a"].values.ravel(), marker, ls="none", **look, label=words)
     found = fit(runs)
     r = runs["f_r"].values.ravel()
     offset = float(runs["f_a"].mean()) - found.slope * r.mean()
     ends = np.array([r.min(), r.max()])
     axes.plot(LIMITS_N, LIMITS_N, "--", color=GREY, lw=1.2, label="$f_a = f_r$")
     axes.plot(ends, offset + found.slope * ends, color=BLACK, lw=1.6, label="regression")
+    r2 = found.r2_identity
+    identity = f"{r2:.3f}".replace("-", "−") if r2 > -1 else number(r2)
     scores = [
-        f"regression $R^2$ {found.regression:.3f}",
-        f"to $f_a = f_r$: {_score(found.identity)}",
-        f"error {number(1e3 * found.rms_n)} mN rms",
+        f"regression $R^2$ {found.r2_regression:.3f}",
+        f"to $f_a = f_r$: {identity}",
+        f"error {number(1e3 * found.error_n)} mN rms",
         *([stable] if stable else []),
     ]
     look = {"va": "top", "linespacing": 1.4, "fontsize": 8, "bbox": GROUND}
@@ -142,20 +123,16 @@ def _stable(row: Mapping[str, Value]) -> str:
     return "unstable" if from_n is None else f"unstable below {number(from_n)} N"
 
 
-def _score(r2: float) -> str:
-    return f"{r2:.3f}".replace("-", "−") if r2 > -1 else number(r2)
-
-
 @styled
 def figure_people(people: Mapping[str, xr.Dataset]) -> Figure:
     """Return the rms error of each finger of a population under each controller, capable ones filled."""
     figure, axes = one_panel(4.8, 4.0)
-    order = np.argsort(people[RETUNED_GAINS]["rms_n"].values)
+    order = np.argsort(people[RETUNED_GAINS]["error_n"].values)
     able = people[RETUNED_GAINS]["capable"].values[order]
     looks = {OPEN: ("D", GREY), PRINTED: ("s", VERMILLION), RETUNED_GAINS: ("o", BLUE)}
     place = np.arange(1, order.size + 1)
     for name, (marker, color) in looks.items():
-        error_mn = 1e3 * people[name]["rms_n"].values[order]
+        error_mn = 1e3 * people[name]["error_n"].values[order]
         axes.plot(place[able], error_mn[able], marker, color=color, ms=5, label=name)
         axes.plot(place[~able], error_mn[~able], marker, color=color, mfc="white", ms=5)
     axes.axhline(20, color=BLACK, ls=":", lw=1.1)

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, PercentFormatter
 
 from frictionloop.figures.style import BLACK, BLUE, GREY, ORANGE, new_figure, styled
-from frictionloop.quantities.checks import Array
+from frictionloop.quantities import Array
 
 COMMAND = "python -m studies.arrivals"
 FILE = "arrivals.json"
@@ -102,7 +102,8 @@ def rows(found: Arrivals) -> Iterator[tuple[str, ...]]:
     for words, told, factor in _SUMMARY:
         yield (words, *(f"{factor * found.middle(law, told):.0f}" for law in found.laws))
     for number, name in enumerate(found.effects):
-        yield (name, *(_percents(found.values(law, "contrast")[number]) for law in found.laws))
+        contrasts = (found.values(law, "contrast")[number] for law in found.laws)
+        yield (name, *(" ".join(f"{100 * each:.0f}" for each in some) for some in contrasts))
 
 
 _SUMMARY: Any = (
@@ -112,10 +113,6 @@ _SUMMARY: Any = (
     ("pattern as felt (thresholds)", "pattern_felt", 1.0),
 )
 """Medians over effects and speeds."""
-
-
-def _percents(contrasts: Array) -> str:
-    return " ".join(f"{100 * each:.0f}" for each in contrasts)
 
 
 LOOKS: dict[str, dict[str, Any]] = {

@@ -6,29 +6,27 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, Future
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
-from matplotlib.figure import Figure
 
 from frictionloop.figures.style import inline, write_both
 from frictionloop.loop.progress import Bar, progress_bar
 from frictionloop.parameters import RETUNED
 from frictionloop.quantities import FrictionloopError, replacing
-from frictionloop.quantities.version import cited_version
+from frictionloop.quantities.code_version import cited_version
 from frictionloop.report import paper_protocol
-from frictionloop.report.beyond import beyond_rows
 from frictionloop.report.claims import COUNTED, Claim, Group, all_claims, others, statements
-from frictionloop.report.claims.device import LOAD_MOVES
+from frictionloop.report.claims.device_claims import LOAD_MOVES
+from frictionloop.report.control_law_study import beyond_rows
 from frictionloop.report.effect_arrivals import rows as arrival_rows
 from frictionloop.report.number_text import milli, shown, with_unit
 from frictionloop.report.other_fingers import bench_systems, the_finger
+from frictionloop.report.page_templates import templates
 from frictionloop.report.paper_figures import FIGURES
 from frictionloop.report.results import FIELDS, Results, cited, command_of, parts
 from frictionloop.report.tolerances import RULES
@@ -39,9 +37,11 @@ SCHEMA = 2
 
 def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
     """Write index.html, claims.json and figures/*.svg, *.png into a folder that is there; return every claim."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
     with progress_bar("report", len(list(parts())) + len(FIGURES) + 1, progress) as bar:
         results = Results(bar)
-        with _beside() as beside:
+        with ProcessPoolExecutor(1) as beside:  # writes figures while this process computes what the next ones show
             drawn = _draw(results, target / "figures", bar, beside)
             claims = all_claims(results)
             bar.doing("drawing")
@@ -54,11 +54,8 @@ def build_report(target: Path, progress: bool | None = None) -> list[Claim]:
 
 def claims_json(claims: Sequence[Claim], results: Results) -> str:
     """Return the claims and their provenance as JSON text."""
-    said = {
-        "statements": [each.to_dict() for each in statements(claims)],
-        "claims": [each.to_dict() for each in claims],
-    }
-    tree = {"schema": SCHEMA, **provenance(results), **said}
+    tree = {"schema": SCHEMA, **provenance(results), "statements": [each.to_dict() for each in statements(claims)]}
+    tree["claims"] = [each.to_dict() for each in claims]
     return json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -73,27 +70,14 @@ def prepare(folder: Path) -> None:
             raise FrictionloopError(f"{place}: is not writable")
 
 
-Started = Callable[[Callable[..., str], Figure, str, Path, str], "Future[str]"]
-"""Has a figure written, in a second process."""
-
-
-@contextmanager
-def _beside() -> Iterator[Started]:
-    """Let a second process write figures while this one computes what the next ones show."""
-    from joblib.externals.loky import ProcessPoolExecutor
-
-    with ProcessPoolExecutor(1) as pool:
-        yield pool.submit
-
-
-def _draw(results: Results, folder: Path, bar: Bar, started: Started) -> dict[str, tuple[Future[str], str]]:
+def _draw(results: Results, folder: Path, bar: Bar, beside: Executor) -> dict[str, tuple[Future[str], str]]:
     """Have each figure written as soon as what it shows is computed; return its text to come, and its seeds."""
     drawn = {}
     for name, each in FIGURES.items():
         watched = results.watched()
         figure = each.draw(watched)
         source = " · ".join(cited(command_of(name), watched.seeds()))
-        text = started(write_both, figure, name, folder / f"{name}.svg", source)
+        text = beside.submit(write_both, figure, name, folder / f"{name}.svg", source)
         text.add_done_callback(lambda _: bar())
         drawn[name] = text, watched.seeds()
         for earlier, _ in drawn.values():
@@ -146,13 +130,7 @@ def render(
     results: Results, claims: Sequence[Claim], figures: Mapping[str, Drawn], folder: Path = Path("report")
 ) -> str:
     """Return the page's HTML from computed results, claims, and figures by name, for the folder it will lie in."""
-    environment = Environment(
-        loader=PackageLoader("frictionloop.report"),
-        autoescape=select_autoescape(default_for_string=True, default=True),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates()
 
     def figure(name: str, alt: str) -> Markup:
         drawn = figures[name]
@@ -199,4 +177,4 @@ def render(
 def _citation(command: str, seeds: str) -> Markup:
     """Return the line that a figure or a number is cited by: version, command, seeds."""
     version, command, words = cited(command, seeds)
-    return Markup('<p class="cite">{} · <code>{}</code> · {}</p>').format(version, command, words)
+    return Markup('<p class="cite"><span>{} · </span><code>{}</code> · {}</p>').format(version, command, words)

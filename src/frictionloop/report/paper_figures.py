@@ -6,19 +6,17 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-import xarray as xr
 from matplotlib.figure import Figure
 
 from frictionloop.design.comparison.law_figures import figure_residuals, figure_step_traces
 from frictionloop.loop.metrics import r2_bound, r2_identity, rms_error, saturation_index
 from frictionloop.parameters import paper
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.report.beyond import MEDIAN, SHOWN_MS, SPEED_MM_S, WORST
-from frictionloop.report.calibration import figure_linearity, figure_spectrum
 from frictionloop.report.claims.claim import Value
 from frictionloop.report.closed_loop import Table, figure_closed_loop, figure_people, strokes
+from frictionloop.report.control_law_study import MEDIAN, SHOWN_MS, SPEED_MM_S, WORST
 from frictionloop.report.effect_arrivals import figure_arrivals
-from frictionloop.report.gains import (
+from frictionloop.report.gain_maps import (
     PAPER_POINT,
     at_paper,
     figure_fidelity_map,
@@ -26,8 +24,9 @@ from frictionloop.report.gains import (
     optimum,
     useful_range,
 )
-from frictionloop.report.paper_protocol import CLOSED, IDEAL, OPEN, POPULATION, PRINTED, RETUNED_GAINS
+from frictionloop.report.paper_protocol import CLOSED, CONTROLLERS, IDEAL, OPEN, POPULATION, PRINTED, RETUNED_GAINS
 from frictionloop.report.results import Results
+from frictionloop.report.rig_characterisation import figure_linearity, figure_spectrum
 from frictionloop.report.schematics import figure_diagram, figure_sensor
 from frictionloop.report.sensor_noise import LEVELS_N, figure_equation_3, figure_noise
 from frictionloop.report.step_response import (
@@ -38,7 +37,14 @@ from frictionloop.report.step_response import (
     this_skin_limit_ms,
     times_ms,
 )
-from frictionloop.report.systems import FEASIBLE, KPS, WORKING, common_limits_n, figure_population, figure_tracking
+from frictionloop.report.system_comparison import (
+    FEASIBLE,
+    KPS,
+    WORKING,
+    common_limits_n,
+    figure_population,
+    figure_tracking,
+)
 
 SHORT = {"printed": WORKING, "reachable": FEASIBLE}
 """What file names call the two systems that have figures of their own."""
@@ -72,13 +78,12 @@ def _map_numbers(name: str, results: Results) -> Table:
 
 
 def _cuts(results: Results) -> Table:
-    return {name: _cut(cut) for name, cut in results.over_kp.items()}
-
-
-def _cut(cut: xr.Dataset) -> dict[str, Value]:
-    best, useful = optimum(cut["r2_identity"]), useful_range(cut["r2_identity"])
-    scores = {"r2_identity": best.r2, "r2_bound": float(cut["r2_bound"])}
-    return {"kp_of_largest": best.kp, "kp_useful_from": useful.low, "kp_useful_to": useful.high, **scores}
+    found: Table = {}
+    for name, cut in results.over_kp.items():
+        best, useful = optimum(cut["r2_identity"]), useful_range(cut["r2_identity"])
+        scores = {"r2_identity": best.r2, "r2_bound": float(cut["r2_bound"])}
+        found[name] = {"kp_of_largest": best.kp, "kp_useful_from": useful.low, "kp_useful_to": useful.high, **scores}
+    return found
 
 
 def _tracking_numbers(name: str, kp: float, results: Results) -> Table:
@@ -127,10 +132,10 @@ def _people(results: Results) -> Table:
         able = some.where(some["capable"], drop=True)
         for words, group in {f"{POPULATION} fingers": some, "the capable": able}.items():
             found[f"{name}, median of {words}"] = {
-                "r2_regression": float(group["regression"].median()),
+                "r2_regression": float(group["r2_regression"].median()),
                 "spread_n": float(group["spread_n"].median()),
                 "spread_divided_by": float((results.people[OPEN]["spread_n"] / group["spread_n"]).median()),
-                "error_n": float(group["rms_n"].median()),
+                "error_n": float(group["error_n"].median()),
                 "fingers": float(group.sizes["finger"]),
             }
     return found
@@ -138,14 +143,11 @@ def _people(results: Results) -> Table:
 
 def _steps(results: Results) -> Table:
     found: Table = {}
-    for name in (OPEN, PRINTED, RETUNED_GAINS, IDEAL):
+    for name in CONTROLLERS:
         for direction in DIRECTIONS:
             times = times_ms(results.stepped[name], name, direction)
-            found[f"{name}, {direction}"] = {
-                "to_63_ms": times.to_63,
-                "from_10_to_90_ms": times.from_10_to_90,
-                "steps": float(times.steps),
-            }
+            told = {"to_63_ms": times.to_63, "from_10_to_90_ms": times.from_10_to_90, "steps": float(times.steps)}
+            found[f"{name}, {direction}"] = told
     return found
 
 

@@ -26,21 +26,6 @@ LOW_N, HIGH_N = 0.3, 0.9
 """Forces that are "reliably achievable" (paper, Sec. 4.2)."""
 LEVELS_N, AMPLITUDE_N, FREQUENCY_HZ = (0.4, 0.6, 0.8), 0.1, 1.0
 """Set-points: three sines (paper, Sec. 4.2)."""
-
-
-class Sines(NamedTuple):
-    """Sines that the force is asked to follow, one after the other."""
-
-    levels_n: tuple[float, ...] = LEVELS_N
-    amplitude_n: float = AMPLITUDE_N
-    frequency_hz: float = FREQUENCY_HZ
-
-    def at(self, level_n: float) -> Sine:
-        """Return the set-point of one level."""
-        return Sine(offset_n=level_n, amplitude_n=self.amplitude_n, frequency_hz=self.frequency_hz)
-
-
-THE_SINES = Sines()
 START_S, SCORED_S = 1.0, 10.0
 """A stroke starts with a second that does not count, then come ten periods."""
 STROKE_S = START_S + SCORED_S
@@ -126,20 +111,32 @@ def steps() -> Steps:
     return Steps(times_s=tuple(times.tolist()), levels_n=tuple(STEP_LEVELS_N[k % 2] for k in range(times.size)))
 
 
+def sine(level_n: float) -> Sine:
+    """Return the set-point of one level."""
+    return Sine(offset_n=level_n, amplitude_n=AMPLITUDE_N, frequency_hz=FREQUENCY_HZ)
+
+
 def seed_of(level: int, stroke: int) -> int:
     """Return the seed of a stroke: every one passes over another place and trembles anew, whatever controls it."""
     return len(LOADS) * level + stroke
 
 
 OPEN, PRINTED, RETUNED_GAINS, IDEAL = "open loop", "printed gains", "re-tuned gains", "ideal sensor, no delay"
+SLOW, WITH_KP = "Ki = 30 1/s", "with Kp = 0.1"
 CONTROLLERS: dict[str, Mapping[str, Any]] = {
     OPEN: {"controller.kind": "lookup"},
     PRINTED: {},
     RETUNED_GAINS: RETUNED,
+    SLOW: {"controller.kp": 0.0, "controller.ki": 30.0},
     IDEAL: {"sensor.kind": "lowpass", "controller.delay_s": 0.0},
 }
-"""What commands the plate. The last is a control: the printed gains, the sensor of Section 2, no computing delay."""
-CLOSED = (PRINTED, RETUNED_GAINS, IDEAL)
+"""What commands the plate. The integral of 30 1/s (assumed) is stable at all contacts and speeds of a design.
+
+The last is a control: the printed gains, the sensor of Section 2, no computing delay.
+"""
+PROPORTIONAL = {**RETUNED, "controller.kp": 0.1}
+"""The re-tuned gains with as much Kp as to Ki = 111 1/s is in the printed ratio, if Ki is per sample."""
+CLOSED = (PRINTED, RETUNED_GAINS, SLOW, IDEAL)
 KEPT = ("f_r", "f_a", "a", "u", "saturated", "scored")
 
 
@@ -153,7 +150,7 @@ def tracking(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
     """Return f_r, f_a (N), a (um) and saturated over ``level``, ``stroke`` and ``time`` for a bench with a finger."""
     some = strokes(system.evolve(overrides))
     jobs = [
-        (stroke.evolve({"setpoint": THE_SINES.at(level_n)}), seed_of(i, j))
+        (stroke.evolve({"setpoint": sine(level_n)}), seed_of(i, j))
         for i, level_n in enumerate(LEVELS_N)
         for j, stroke in enumerate(some)
     ]
@@ -171,10 +168,10 @@ def stepping(system: System, overrides: Mapping[str, Any]) -> xr.Dataset:
 class Fit(NamedTuple):
     """Goodness of fit to f_a = f_r, of a regression of f_a on f_r, its slope, and the rms of f_a - f_r in N."""
 
-    identity: float
-    regression: float
+    r2_identity: float
+    r2_regression: float
     slope: float
-    rms_n: float
+    error_n: float
     spread_n: float
     """Standard deviation of f_a about its regression on f_r, N."""
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import difflib
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionloop.figures.style import write_both
 from frictionloop.findings import Result
@@ -15,17 +14,8 @@ from frictionloop.findings.result import frame
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import RETUNED, write_toml
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.version import cited_version
-from frictionloop.report.claims import (
-    COUNTED,
-    Claim,
-    Statement,
-    claim_ids,
-    one_claim,
-    others,
-    statements,
-    within,
-)
+from frictionloop.quantities.code_version import cited_version
+from frictionloop.report.claims import COUNTED, Claim, Statement, claim_ids, one_claim, others, statements, within
 from frictionloop.report.closed_loop import Table
 from frictionloop.report.gain_stability import asked_for
 from frictionloop.report.number_text import with_unit
@@ -48,8 +38,6 @@ HEADS = {
     "r2_identity": "R2 id.",
     "r2_bound": "bound",
 }
-ASIDE = ("slope",)
-"""Numbers that are left to JSON and Python where a table has many."""
 PROTOCOLS: dict[str, Mapping[str, float]] = {"fig-5a": RETUNED, "fig-5a-printed": {}}
 """Figures whose bench and finger are saved beside them, and the gains there."""
 
@@ -72,11 +60,9 @@ class FigureMade(NamedTuple):
         return self._asdict() | {"cite": " · ".join(cited(self.command, self.seeds))}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Reproduction(Result):
+class Reproduction(Result, schema="reproduce/2"):
     """Statements and claims with their verdicts, and figures that were written."""
 
-    SCHEMA: ClassVar[str] = "reproduce/2"
     folder: Path
     page: Path | None
     """None of figures and claims alone."""
@@ -102,7 +88,12 @@ class Reproduction(Result):
                 "their claims": within(self.statements),
                 "others": others(self.claims),
             }
-            return {"verdicts": _verdicts(judged), "claims": _claims_table(self.claims)}
+            counts = {
+                name: [sum(each.verdict is word for each in of) for word in COUNTED] for name, of in judged.items()
+            }
+            rows = {each.id: (*each.paper_and_ours, each.accepts, each.verdict_text) for each in self.claims}
+            table = frame(rows, "", ["paper", "here", "accepted", "verdict"])
+            return {"verdicts": frame(counts, "", list(COUNTED)), "claims": table}
         found = {claim.id: _values(claim) for claim in self.claims}
         return found | {figure.name: _numbers(figure.numbers) for figure in self.figures if figure.numbers}
 
@@ -121,16 +112,6 @@ def _figure_rows(figure: FigureMade) -> Iterator[tuple[str, str]]:
     yield "cite", " · ".join(cited(figure.command, figure.seeds))
 
 
-def _verdicts(judged: Mapping[str, Iterable[Claim | Statement]]) -> pd.DataFrame:
-    counts = {name: [sum(each.verdict is word for each in some) for word in COUNTED] for name, some in judged.items()}
-    return frame(counts, "", list(COUNTED))
-
-
-def _claims_table(claims: Iterable[Claim]) -> pd.DataFrame:
-    rows = {claim.id: (*claim.paper_and_ours, claim.accepts, claim.verdict_text) for claim in claims}
-    return frame(rows, "", ["paper", "here", "accepted", "verdict"])
-
-
 def _values(claim: Claim) -> pd.DataFrame:
     """Return each number of a claim, whether it is accepted, and whether it has a vote."""
     votes = dict.fromkeys(claim.readings, "reading") | dict.fromkeys(claim.assumed, "assumption")
@@ -143,35 +124,19 @@ def _values(claim: Claim) -> pd.DataFrame:
 
 def _numbers(numbers: Table) -> pd.DataFrame:
     """Return numbers in the units that people read, the heads short."""
-    import pandas as pd
-
-    columns = [key for key in dict.fromkeys(key for row in numbers.values() for key in row) if key not in ASIDE]
-    cells = [[_scaled(key, row.get(key)) for key in columns] for row in numbers.values()]
-    return pd.DataFrame(cells, index=list(numbers), columns=[_head(key) for key in columns], dtype=float)
-
-
-def _scaled(key: str, value: float | None) -> float | None:
-    return None if value is None else _unit(key)[2] * value
-
-
-def _unit(key: str) -> tuple[str, str, float]:
-    """Return the words of a number's name, its unit, and by what it is multiplied for that."""
-    for end, (unit, factor) in UNITS.items():
-        if key.endswith(end):
-            return key.removesuffix(end).replace("_", " "), unit, factor
-    return key.replace("_", " "), "", 1.0
-
-
-def _head(key: str) -> str:
-    name, unit, _ = _unit(key)
-    return HEADS.get(key) or (f"{name}, {unit}" if unit else name)
+    # The slope is left to JSON and Python.
+    found = frame(numbers, "").astype(float).drop(columns=["slope"], errors="ignore")
+    heads = {}
+    for key in found.columns:
+        end, (unit, factor) = next((each for each in UNITS.items() if key.endswith(each[0])), ("", ("", 1.0)))
+        words = key.removesuffix(end).replace("_", " ")
+        heads[key] = HEADS.get(key) or (f"{words}, {unit}" if unit else words)
+        found[key] *= factor
+    return found.rename(columns=heads)
 
 
 def reproduce(
-    folder: str | os.PathLike[str] = "report",
-    only: Sequence[str] = (),
-    *,
-    progress: bool | None = None,
+    folder: str | os.PathLike[str] = "report", only: Sequence[str] = (), *, progress: bool | None = None
 ) -> Reproduction:
     """Rebuild the paper's figures and claims: index.html, claims.json and figures (SVG, PNG) in a folder.
 

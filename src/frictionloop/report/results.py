@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import copy
 from functools import partial
 from typing import Any, NamedTuple
 
-import xarray as xr
-
 from frictionloop.loop.progress import Bar, silent
 from frictionloop.parameters import System, feasible, paper
-from frictionloop.quantities.version import cited_version
+from frictionloop.quantities.code_version import cited_version
 from frictionloop.report import (
-    beyond,
-    calibration,
+    control_law_study,
     effect_arrivals,
+    gain_maps,
     gain_stability,
-    gains,
     other_fingers,
     paper_protocol,
+    rig_characterisation,
     sensor_noise,
-    systems,
+    system_comparison,
 )
 
 
@@ -35,7 +34,7 @@ def cited(command: str, seeds: str) -> tuple[str, str, str]:
     return f"frictionloop {cited_version()}", command, words
 
 
-HALF = "half a period of delay"
+HALF, DELAY = "half a period of delay", "controller.delay_s"
 """What the text leaves open with which the optimum is the printed one."""
 
 
@@ -71,104 +70,57 @@ FIELDS = {
 
 
 class Results:
-    """The data of the report, each field computed when it is first asked for, once.
+    """The data of the report: ``FIELDS``, each computed when it is first asked for, once.
 
-    A dictionary is keyed by the names of ``systems.compared()``.
+    What `parts` makes of several parts is a dictionary by their names: those of ``systems``, or controllers.
     """
 
-    population: xr.Dataset
-    maps: dict[str, xr.Dataset]
-    over_kp: dict[str, xr.Dataset]
-    per_sample: dict[str, xr.Dataset]
-    """The same as ``over_kp`` if Ki = 2 is per sample; names say so."""
-    over_ki: dict[str, xr.Dataset]
-    variants: dict[str, xr.Dataset]
-    runs: dict[str, dict[float, xr.Dataset]]
-    noise: dict[str, xr.Dataset]
-    steady: xr.Dataset
-    rigs: calibration.Rigs
-    tracked: dict[str, xr.Dataset]
-    """Sines on the bench by controller, and by lookup table without control."""
-    stepped: dict[str, xr.Dataset]
-    """Steps on the bench by controller."""
-    stronger: dict[str, xr.Dataset]
-    """Steps with a plate of twice the amplitude."""
-    people: dict[str, xr.Dataset]
-    """A population by controller."""
-    felt: dict[str, dict[str, float]]
-    """Perceptual indices by controller."""
-    fluctuations: dict[str, dict[str, float]]
-    """rms of the error at a constant set-point by controller and by what is taken away, N."""
-    checked: gain_stability.Held
-    """What a design asks of the re-tuned gains, and where they hold it."""
-    beyond: beyond.Beyond
-    """Control laws compared on fingers that none of them was tuned on, from the stored study."""
-    arrivals: effect_arrivals.Arrivals
-    """How much of effects arrives at such fingers, from the stored study."""
-
     def __init__(self, bar: Bar | None = None) -> None:
-        self.systems: dict[str, System] = systems.compared()
-        self._parts, self._bar = list(parts()), bar or silent()
+        self.systems: dict[str, System] = system_comparison.compared()
+        self._bar, self._computed, self._asked = bar or silent(), dict[str, Any](), set[str]()
 
-    def watched(self) -> Watched:
-        """Return a view that notes which fields are asked for."""
-        return Watched(self)
-
-    def __getattr__(self, field: str) -> Any:
-        """Compute a field, told part by part to the bar."""
-        if field.startswith("_"):
-            raise AttributeError(field)
-        return self._compute(field)
-
-    def _compute(self, field: str) -> Any:
-        own = [(name, work) for name, work in self._parts if name.partition(".")[0] == field]
-        if not own:
-            raise AttributeError(field)
-        found: Any = {}
-        for name, work in own:
-            key = name.partition(".")[2]
-            self._bar.doing(f"{FIELDS[field].words}{key and ', '}{key}")
-            value = work()
-            if key:
-                found[key] = value
-            else:
-                found = value
-            self._bar()
-        setattr(self, field, found)
-        return found
-
-
-class Watched(Results):
-    """Results that note which of their fields are asked for, so that a figure or a number can name its seeds."""
-
-    def __init__(self, results: Results) -> None:
-        self._results, self._asked = results, set[str]()
-
-    def __getattr__(self, field: str) -> Any:
-        """Note the field and return it."""
-        if field.startswith("_"):
-            raise AttributeError(field)
-        self._asked.add(field)
-        return getattr(self._results, field)
+    def watched(self) -> Results:
+        """Return a view that notes which fields are asked for of it."""
+        view = copy(self)
+        view._asked = set()
+        return view
 
     def seeds(self) -> str:
         """Return the seeds of all that was asked for, in words."""
         found = [FIELDS[field].seeds for field in FIELDS if field in self._asked]
         return "; ".join(dict.fromkeys(found)) or "none"
 
+    def computed(self) -> set[str]:
+        """Return the names of the fields that are there."""
+        return set(self._computed)
 
-def variants() -> dict[str, dict[str, float]]:
-    """Return what the text leaves open beside the amplitudes, as overrides of ``feasible()``: noise and delay."""
-    sigma = {name: reading.sigma_n(1e-5) for name, reading in sensor_noise.NOISE_READINGS.items() if name != "rms"}
-    delays_s = {HALF: 1e-4, "one period of delay": 2e-4}
-    return {f"noise as {name}": {sensor_noise.NOISE: value} for name, value in sigma.items()} | {
-        name: {"controller.delay_s": value} for name, value in delays_s.items()
-    }
+    def __getattr__(self, field: str) -> Any:
+        """Return a field, computed if need be, told part by part to the bar."""
+        if field not in FIELDS:
+            raise AttributeError(field)
+        self._asked.add(field)
+        if field not in self._computed:
+            self._computed[field] = self._compute(field)
+        return self._computed[field]
+
+    def _compute(self, field: str) -> Any:
+        found = {}
+        for name, work in parts():
+            own, _, key = name.partition(".")
+            if own == field:
+                self._bar.doing(f"{FIELDS[field].words}{key and ', '}{key}")
+                found[key] = work()
+                self._bar()
+        return found.get("", found)
 
 
 def left_open() -> dict[str, System]:
-    """Return the systems of ``variants``."""
-    return {name: feasible().evolve(overrides) for name, overrides in variants().items()}
+    """Return ``feasible()`` with what the text leaves open beside the amplitudes: what noise and delay may be."""
+    base, system = system_comparison.FEASIBLE, feasible()
+    noises = {name: reading.sigma_n(1e-5) for name, reading in sensor_noise.NOISE_READINGS.items() if name != "rms"}
+    found = {f"{base}, noise as {name}": {sensor_noise.NOISE: value} for name, value in noises.items()}
+    found |= {f"{base}, {HALF}": {DELAY: 1e-4}, f"{base}, one period of delay": {DELAY: 2e-4}}
+    return {name: system.evolve(overrides) for name, overrides in found.items()}
 
 
 Part = tuple[str, Callable[[], Any]]
@@ -176,25 +128,25 @@ Part = tuple[str, Callable[[], Any]]
 
 def parts() -> Iterator[Part]:
     """Yield (field of ``Results``, how to compute it) in order; a field with several parts names them after a dot."""
-    compared = systems.compared()
-    ends = {systems.WORKING: paper(), systems.FEASIBLE: feasible()}
-    yield "population", systems.sliding_trials
+    compared = system_comparison.compared()
+    ends = {system_comparison.WORKING: paper(), system_comparison.FEASIBLE: feasible()}
+    yield "population", system_comparison.sliding_trials
     for name, system in ends.items():
-        yield f"maps.{name}", partial(gains.fidelity_map, system)
+        yield f"maps.{name}", partial(gain_maps.fidelity_map, system)
     for name, system in compared.items():
-        yield f"over_kp.{name}", partial(gains.fidelity_over, system, gains.KP)
-        yield f"over_ki.{name}", partial(gains.fidelity_over, system, gains.KI, gains.KIS)
-        yield f"runs.{name}", partial(systems.tracking_runs, system)
+        yield f"over_kp.{name}", partial(gain_maps.fidelity_over, system, gain_maps.KP)
+        yield f"over_ki.{name}", partial(gain_maps.fidelity_over, system, gain_maps.KI, gain_maps.KIS)
+        yield f"runs.{name}", partial(system_comparison.tracking_runs, system)
         yield f"noise.{name}", partial(sensor_noise.noise_sweep, system)
-    for name, system in systems.in_both_units(left_open()).items():
-        yield f"variants.{name}", partial(gains.fidelity_over, system, gains.KP)
-    for name, system in systems.in_both_units(compared).items():
+    for name, system in system_comparison.in_both_units(left_open()).items():
+        yield f"variants.{name}", partial(gain_maps.fidelity_over, system, gain_maps.KP)
+    for name, system in system_comparison.in_both_units(compared).items():
         if name not in compared:
-            yield f"per_sample.{name}", partial(gains.fidelity_over, system, gains.KP)
+            yield f"per_sample.{name}", partial(gain_maps.fidelity_over, system, gain_maps.KP)
     yield "steady", partial(sensor_noise.noise_gain, feasible())
-    yield "rigs", calibration.all_rigs
+    yield "rigs", rig_characterisation.all_rigs
     yield from bench_parts()
-    yield "beyond", beyond.stored
+    yield "beyond", control_law_study.stored
     yield "arrivals", effect_arrivals.stored
 
 
@@ -205,14 +157,14 @@ def bench_parts() -> Iterator[Part]:
     for name, overrides in paper_protocol.CONTROLLERS.items():
         yield f"tracked.{name}", partial(paper_protocol.tracking, system, overrides)
         yield f"stepped.{name}", partial(paper_protocol.stepping, system, overrides)
+    yield f"stepped.{paper_protocol.WITH_KP}", partial(paper_protocol.stepping, system, paper_protocol.PROPORTIONAL)
     for name in other_fingers.LOOKUPS[1:]:
         table = {**paper_protocol.CONTROLLERS[paper_protocol.OPEN], **other_fingers.lookup(name, finger)}
         yield f"tracked.{name}", partial(paper_protocol.tracking, system, table)
-    for name in paper_protocol.CLOSED:
+    for name in (paper_protocol.PRINTED, paper_protocol.RETUNED_GAINS, paper_protocol.IDEAL):
         overrides = paper_protocol.CONTROLLERS[name]
         yield f"felt.{name}", partial(other_fingers.felt, finger, overrides)
-        taken = tuple(other_fingers.WITHOUT) if name == paper_protocol.RETUNED_GAINS else other_fingers.ENDS
-        yield f"fluctuations.{name}", partial(other_fingers.fluctuations, finger, overrides, taken)
+        yield f"fluctuations.{name}", partial(other_fingers.fluctuations, finger, overrides)
     for name in (paper_protocol.RETUNED_GAINS, paper_protocol.IDEAL):
         stronger = other_fingers.stronger(paper_protocol.CONTROLLERS[name])
         yield f"stronger.{name}", partial(paper_protocol.stepping, system, stronger)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionloop.analysis.levels import RECORDED
+from frictionloop.analysis.operating_point import RECORDED
 from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, new_figure, styled
+from frictionloop.loop.companion_runs import disturbance_left, open_loop_of
 from frictionloop.loop.metrics import rms_error
 from frictionloop.loop.record import system_of
-from frictionloop.loop.reference_runs import disturbance_left, open_loop_of
 from frictionloop.parameters import Recording
 from frictionloop.parameters.presets import stirring
 from frictionloop.quantities import FrictionloopError
@@ -41,26 +41,24 @@ BINS = 3000
 @styled
 def figure_of(run: xr.Dataset) -> Figure:
     """Return f_r and the force over time, in open loop too, the disturbance, the amplitude and the finger's motion."""
-    moving = [each for each in MOVING if each[0] in run]
     disturbed = "d" in run and bool(np.ptp(run["d"].values) > 0)
-    figure = new_figure(8.0, 4.5 + 1.0 * (len(moving) + disturbed))
-    heights = (3, *(1 for _ in moving), 1, *([1] if disturbed else []))
-    force, *rest = figure.subplots(len(heights), sharex=True, height_ratios=heights)
+    traces = [("d", "disturbance\n$d$ (N)", 1.0, PURPLE)] if disturbed else []
+    # The plate's amplitude, or a device's command.
+    amplitude = run["a"].attrs["long_name"].partition(",")[0].replace(" ", "\n")
+    traces += [("a", f"{amplitude} (µm)", 1.0, GREY), *(each for each in MOVING if each[0] in run)]
+    figure = new_figure(8.0, 3.5 + 1.0 * len(traces))
+    force, *rest = figure.subplots(1 + len(traces), sharex=True, height_ratios=(3, *(1 for _ in traces)))
     time = run["time"].values
     _forces(force, run, time)
-    if disturbed:
-        axes = rest.pop(0)
-        axes.plot(*_ends(time, run["d"].values), color=PURPLE, linewidth=1.0)
-        axes.set(ylabel="disturbance\n$d$ (N)")
-        axes.set_title(_recorded(run), loc="right", fontsize=7.5, fontweight="normal", pad=3.0)
-        axes.margins(y=0.15)
-    amplitude, *rest = rest
-    amplitude.plot(*_ends(time, run["a"].values), color=GREY, linewidth=1.0)
-    amplitude.set(ylabel=f"{_amplitude(run)} (µm)", ylim=(0, None))
-    for axes, (name, label, factor, colour) in zip(rest, moving, strict=True):
+    for axes, (name, label, factor, colour) in zip(rest, traces, strict=True):
         axes.plot(*_ends(time, factor * run[name].values), color=colour, linewidth=1.0)
         axes.set(ylabel=label)
-        axes.margins(y=0.15)
+        if name == "a":
+            axes.set_ylim(0, None)
+        else:
+            axes.margins(y=0.15)
+    if disturbed:
+        rest[0].set_title(_recorded(run), loc="right", fontsize=7.5, fontweight="normal", pad=3.0)
     if "scored" in run:
         _shade(figure.axes, time, ~run["scored"].values)
     figure.axes[-1].set(xlabel="time (s)", xlim=(0, time[-1] + (time[1] if time.size > 1 else 1.0)))
@@ -80,14 +78,15 @@ def _recorded(run: xr.Dataset) -> str:
 
 def _forces(axes: Any, run: xr.Dataset, time: np.ndarray) -> None:
     """Draw the forces, the set-point thin and dark above them; one that varies as they do wide and grey below."""
-    drawn, meaning = _force(run)
+    drawn, meaning = ("f_a", "force on the finger $f_a$") if "f_a" in run else ("f_m", "measured force $f_m$")
     if "limit" in run:
         top, bottom = (_ends(time, run[name].values + run["d"].values) for name in ("limit", "floor"))
         label = "within reach of the plate"
         axes.fill_between(top[0], bottom[1], top[1], color="#e8f1f8", linewidth=0, label=label, zorder=0.5)
     opened = _opened(run)
     if opened is not None:
-        label = f"the same in open loop{_error(opened)}{_own(run)}"
+        own = ",\nthe finger's own drift included" if stirring(system_of(run)) else ""
+        label = f"the same in open loop{_error(opened)}{own}"
         axes.plot(*_ends(time, opened[drawn].values), color=VERMILLION, linewidth=0.7, label=label)
     label = f"{meaning}{_error(run)}{_left(run) if opened is not None else ''}"
     axes.plot(*_ends(time, run[drawn].values), color=BLUE, linewidth=0.9, label=label)
@@ -134,18 +133,7 @@ def _left(run: xr.Dataset) -> str:
         left = disturbance_left(run, run["scored"].values if "scored" in run else None)
     except FrictionloopError:
         return ""
-    said = f";\n{100 * left:.0f} % of $d$ left, rms"
-    return "" if np.isnan(left) else said
-
-
-def _own(run: xr.Dataset) -> str:
-    """Return for the legend that a finger that strokes varies by itself too."""
-    return ",\nthe finger's own drift included" if stirring(system_of(run)) else ""
-
-
-def _force(run: xr.Dataset) -> tuple[str, str]:
-    """Return the force that is drawn, by its name in the run, and its label."""
-    return ("f_a", "force on the finger $f_a$") if "f_a" in run else ("f_m", "measured force $f_m$")
+    return "" if np.isnan(left) else f";\n{100 * left:.0f} % of $d$ left, rms"
 
 
 def _ends(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -178,8 +166,3 @@ def _shade(panels: Any, time: np.ndarray, left_out: np.ndarray) -> None:
         for axes in panels:
             label = "not scored" if k == 0 and axes is panels[0] else None
             axes.axvspan(time[start], stops[stop], color=SHADE, linewidth=0, zorder=0.7, label=label)
-
-
-def _amplitude(run: xr.Dataset) -> str:
-    """Return in two lines what the amplitude is: the plate's, or a device's command."""
-    return run["a"].attrs["long_name"].partition(",")[0].replace(" ", "\n")

@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
 from frictionloop.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, arrow, say, schematic, styled
 from frictionloop.hardware.sensor import springs
-from frictionloop.hardware.sensor.electrodes import capacitance_f
+from frictionloop.hardware.sensor.front_end import capacitance_f
 from frictionloop.parameters import FrictionLaw, LogSweep, Model, PiController, Sine, System
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
 from frictionloop.report.number_text import number
@@ -145,16 +145,12 @@ def draw_circuit(axes: Axes, design: SensorDesign) -> None:
     for y in (UPPER, LOWER):
         towards = 1 if y > MIDDLE else -1
         arrow(axes, (MIXER, MIDDLE - 0.27 + towards * 0.5), (MIXER, y - towards * 0.24), BLUE)
-    _excited(axes)
-    _common(axes, design)
-
-
-def _excited(axes: Axes) -> None:
-    """The inner frame carries the excitation."""
+    # The inner frame carries the excitation.
     height = MIDDLE - 0.27
     axes.plot([MIXER - 1.0, 5.9, 5.9, 4.4], [height, height, 2.3, 2.3], color=BLUE, lw=1.0)
     arrow(axes, (4.6, 2.3), (3.97, 2.3), BLUE)
     say(axes, 7.7, height + 0.22, "to the inner frame")
+    _common(axes, design)
 
 
 def _side(axes: Axes, y: float, sign: str, design: SensorDesign) -> None:

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
@@ -21,7 +20,7 @@ from frictionloop.loop.simulate import simulate
 from frictionloop.loop.sweep import sweep
 from frictionloop.parameters import System
 from frictionloop.report.number_text import number
-from frictionloop.report.systems import at_means
+from frictionloop.report.system_comparison import at_means
 from frictionloop.report.tolerances import R2_STEP
 
 NOISE = "sensor.noise_rms_n"
@@ -122,11 +121,7 @@ def linear_gain(system: System) -> dict[str, float]:
     """Return sigma_f / sigma_n, sigma_u / sigma_n and |G/(1+G)| at 1 Hz of the linear loop, N/N."""
     loop, sigma = linearise(at_means(system)), system.sensor.noise_rms_n
     tone = float(equation_3_rms_n(loop, [TONE_HZ])[0])
-    return {
-        "f_a": output_noise_rms_n(loop) / sigma,
-        "u": command_noise_rms_n(loop) / sigma,
-        "tone": tone / sigma,
-    }
+    return {"f_a": output_noise_rms_n(loop) / sigma, "u": command_noise_rms_n(loop) / sigma, "tone": tone / sigma}
 
 
 LINES: tuple[dict[str, Any], ...] = ({"color": BLUE, "ls": "-"}, {"color": VERMILLION, "ls": "--"})
@@ -147,8 +142,13 @@ def figure_noise(
         axes.plot(found["sigma"], values.median("seed"), **line, label=name)
     axes.set(xscale="log", xlim=(1e-6, 1), ylim=limits)
     axes.set(xlabel="sensor noise, standard deviation (N)", ylabel=label)
+    # A white ground keeps the words readable where a curve passes.
+    ground = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.6}
+    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "xytext": (-1.5, 0), "textcoords": "offset points"}
+    look: dict[str, Any] = {"rotation": 90, "ha": "right", "va": words, "fontsize": 7, "color": BLACK, "bbox": ground}
     for level_n, color, dashes, text in marks():
-        _mark(axes, level_n, color, dashes, text, words)
+        axes.axvline(level_n, color=color, ls=dashes, lw=1.1, zorder=1)
+        axes.annotate(text, (level_n, 0.02 if words == "bottom" else 0.98), **place, **look)
     figure.legend(loc="outside upper left", ncols=2)
     return figure
 
@@ -163,15 +163,6 @@ def marks() -> list[tuple[float, str, str, str]]:
         (density, ORANGE, "-.", "10⁻⁴ N/√Hz"),
         (variance, PURPLE, (0, (4, 1.5)), "10⁻⁴ N²"),  # type: ignore[list-item]
     ]
-
-
-def _mark(axes: Axes, level_n: float, color: str, dashes: str, text: str, words: str) -> None:
-    axes.axvline(level_n, color=color, ls=dashes, lw=1.1, zorder=1)
-    # A white ground keeps the words readable where a curve passes.
-    ground = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.6}
-    place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "xytext": (-1.5, 0), "textcoords": "offset points"}
-    at = (level_n, 0.02 if words == "bottom" else 0.98)
-    axes.annotate(text, at, **place, rotation=90, ha="right", va=words, fontsize=7, color=BLACK, bbox=ground)
 
 
 @styled

@@ -10,13 +10,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, new_figure, styled
+from frictionloop.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, styled
 from frictionloop.loop.record import system_of
 from frictionloop.loop.transients import StepTime, step_times
 from frictionloop.parameters import Friction, Skin, Strokes, System
 from frictionloop.physics.friction import amplitude_for
 from frictionloop.report.other_fingers import the_finger
-from frictionloop.report.paper_protocol import IDEAL, OPEN, PRINTED, RETUNED_GAINS, STEP_LEVELS_N, finger_system
+from frictionloop.report.paper_protocol import IDEAL, OPEN, PRINTED, RETUNED_GAINS, SLOW, STEP_LEVELS_N, finger_system
 
 BEFORE_MS, AFTER_MS = 100.0, 400.0
 """A window around a step; the level after it lasts 500 ms."""
@@ -140,8 +140,14 @@ def this_skin_limit_ms() -> float:
     return skin_limit_ms(finger_system(the_finger()), STEP_LEVELS_N[1] - STEP_LEVELS_N[0])
 
 
-LOOKS = {OPEN: (GREY, "-."), PRINTED: (VERMILLION, ":"), RETUNED_GAINS: (BLUE, "-"), IDEAL: (GREEN, "--")}
-SHOWN = (OPEN, PRINTED, RETUNED_GAINS)
+LOOKS: dict[str, tuple[str, Any]] = {
+    OPEN: (GREY, "-."),
+    PRINTED: (VERMILLION, ":"),
+    RETUNED_GAINS: (BLUE, "-"),
+    SLOW: (ORANGE, (0, (5, 1, 1, 1))),
+    IDEAL: (GREEN, "--"),
+}
+SHOWN = (OPEN, PRINTED, RETUNED_GAINS, SLOW)
 SHOWN_S = (4.0, 6.1)
 """The piece of a stroke shown: two steps up and two down."""
 CLOSE_MS = (-20.0, 120.0)
@@ -151,15 +157,15 @@ STROKE = 2
 
 @styled
 def figure_steps(stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, float]) -> Figure:
-    """Return a piece of a stroke for three controllers, and the times of all steps beside the printed ones."""
-    figure = new_figure(9.2, 4.6)
-    grid = figure.add_gridspec(3, 2, width_ratios=(1.5, 1))
+    """Return a piece of a stroke for some controllers, and the times of all steps beside the printed ones."""
+    figure = new_figure(9.2, 5.4)
+    grid = figure.add_gridspec(len(SHOWN), 2, width_ratios=(1.5, 1))
     above: Axes | None = None
     for row, name in enumerate(SHOWN):
         axes = figure.add_subplot(grid[row, 0], sharex=above, sharey=above)
         above = above or axes
         _traces(axes, stepped[name].isel(stroke=STROKE), name)
-        axes.tick_params(labelbottom=row == 2)
+        axes.tick_params(labelbottom=name == SHOWN[-1])
     axes.set_xlabel("time (s)")
     shown = [stepped[name].isel(stroke=STROKE).sel(time=slice(*SHOWN_S))["f_a"].max() for name in SHOWN]
     axes.set_ylim(0, max(1.05 * float(max(shown)), 1.0))
@@ -169,8 +175,7 @@ def figure_steps(stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, float]
 
 def _traces(axes: Axes, run: xr.Dataset, name: str) -> None:
     part = run.sel(time=slice(*SHOWN_S))
-    color, _ = LOOKS[name]
-    axes.plot(part["time"], part["f_a"], color=color, lw=0.9)
+    axes.plot(part["time"], part["f_a"], color=LOOKS[name][0], lw=0.9)
     axes.plot(part["time"], part["f_r"], "--", color=BLACK, lw=1.0)
     axes.set(xlim=SHOWN_S, ylabel="$f_a$ (N)")
     axes.set_title(f"{name} (dashes: set-point)", fontsize=8.5)
@@ -178,21 +183,14 @@ def _traces(axes: Axes, run: xr.Dataset, name: str) -> None:
 
 def _times(axes: Axes, stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, float]) -> None:
     """Mark mean and standard deviation of the times of each controller, 63 % filled and 10 to 90 % hollow."""
-    names, place = (OPEN, PRINTED, RETUNED_GAINS, IDEAL), 0.0
+    place = 0.0
     labels: list[tuple[float, str]] = []
     for direction, (mean, sd) in PRINTED_MS.items():
         start = place - 0.6
-        for name in names:
+        for name, (color, _) in LOOKS.items():
             times = times_ms(stepped[name], name, direction)
-            for k, (shift, fill) in enumerate(((-0.17, LOOKS[name][0]), (0.17, "white"))):
-                look: dict[str, Any] = {
-                    "fmt": "os"[k],
-                    "color": LOOKS[name][0],
-                    "mfc": fill,
-                    "ms": 5,
-                    "capsize": 2.5,
-                    "lw": 1.1,
-                }
+            for k, (shift, fill) in enumerate(((-0.17, color), (0.17, "white"))):
+                look: dict[str, Any] = {"fmt": "os"[k], "color": color, "mfc": fill, "ms": 5, "capsize": 2.5, "lw": 1.1}
                 axes.errorbar(times.mean[k], place + shift, xerr=times.sd[k], **look)
             labels.append((place, name.replace(", ", ",\n")))
             place += 1.0
@@ -209,9 +207,7 @@ def _times(axes: Axes, stepped: Mapping[str, xr.Dataset], skin_ms: Mapping[str, 
     axes.plot([], [], "s", color=BLACK, mfc="white", label="10 to 90 %")
     axes.fill_between([], [], color="#e6e6e6", label="paper, ± SD")
     axes.plot([], [], ":", color=BLACK, label="skin limit, 10–90 %")
-    axes.legend(
-        loc="upper center", bbox_to_anchor=(0.4, 1.14), ncols=4, fontsize=7, handlelength=1.3, columnspacing=0.9
-    )
+    axes.legend(loc="upper center", bbox_to_anchor=(0.4, 1.1), ncols=4, fontsize=7, handlelength=1.3, columnspacing=0.9)
 
 
 @styled

@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.parameters import LowpassSensor, SuspendedSensor
 from frictionloop.quantities import Lti
-from frictionloop.quantities.arithmetic import ROUND, fma, step
+from frictionloop.quantities.scalar_math import ROUND, fma, step
 
 
 @step

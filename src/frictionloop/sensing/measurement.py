@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictionloop.quantities.brief import brief
+from frictionloop.quantities.class_help import brief
 
 
 @brief

@@ -5,12 +5,7 @@ serve  export  desk   the page until Ctrl-C, a page that plays runs without a se
 
 from __future__ import annotations
 
-from frictionloop.quantities.lazily import lazily
+from frictionloop.quantities.optional_libraries import lazily
 
 HOMES = {"opened_studio": "ExportedPage Opened desk export serve"}
-__getattr__ = lazily(__name__, HOMES)
-__all__ = [name for names in HOMES.values() for name in names.split()]
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __all__, __dir__ = lazily(__name__, HOMES)

@@ -1,4 +1,4 @@
-"""What is done beside the session: what a page needs is loaded, its numbers counted, the map of the effect drawn."""
+"""What is done beside the session: what a page needs is loaded, its numbers counted, the effect drawn and tried."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.live.session import Session
+from frictionloop.live.live_session import Session
 from frictionloop.parameters import System
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.studio.effect_pictures import map_of
 from frictionloop.studio.live_numbers import WINDOW_S, numbers_of
 
 MODULES = (
     "scipy.signal",
-    "frictionloop.loop.reference_runs",
+    "frictionloop.loop.companion_runs",
     "frictionloop.studio.effect_feasibility",
-    "frictionloop.studio.uploads",
+    "frictionloop.studio.effect_uploads",
 )
 """They bring filters, Datasets and files along."""
 YIELDS_S = 0.5e-3
@@ -132,3 +132,49 @@ def _seen(system: System) -> tuple[Any, float]:
     """Return what decides on the map; the line of the stroke does not."""
     source = system.setpoint
     return source.effect if isinstance(source, EffectSource) else None, system.touch.load.length_mm
+
+
+WAITS_S = 0.3
+"""How long nothing has to change before it is computed: a slider in the hand would only be in its own way."""
+
+
+class EffectWatch:
+    """Keeps a preview of what lies on the plate, computed beside the session.
+
+    Parameters
+    ----------
+    session : Session
+        Whose System, speed and load are tried.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._asked: tuple[Any, ...] | None = None
+        self._since_s = 0.0
+        self._task: asyncio.Task[dict[str, Any]] | None = None
+        self.told: dict[str, Any] | None = None
+        """The last message, None before the first."""
+
+    def follow(self, now_s: float) -> dict[str, Any] | None:
+        """Look whether something has changed, and return a message when a preview is done."""
+        session = self._session
+        wanted = session.engine.system, session.ghost.speed_mm_s, session.load_n
+        if wanted != self._asked:
+            self._asked, self._since_s, self.told = wanted, now_s, None
+        if self._task is not None:
+            if not self._task.done():
+                return None
+            done, self._task = self._task.result(), None
+            if done.pop("of") == wanted:
+                self.told = done
+                return done
+        if self.told is None and now_s - self._since_s >= WAITS_S:
+            self._task = asyncio.ensure_future(asyncio.to_thread(_foreseen, *wanted))
+        return None
+
+
+def _foreseen(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any]:
+    load()
+    from frictionloop.studio.effect_feasibility import previewed
+
+    return previewed(system, speed_mm_s, load_n)

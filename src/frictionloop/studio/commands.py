@@ -7,18 +7,19 @@ ready.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, TypeVar
 
 from frictionloop.parameters import System
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.physics.fingers import fingers
 from frictionloop.quantities import FrictionloopError, must_be
-from frictionloop.studio.connections import Guest
-from frictionloop.studio.crowd import POPULATION_SEED
+from frictionloop.studio.connections import Guest, why_of
 from frictionloop.studio.effect_pictures import effects
-from frictionloop.studio.panels import system_message
+from frictionloop.studio.parallel_fingers import POPULATION_SEED
 from frictionloop.studio.room import Room
+
+T = TypeVar("T")
 
 
 def number(asked: dict[str, Any], name: str, low: float, high: float) -> float:
@@ -70,13 +71,7 @@ SOON_S = 0.4
 WAITS = "Compiling, once."
 
 
-def is_ready(room: Room, system: System) -> bool:
-    """Tell whether the engine can take a System at once; one that compiles nothing always can."""
-    ready = getattr(room.session.engine, "ready", None)
-    return ready is None or bool(ready(system))
-
-
-async def put_when_ready(room: Room, make: Callable[[System], System], put: Callable[[System], None]) -> None:
+async def put_when_ready(room: Room, make: Callable[[System], System], remember: bool) -> None:
     """Let the engine compile what a System needs, and put in force what ``make`` then makes of the System there is.
 
     Pages are told that it takes its time, and why it cannot be if it cannot.
@@ -89,39 +84,33 @@ async def put_when_ready(room: Room, make: Callable[[System], System], put: Call
         if not done:
             room.tell({"type": "said", "why": WAITS})
         await work
-        put(make(engine.system))
+        room.put(make(engine.system), remember)
         room.tell_status()
-    except FrictionloopError as error:
-        room.tell({"type": "refused", "why": str(error)})
     except Exception as error:  # what does not compile must not take the session with it
-        room.tell({"type": "refused", "why": f"{type(error).__name__}: {error}"})
+        room.tell({"type": "refused", "why": why_of(error)})
 
 
 def change(room: Room, make: Callable[[System], System], remember: bool = True) -> None:
     """Put a System in force, made of the one that is: at once, or when its loop has been compiled."""
     system = make(room.session.engine.system)
-    if is_ready(room, system):
-        put(room, system, remember)
+    ready = getattr(room.session.engine, "ready", None)  # an engine that compiles nothing has none
+    if ready is None or ready(system):
+        room.put(system, remember)
     else:
-        room.later(put_when_ready(room, make, lambda made: put(room, made, remember)))
+        room.later(put_when_ready(room, make, remember))
 
 
-def put(room: Room, system: System, remember: bool) -> None:
-    """Put a System in force, and tell every page; what was there can be had again by undo."""
-    before = room.session.engine.system
-    went_on = room.session.change(system)
-    if remember:
-        room.before.append(before)
-    room.redraw()
-    room.tell(system_message(system) | {"restarted": not went_on})
+def one_of(known: Mapping[str, T], asked: Any, name: str = "name") -> T:
+    """Return what is asked for by its name."""
+    which = asked.get(name) if isinstance(asked, dict) else None
+    if not isinstance(which, str) or which not in known:
+        raise must_be(name, which, f"one of {', '.join(known)}")
+    return known[which]
 
 
 def _effect(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    name = asked.get("name")
-    known = effects()
-    if not isinstance(name, str) or name not in known:
-        raise must_be("name", name, f"one of {', '.join(known)}")
-    change(room, lambda system: system.evolve({"setpoint.effect": known[name]}))
+    effect = one_of(effects(), asked)
+    change(room, lambda system: system.evolve({"setpoint.effect": effect}))
 
 
 def _set(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -152,16 +141,13 @@ def _tour(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
     """Remember what is in force before a tour, and put it in force again after it."""
     if flag(asked, "on"):
         room.before_tour = room.session.engine.system
-    elif (before := room.before_tour) is not None:
-        room.before_tour = None
-        change(room, lambda _: before)
+    else:
+        room.end_tour()
 
 
 def _preset(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
-    name = asked.get("name")
-    if not isinstance(name, str) or name not in BY_NAME:
-        raise must_be("name", name, f"one of {', '.join(BY_NAME)}")
-    change(room, lambda system: system.evolve(BY_NAME[name].values))
+    preset = one_of(BY_NAME, asked)
+    change(room, lambda system: system.evolve(preset.values))
 
 
 def _finger(room: Room, guest: Guest, asked: dict[str, Any]) -> None:
@@ -177,12 +163,10 @@ FREE = ("stop", "take", "sound", "crowd", "reach", "here")
 
 def obey(room: Room, guest: Guest, asked: Any) -> None:
     """Do what a page asks for."""
-    name = asked.get("do") if isinstance(asked, dict) else None
-    if not isinstance(name, str) or name not in COMMANDS:
-        raise must_be("do", name, f"one of {', '.join(COMMANDS)}")
+    command, name = one_of(COMMANDS, asked, "do"), asked["do"]
     if name not in FREE and guest is not room.driver:
         raise FrictionloopError(f"{name}: another page drives")
-    COMMANDS[name](room, guest, asked)
+    command(room, guest, asked)
     if name != "here":
         room.tell_status()
 

@@ -11,31 +11,22 @@ import selectors
 import socket
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from starlette.requests import HTTPConnection
-from starlette.responses import Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.studio.frames import CROWD_FRAME, FRAME
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
-POLICY = "; ".join(
-    (
-        "default-src 'none'",
-        "script-src 'self'",
-        "style-src 'self'",
-        "img-src 'self' data: blob:",
-        "connect-src 'self'",
-        "worker-src 'self'",
-        "base-uri 'none'",
-        "form-action 'none'",
-        "frame-ancestors 'none'",
-    )
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 HEADERS = {
     "Content-Security-Policy": POLICY,
@@ -59,7 +50,8 @@ class Doors(NamedTuple):
     def role(self, request: HTTPConnection) -> str:
         """Return ``"drive"`` or ``"watch"``, or an empty text for who may not come in."""
         host = request.headers.get("host", "")
-        if self.hosts and _name(host) not in self.hosts:
+        name = host if host.endswith("]") else host.rpartition(":")[0] or host
+        if self.hosts and name not in self.hosts:
             return ""
         origin = request.headers.get("origin")
         if origin is not None and origin not in (f"http://{host}", f"https://{host}"):
@@ -70,10 +62,6 @@ class Doors(NamedTuple):
         if hmac.compare_digest(given.encode(), self.token.encode()):
             return "drive"
         return "watch" if hmac.compare_digest(given.encode(), self.watch_token.encode()) else ""
-
-
-def _name(host: str) -> str:
-    return host if host.endswith("]") else host.rpartition(":")[0] or host
 
 
 def open_to_network() -> Doors:
@@ -109,9 +97,9 @@ class Guest:
                 del self._waiting[frames[0]]
                 self.lost += 1
         elif isinstance(message, dict) and message["type"] in RENEWED:
-            older = [each for each in self._waiting if isinstance(each, dict) and each["type"] == message["type"]]
-            for each in older:
-                self._waiting.remove(each)
+            for each in list(self._waiting):
+                if isinstance(each, dict) and each["type"] == message["type"]:
+                    self._waiting.remove(each)
         self._waiting.append(message)
         self._there.set()
 
@@ -159,9 +147,21 @@ def prompt_loop() -> asyncio.AbstractEventLoop:
     return asyncio.SelectorEventLoop(selectors.SelectSelector())
 
 
-def file_answer(path: Path) -> Response:
+def file_answer(files: Mapping[str, Path], name: str) -> Response:
     """Return one of our files, read at once: a thread that reads it takes three times as long, and a page has forty."""
-    return Response(path.read_bytes(), media_type=mimetypes.guess_type(path.name)[0], headers=HEADERS)
+    if name not in files:
+        return PlainTextResponse("no such file", 404, headers=HEADERS)
+    return Response(files[name].read_bytes(), media_type=mimetypes.guess_type(name)[0], headers=HEADERS)
+
+
+def why_of(error: Exception) -> str:
+    """Return in words what something died of that must not take the session with it."""
+    return str(error) if isinstance(error, FrictionloopError) else f"{type(error).__name__}: {error}"
+
+
+def refused() -> Response:
+    """Return the answer to who may not come in."""
+    return PlainTextResponse("Use the address that was printed.", 403, headers=HEADERS)
 
 
 @contextmanager

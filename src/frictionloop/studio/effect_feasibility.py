@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from frictionloop.loop.reference_runs import weighted
+from frictionloop.loop.companion_runs import weighted
 from frictionloop.parameters import Strokes, System
 from frictionloop.physics.reach import Reach
 from frictionloop.preview.effect_preview import Preview, preview
-from frictionloop.preview.measures import FELT_S
+from frictionloop.preview.pattern_measures import FELT_S
 from frictionloop.quantities import FrictionloopError
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_setpoint import EffectSource
+from frictionloop.studio.connections import why_of
 from frictionloop.studio.effect_pictures import HEIGHT_MM, depends_on_y, force_over
-from frictionloop.studio.panels import effect_name
+from frictionloop.studio.parameter_panels import effect_name
 
 BEYOND, STEEP, WEAK = 1, 2, 4
 """Reasons, one bit each."""
@@ -41,10 +42,8 @@ def previewed(system: System, speed_mm_s: float, load_n: float) -> dict[str, Any
         shown = stroked(system, speed_mm_s, load_n)
         assert isinstance(shown.setpoint, EffectSource)
         return told | reasons_of(preview(effect_name(shown) or shown.setpoint.effect, shown))
-    except FrictionloopError as error:
-        return told | {"why": str(error)}
     except Exception as error:  # what looks ahead must not take the session with it, whatever it died of
-        return told | {"why": f"{type(error).__name__}: {error}"}
+        return told | {"why": why_of(error)}
 
 
 def stroked(system: System, speed_mm_s: float, load_n: float) -> System:
@@ -66,14 +65,12 @@ def reasons_of(seen: Preview) -> dict[str, Any]:
     """
     source, place = seen.system.setpoint, seen.place_mm
     assert isinstance(source, EffectSource)
-    rows_mm, step_mm = _rows(source), float(place[1] - place[0])
+    rows_mm, step_mm = lines_mm(source), float(place[1] - place[0])
     force = force_over(source, place, rows_mm)
     known = np.isfinite(seen.low_n) & np.isfinite(seen.high_n)
     beyond = known & Reach(seen.low_n, seen.high_n).beyond(force, SLACK_N)
-    fine = np.linspace(place[0] - 0.5 * step_mm, place[-1] + 0.5 * step_mm, FINE * place.size + 1)
-    along = force_over(source, fine, rows_mm)
-    slope = np.abs(np.diff(along, axis=1)) / (fine[1] - fine[0])
-    steep = slope.reshape(*force.shape, FINE).max(axis=2) > seen.skin_n_mm
+    fine, along, slope = steepest(source, place, rows_mm)
+    steep = slope > seen.skin_n_mm
     around = round(AROUND_MM / step_mm)
     varies = maximum_filter1d(force, around) - minimum_filter1d(force, around) > SLACK_N
     contrast = seen.closed_loop.contrast if math.isfinite(seen.closed_loop.contrast) else 1.0
@@ -88,7 +85,16 @@ def reasons_of(seen: Preview) -> dict[str, Any]:
     return told | {"shares": shares, "arrives": f"{seen.rows()[0][1]}: {' '.join(seen.arriving)}"}
 
 
-def _rows(source: EffectSource) -> np.ndarray:
+def steepest(source: EffectSource, place_mm: np.ndarray, rows_mm: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return places between evenly spaced ones, the force along them, N, and the largest slope around each, N/mm."""
+    step_mm = float(place_mm[1] - place_mm[0])
+    fine = np.linspace(place_mm[0] - 0.5 * step_mm, place_mm[-1] + 0.5 * step_mm, FINE * place_mm.size + 1)
+    along = force_over(source, fine, rows_mm)
+    slope = np.abs(np.diff(along, axis=1)) / (fine[1] - fine[0])
+    return fine, along, slope.reshape(len(rows_mm), place_mm.size, FINE).max(axis=2)
+
+
+def lines_mm(source: EffectSource) -> np.ndarray:
     """Return the heights that are looked at, mm: the line of the stroke alone where another one asks for the same."""
     rows = np.arange(0.5 * (ROW_MM - HEIGHT_MM), 0.5 * HEIGHT_MM, ROW_MM)
     return rows if any(depends_on_y(source, each) for each in rows) else np.array([source.track.y_mm])

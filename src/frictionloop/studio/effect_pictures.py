@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionloop.parameters import System
 from frictionloop.rendering.effect import EFFECTS, Effect, Touch
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.library import LIBRARY
 from frictionloop.studio.frames import pack_map
 

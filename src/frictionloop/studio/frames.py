@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionloop.live.session import Block
+from frictionloop.live.live_session import Block
 from frictionloop.quantities import FrictionloopError, must_be
 
 FRAME, MAP, CROWD_FRAME = 1, 2, 3

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frictionloop.live.engines import CHANNELS
+from frictionloop.live.live_engines import CHANNELS
 from frictionloop.physics.reach import Reach
 from frictionloop.rendering.effect import TURNS_MM_S
 
@@ -16,23 +16,19 @@ LEAST_S = 0.2
 """Time on the plate below which nothing is said."""
 TURNED_MM = 2.0
 """Way before and after a turn or a landing: 2F/k of 1 N over the 1000 N/m of the bench's skin, as metrics leave out."""
-FAST_HZ = 100.0
-"""What of the felt error is faster is told apart: the paper's plate follows so far (Sec. 2.1), and no loop beyond."""
 OVER_S = 0.004
 """Over how long the way is taken that tells the speed (assumed)."""
 _ROW = {name: number for number, name in enumerate(CHANNELS)}
 
 
 def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, float | None]:
-    """Return rms error (N, and as felt), R2 against identity, contrast delivered and share of saturated ticks.
+    """Return rms error (N), R2 against identity, contrast delivered and share of saturated ticks.
 
-    Each but the last is told of the open and of the closed loop. As felt the error is the index D of
-    ``fl.perceptual_index``: in thresholds of touch from 1 to 500 Hz, felt above 1. Contrast is the spread of the force
-    over that asked for, both as standard deviations: 1 delivers all of it. Ticks count while the finger slides, but for
-    `TURNED_MM` on both sides of a turn: the skin swings over meanwhile. A number that does not exist is None: R2 and
-    contrast where the force asked for does not change. ``beyond`` is the share of the wish that is out of the finger's
-    reach. ``swings`` is the share of ticks at the limit that is visited less, of most and of least vibration: a loop
-    that rings is at both. ``closed_fast`` is the share of the squared index that is above `FAST_HZ`.
+    Each but the last is told of the open and of the closed loop. Contrast is `slope_of` the force over that asked for:
+    1 delivers all of it. Ticks count while the finger slides, but for `TURNED_MM` on both sides of a turn: the skin
+    swings over meanwhile. A number that does not exist is None: R2 and contrast where the force asked for does not
+    change. ``beyond`` is the share of the wish that is out of the finger's reach. ``swings`` is the share of ticks at
+    the limit that is visited less, of most and of least vibration: a loop that rings is at both.
 
     Parameters
     ----------
@@ -43,6 +39,8 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
     touches_n : float
         Least load that counts as touch, N.
     """
+    from frictionloop.preview.pattern_measures import slope_of  # only here: it loads slowly (`studio.background`)
+
     sliding = slides(rows[_ROW["x_mm"]].astype(float), rows[_ROW["load_n"]], rate_hz, touches_n)
     if sliding.sum() < LEAST_S * rate_hz:
         return {}
@@ -58,15 +56,12 @@ def numbers_of(rows: np.ndarray, rate_hz: float, touches_n: float) -> dict[str, 
         counted = sliding & np.isfinite(force - asked)
         if counted.sum() < LEAST_S * rate_hz:
             continue
-        error, spread = np.where(counted, force - asked, 0.0), float(np.std(asked[counted]))
-        rms = math.sqrt(float(np.mean(error[counted] ** 2)))
-        felt, fast = _felt(error, counted, rate_hz)
+        rms = math.sqrt(float(np.mean((force - asked)[counted] ** 2)))
+        slope, spread = slope_of(asked, force, counted, rate_hz)[0], float(np.std(asked[counted]))
         told |= {
             f"{name}_error_n": rms,
-            f"{name}_felt": felt,
-            f"{name}_fast": fast,
-            f"{name}_r2": 1.0 - (rms / spread) ** 2 if spread > 1e-3 else None,
-            f"{name}_contrast": float(np.std(force[counted])) / spread if spread > 1e-3 else None,
+            f"{name}_r2": 1.0 - (rms / spread) ** 2 if math.isfinite(slope) else None,
+            f"{name}_contrast": slope if math.isfinite(slope) else None,
         }
     return told
 
@@ -83,25 +78,6 @@ def _at_both_limits(rows: np.ndarray) -> float:
     limited, strong = rows[_ROW["saturated"]] > 0, rows[_ROW["closed_um"]]
     high = strong > 0.5 * np.max(strong, initial=0.0, where=np.isfinite(strong))
     return float(min(np.mean(limited & high), np.mean(limited & ~high)))
-
-
-def _felt(error_n: np.ndarray, sliding: np.ndarray, rate_hz: float) -> tuple[float | None, float | None]:
-    """Return the index D of an error where the finger slides, and the share of its square above `FAST_HZ`.
-
-    Both are None at a rate that the filter is not made for.
-    """
-    # Only here: all of it takes as long to load as what opens the page (`studio.background`).
-    from scipy.signal import butter, sosfilt
-
-    from frictionloop.loop.reference_runs import weighted
-    from frictionloop.perception.weighting import RATES_HZ
-
-    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
-        return None, None
-    felt = weighted(error_n.astype(float), sliding.astype(float), rate_hz)
-    whole = float(np.sum(felt**2))
-    fast = sosfilt(butter(4, FAST_HZ, "highpass", fs=rate_hz, output="sos"), felt)
-    return math.sqrt(whole / float(sliding.sum())), float(np.sum(fast**2)) / whole if whole else None
 
 
 def slides(x_mm: np.ndarray, load_n: np.ndarray, rate_hz: float, touches_n: float) -> np.ndarray:

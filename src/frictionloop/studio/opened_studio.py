@@ -5,29 +5,29 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
-from frictionloop.findings import Result
-from frictionloop.parameters import System, bench
+from frictionloop.findings import Finding, Result
+from frictionloop.parameters import Constant, System, bench
 from frictionloop.quantities import must_be, replacing
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
 
 if TYPE_CHECKING:
     from frictionloop.experiments.protocol import Protocol
-    from frictionloop.live.session import Session
-    from frictionloop.studio.experiment.desk import Desk
+    from frictionloop.live.live_session import Session
     from frictionloop.studio.experiment.experiment_server import Addresses
+    from frictionloop.studio.experiment.page_respondent import Desk
 
 PORT = 8026
+CARRIED = Path(__file__).with_name("play.html")
+"""The page of the `scene`, which a wheel carries for those without a compiler (`make play`)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Opened(Result):
+class Opened(Result, schema="studio.serve/1"):
     """A studio that can be looked at."""
 
-    SCHEMA: ClassVar[str] = "studio.serve/1"
     address: str
     """With the token that lets its bearer drive, where other machines may come in."""
     watch_address: str = ""
@@ -83,8 +83,47 @@ def serve(
     from frictionloop.studio.background import starting
 
     with starting():
+        import uvicorn
+
+        from frictionloop.studio.connections import LOOPBACK, Doors, listening, open_to_network
+        from frictionloop.studio.parameter_panels import effect_name
+        from frictionloop.studio.room import Room
+        from frictionloop.studio.server import studio_app
+
         plain = not (system or effect or device)
-        _serve(scene() if plain else on_plate(system or bench(), effect), device, seed, host, port, replay, opened)
+        shown = scene() if plain else on_plate(system or bench(), effect)
+        rings = () if plain else ringing(shown)
+        doors = Doors() if host in LOOPBACK else open_to_network()
+        recorded = [] if replay is None else [_read(Path(replay))]
+        with _session(shown, seed, device) as session, listening(host, port) as bound:
+            room = Room(session)
+            room.runs.extend(recorded)
+            address = f"http://{host}:{bound.getsockname()[1]}/" + ("replay" if recorded else "")
+            found = Opened(
+                address=f"{address}?token={doors.token}" if doors.token else address,
+                watch_address=f"{address}?token={doors.watch_token}" if doors.token else "",
+                law=shown.controller.kind,
+                setpoint=effect_name(shown) or shown.setpoint.kind,
+                device=device or "",
+                findings=rings,
+            )
+            opened(found)
+            # Not deflated: numbers in binary hardly shrink, and each frame would wait for it.
+            config = uvicorn.Config(
+                studio_app(room, doors), log_level="warning", ws="websockets-sansio", ws_max_size=64 * 1024,
+                ws_per_message_deflate=False, loop="frictionloop.studio.connections:prompt_loop",
+            )  # fmt: skip
+            uvicorn.Server(config).run(sockets=[bound])
+
+
+def ringing(system: System) -> tuple[Finding, ...]:
+    """Return that a loop rings by itself in the middle of its band, if it does: its page opens all the same."""
+    from frictionloop.analysis.stability import rings_if_linear
+    from frictionloop.loop.run_ringing import of_ringing
+
+    model = system.controller.model
+    found = rings_if_linear(system.evolve(setpoint=Constant(offset_n=0.5 * (model.floor_n + model.nominal_n))))
+    return tuple(of_ringing(found, alone=True, remedy="on the page: Presets, Gains that hold"))
 
 
 def on_plate(system: System, effect: str | None) -> System:
@@ -97,55 +136,17 @@ def on_plate(system: System, effect: str | None) -> System:
 
 
 def scene() -> System:
-    """Return what the page begins with: wide detents under a finger whose friction the open loop does not know."""
-    sticky = {"controller.kind": "notch_pi", "controller.feedforward": True, "friction.nominal_n": 1.3}
-    return on_plate(bench().evolve(sticky), "detents")
-
-
-def _serve(
-    system: System,
-    device: str | None,
-    seed: int,
-    host: str,
-    port: int,
-    replay: str | os.PathLike[str] | None,
-    opened: Callable[[Opened], Any],
-) -> None:
-    import uvicorn
-
-    from frictionloop.studio.connections import LOOPBACK, Doors, listening, open_to_network
-    from frictionloop.studio.panels import effect_name
-    from frictionloop.studio.room import Room
-    from frictionloop.studio.server import studio_app
-
-    doors = Doors() if host in LOOPBACK else open_to_network()
-    recorded = [] if replay is None else [_read(Path(replay))]
-    with _session(system, seed, device) as session, listening(host, port) as bound:
-        room = Room(session)
-        room.runs.extend(recorded)
-        address = f"http://{host}:{bound.getsockname()[1]}/" + ("replay" if recorded else "")
-        found = Opened(
-            address=f"{address}?token={doors.token}" if doors.token else address,
-            watch_address=f"{address}?token={doors.watch_token}" if doors.token else "",
-            law=system.controller.kind,
-            setpoint=effect_name(system) or system.setpoint.kind,
-            device=device or "",
-        )
-        opened(found)
-        # Not deflated: numbers in binary hardly shrink, and each frame would wait for it.
-        config = uvicorn.Config(
-            studio_app(room, doors), log_level="warning", ws="websockets-sansio", ws_max_size=64 * 1024,
-            ws_per_message_deflate=False, loop="frictionloop.studio.connections:prompt_loop",
-        )  # fmt: skip
-        uvicorn.Server(config).run(sockets=[bound])
+    """Return what the page begins with: wide detents under a dry finger whose friction the open loop does not know."""
+    law = {"controller.kind": "notch_pi", "controller.feedforward": True}
+    return on_plate(bench().evolve(law | {"friction.nominal_n": 1.3, "friction.occlusion_ratio": 1.0}), "detents")
 
 
 @contextmanager
 def _session(system: System, seed: int, device: str | None) -> Iterator[Session]:
     """Yield the session, whose device is switched off at its end."""
     if device is None:
-        from frictionloop.live.engines import TwinEngine
-        from frictionloop.live.session import Session
+        from frictionloop.live.live_engines import TwinEngine
+        from frictionloop.live.live_session import Session
 
         yield Session(TwinEngine(system, seed))
         return
@@ -184,20 +185,18 @@ def desk(
         For an address that cannot be listened at, or a missing extra.
     """
     needed("starlette", "starlette", "studio")
-    from frictionloop.experiments.session_run import source_of
-    from frictionloop.studio.experiment.desk import Desk
+    from frictionloop.experiments.resumable_session import source_of
     from frictionloop.studio.experiment.experiment_server import served
+    from frictionloop.studio.experiment.page_respondent import Desk
 
     found = Desk(protocol, participant, source_of(address))
     with served(found, host, port) as addresses:
         yield found, addresses
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportedPage(Result):
+class ExportedPage(Result, schema="studio.export/1"):
     """A page that needs no server."""
 
-    SCHEMA: ClassVar[str] = "studio.export/1"
     path: Path
     runs: tuple[str, ...]
     """Those that it plays; none of the live page."""
@@ -240,6 +239,8 @@ def export(
 
         found = [_read(Path(run)) for run in runs]
         text = page_of(found)
+    elif system is None and not seed and CARRIED.exists() and not find_spec("ziglang"):
+        found, text = [], CARRIED.read_text(encoding="utf-8")
     else:
         needed("starlette", "starlette", "studio")
         from frictionloop.studio.static_page import play_page
@@ -247,4 +248,5 @@ def export(
         found, text = [], play_page(system or scene(), seed)
     with replacing(path) as beside:
         beside.write_text(text, encoding="utf-8")
-    return ExportedPage(path=Path(path), runs=tuple(each["name"] for each in found), size_mb=len(text) / 1e6)
+    names, rings = tuple(each["name"] for each in found), () if runs or system is None else ringing(system)
+    return ExportedPage(path=Path(path), runs=names, size_mb=len(text) / 1e6, findings=rings)

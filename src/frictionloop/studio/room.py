@@ -6,20 +6,19 @@ import asyncio
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from typing import Any
 
-from frictionloop.live.session import SPARSE, Block, Session
+from frictionloop.live.live_session import SPARSE, Block, Session
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
-from frictionloop.studio.background import Counting, Drawing
-from frictionloop.studio.connections import Guest
-from frictionloop.studio.crowd import Twelve
+from frictionloop.studio.background import Counting, Drawing, EffectWatch
+from frictionloop.studio.connections import Guest, why_of
 from frictionloop.studio.effect_pictures import read_along
-from frictionloop.studio.effect_watch import EffectWatch
 from frictionloop.studio.frames import events_in, frame_of, pack
-from frictionloop.studio.panels import system_message
+from frictionloop.studio.parallel_fingers import Twelve
+from frictionloop.studio.parameter_panels import system_message
 
 TOLD_EVERY_S = 0.2
 """How often numbers and status go out."""
@@ -73,6 +72,7 @@ class Room:
         if guest is self.driver:
             self.session.leave()
             self.driver = None
+            self.end_tour()
         self.tell_status()
 
     def take(self, guest: Guest) -> None:
@@ -81,9 +81,27 @@ class Room:
             raise FrictionloopError("this page may watch only")
         if self.driver is not None and guest is not self.driver:
             self.session.leave()  # whoever takes over arms a device anew
+            self.end_tour()
         self.driver = guest
         self.session.present(self.clock())
         self.tell_status()
+
+    def put(self, system: System, remember: bool = True) -> None:
+        """Put a System in force, and tell every page; what was there can be had again by undo."""
+        before = self.session.engine.system
+        went_on = self.session.change(system)
+        if remember:
+            self.before.append(before)
+        self.redraw()
+        self.tell(system_message(system) | {"restarted": not went_on})
+
+    def end_tour(self) -> None:
+        """Put in force again what was before a tour, whose page ends it or goes: its loop has been compiled."""
+        if (before := self.before_tour) is not None:
+            self.before_tour = None
+            for task in self._doing:  # a step whose loop is still being compiled comes too late
+                task.cancel()
+            self.put(before)
 
     def heard(self, guest: Guest) -> None:
         """Take note that a page is there: a device is switched off when the driving page falls silent."""
@@ -94,11 +112,9 @@ class Room:
         """Take the pointer events of a page."""
         if self.driver is None and guest.may_drive:
             self.take(guest)
-        if guest is self.driver and not self.dead and self.session.touch(self.clock(), events_in(data)):
-            self._stroke_there()
-
-    def _stroke_there(self) -> None:
-        """Let the effect be read along the line on which the finger has landed, where that is another force."""
+        if guest is not self.driver or self.dead or not self.session.touch(self.clock(), events_in(data)):
+            return
+        # The effect is read along the line on which the finger has landed, where that is another force.
         if (along := read_along(self.session.engine.system, self.session.line_mm)) is not None:
             self.session.change(along)
 
@@ -119,9 +135,9 @@ class Room:
         for guest in self.guests:
             guest.put(self.status() | {"drives": guest is self.driver, "may_drive": guest.may_drive})
 
-    def tell(self, message: bytes | dict[str, Any]) -> None:
-        """Tell every page something."""
-        for guest in self.guests:
+    def tell(self, message: bytes | dict[str, Any], guests: Sequence[Guest] | None = None) -> None:
+        """Tell every page something, or these alone."""
+        for guest in self.guests if guests is None else guests:
             guest.put(message)
 
     async def run(self) -> None:
@@ -133,12 +149,8 @@ class Room:
                     await asyncio.sleep(0)  # frames go out before what takes its time
                     self.tell_beside()
                 await asyncio.sleep(self.session.due_s(self.clock()))
-        except asyncio.CancelledError:
-            raise
-        except FrictionloopError as error:
-            self.die(str(error))
         except Exception as error:  # a dead task must be seen, whatever it died of
-            self.die(f"{type(error).__name__}: {error}")
+            self.die(why_of(error))
 
     def die(self, why: str) -> None:
         """Say that the engine has stopped."""
@@ -160,12 +172,10 @@ class Room:
         self.tell_status()
         if self.guests:
             self.counting.renew(now_s)
-        if self._looking:
-            self.tell_onlookers(self.twelve.summary())
+        if onlookers := self._onlookers:
+            self.tell(self.twelve.summary(), onlookers)
         if any(guest.ahead for guest in self.guests) and (told := self.effect_watch.follow(now_s)) is not None:
-            for guest in self.guests:
-                if guest.ahead:
-                    guest.put(told)
+            self.tell(told, [guest for guest in self.guests if guest.ahead])
 
     def _send(self, block: Block) -> None:
         self._number += 1
@@ -175,17 +185,12 @@ class Room:
             if guest.listens not in packed:
                 packed[guest.listens] = pack(frame_of(block, self._number, self.session.engine.rate_hz, every))
             guest.put(packed[guest.listens])
-        if not self._looking:
+        if not (onlookers := self._onlookers):
             self.twelve.rest()
         elif (crowd := self.twelve.follow(block)) is not None:
-            self.tell_onlookers(crowd)
+            self.tell(crowd, onlookers)
 
     @property
-    def _looking(self) -> bool:
-        return any(guest.crowd for guest in self.guests)
-
-    def tell_onlookers(self, message: bytes | dict[str, Any]) -> None:
-        """Tell the pages that look at the row of fingers."""
-        for guest in self.guests:
-            if guest.crowd:
-                guest.put(message)
+    def _onlookers(self) -> list[Guest]:
+        """Pages that look at the row of fingers."""
+        return [guest for guest in self.guests if guest.crowd]

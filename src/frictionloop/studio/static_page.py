@@ -10,24 +10,26 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.firmware.compiler import run, zig
-from frictionloop.live.engines import TwinEngine
-from frictionloop.loop.kernel.shared import SHARED
+from frictionloop.firmware.host_compiler import run, zig
+from frictionloop.live.live_engines import TwinEngine
+from frictionloop.loop.kernel.tile_record import SHARED
 from frictionloop.loop.kernel.traces import traces_of
 from frictionloop.loop.live_loop import state_rows
 from frictionloop.parameters import System
 from frictionloop.parameters.presets import RETUNED
 from frictionloop.physics.fingers import fingers
+from frictionloop.preview.prepared_stroke import skin_n_mm
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
 from frictionloop.rendering.effect import TURNS_MM_S
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.studio.commands import PRESETS
-from frictionloop.studio.crowd import PEOPLE, POPULATION_SEED
-from frictionloop.studio.effect_pictures import effects, map_of
-from frictionloop.studio.one_page import one_page
-from frictionloop.studio.page_choices import MOST, Axes, Axis, Choices, PageBench, Words, axes_of
-from frictionloop.studio.panels import differences, effect_name, panels_of
-from frictionloop.studio.replay import packed
+from frictionloop.studio.effect_feasibility import lines_mm, steepest
+from frictionloop.studio.effect_pictures import CELL_MM, effects, map_of
+from frictionloop.studio.offline_choices import MOST, Axes, Axis, Choices, PageBench, axes_of
+from frictionloop.studio.parallel_fingers import PEOPLE, POPULATION_SEED
+from frictionloop.studio.parameter_panels import differences, effect_name, panels_of
+from frictionloop.studio.replay import one_page, packed
 from frictionloop.studio.server import hello_message
 
 MORE = "pip install 'frictionloop[studio]' && frictionloop studio"
@@ -53,10 +55,7 @@ ZIG = (
 )  # fmt: skip
 BUILDS = {"fused": ("-DFUSED", "-mcpu=generic+simd128+relaxed_simd"), "exact": ("-DEXACT",)}
 """WebAssembly has no fma: a build with instructions that may fuse, and one that works each out."""
-_HIDDEN = (
-    "#save-csv,#save-h5,#save-toml,#crowd-card,#tools,#open-effect,#open-file,#ahead-told,label:has(#ahead),"
-    "[data-box=motion],[data-box=board],tr:has([data-number=open_felt])"
-)
+_HIDDEN = "#save-csv,#save-h5,#save-toml,#tools,#open-effect,#open-file,[data-box=motion],[data-box=board]"
 
 
 def play_page(system: System, seed: int = 0) -> str:
@@ -70,7 +69,7 @@ def play_page(system: System, seed: int = 0) -> str:
     needed("ziglang", "ziglang", "image")
     text = one_page("index.html", "frictionloop studio", "bench", page_data(system, seed), {"link.js": "page-link.js"})
     hidden = f"<style>{_HIDDEN}{{display:none}}</style></head>"
-    told = "Fingers side by side, painting, files, devices, all parameters"
+    told = "Painting, files, devices, all parameters"
     more = f'<footer><p class="hint">{told}: <code>{MORE.replace("&&", "&amp;&amp;")}</code></p>'
     return text.replace("</head>", hidden, 1).replace("<footer>", more, 1)
 
@@ -94,10 +93,11 @@ def page_data(system: System, seed: int) -> dict[str, Any]:
         "shape": blob.add(bench.shape.view(np.uint64)),
         "axes": _axes_told(axes, blob),
         "laws": {law: _law_told(system.evolve(values), choices, law) for law, values in choices.laws.items()},
-        "panels": _panels(system, choices.stops),
+        "panels": {box: _sliders(fields, choices.stops) for box, fields in panels_of(system).items()},
         "effects": {name: each["setpoint.effect"].model_dump(mode="json") for name, each in choices.effects.items()},
         "fingers": {"": {}, **choices.fingers},
         "presets": {each.name: each.values for each in PRESETS},
+        "steep": {name: steep(system.evolve(values)) for name, values in choices.effects.items()},
         "maps": {name: packed(map_of(system.evolve(values))) for name, values in choices.effects.items()},
         "wasm": {build: packed(wasm(bench.loop.text(), flags)) for build, flags in BUILDS.items()},
         "proof": blob.add(proof(system, seed)),
@@ -121,6 +121,16 @@ def choices_of(system: System) -> Choices:
         _accepted(system, STOPS),
         {law: _accepted(system.evolve(values), GAINS) for law, values in laws.items()},
     )
+
+
+def steep(system: System) -> list[list[int]]:
+    """Return where an effect is steeper than the skin follows, by line of the plate: cells of `CELL_MM`."""
+    source, half = system.setpoint, system.touch.load.length_mm / 2
+    if not isinstance(source, EffectSource):
+        return []
+    place = np.arange(-half, half, CELL_MM) + CELL_MM / 2
+    slope = steepest(source, place, lines_mm(source))[2]
+    return [np.flatnonzero(row > skin_n_mm(system)).tolist() for row in slope]
 
 
 def _accepted(system: System, stops: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
@@ -168,18 +178,14 @@ class Blob:
 def _axes_told(axes: Axes, blob: Blob) -> dict[str, Any]:
     def told(axis: Axis) -> dict[str, Any]:
         places = {name: None if at is None else at.tolist() for name, at in axis.places.items()}
-        return {"choices": axis.choices, "places": places, "words": [_added(words, blob) for words in axis.words]}
+        words = [{name: blob.add(each) for name, each in some.items()} for some in axis.words]
+        return {"choices": axis.choices, "places": places, "words": words}
 
-    sliders = {law: {path: told(axis) for path, axis in own.items()} for law, own in axes.gains.items()}
     return {
         **{name: told(axis) for name, axis in zip(Axes._fields[:3], axes[:3], strict=True)},
         "stops": {path: told(axis) for path, axis in axes.stops.items()},
-        "gains": sliders,
+        "gains": {law: {path: told(axis) for path, axis in own.items()} for law, own in axes.gains.items()},
     }
-
-
-def _added(words: Words, blob: Blob) -> dict[str, list[int]]:
-    return {name: blob.add(each) for name, each in words.items()}
 
 
 def _law_told(system: System, choices: Choices, law: str) -> dict[str, Any]:
@@ -193,10 +199,6 @@ def _law_told(system: System, choices: Choices, law: str) -> dict[str, Any]:
         "differs": changed,
         "state": state_rows(system),
     }
-
-
-def _panels(system: System, stops: Any) -> dict[str, Any]:
-    return {box: _sliders(fields, stops) for box, fields in panels_of(system).items()}
 
 
 def _sliders(fields: list[dict[str, Any]], stops: Any) -> list[dict[str, Any]]:

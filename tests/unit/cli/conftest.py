@@ -18,9 +18,9 @@ from frictionloop.cli import main
 def _designed_once():
     """The notch of a bench takes seconds to find, a check one: what README.md and the tests design and check is one."""
     from frictionloop import design
-    from frictionloop.design import controller_design, synthesis
+    from frictionloop.design import controller_design, controller_synthesis
 
-    really = synthesis.synthesised
+    really = controller_synthesis.synthesised
     known = cache(really)
 
     def synthesised(system, law, asked):
@@ -36,7 +36,7 @@ def _designed_once():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(design, "check", check)
-        for room in (synthesis, controller_design):
+        for room in (controller_synthesis, controller_design):
             patch.setattr(room, "synthesised", synthesised)
         yield
 
@@ -77,8 +77,6 @@ def frictionloop(capsys, monkeypatch, tmp_path):
     """Return a function that runs one command in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["/elsewhere/frictionloop"])
-    # What is under way is told after some seconds: on a slow machine that would stand beside what a test looks for.
-    monkeypatch.setattr("frictionloop.loop.progress.FIRST_S", 1e9)
 
     def run(*tokens):
         with pytest.raises(SystemExit) as left:

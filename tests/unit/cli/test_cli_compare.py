@@ -11,10 +11,10 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.cli import screen
-from frictionloop.design import synthesis
-from frictionloop.design.comparison import run
+from frictionloop.design import controller_synthesis
+from frictionloop.design.comparison import comparison_run
+from frictionloop.design.comparison.comparison_run import about_s
 from frictionloop.design.comparison.law_margins import MARGINS
-from frictionloop.design.comparison.run import about_s
 
 WORDS = (
     "compare",
@@ -109,14 +109,14 @@ def test_a_time_that_is_estimated_is_round(time_s, text):
 
 
 def test_interrupted_says_how_to_go_on(frictionloop, monkeypatch):
-    really = run._Trial.run
+    really = comparison_run._Trial.run
 
     def stopping(self, law, at):
         if at.task == "hold 0.4":
             raise KeyboardInterrupt
         return really(self, law, at)
 
-    monkeypatch.setattr(run._Trial, "run", stopping)
+    monkeypatch.setattr(comparison_run._Trial, "run", stopping)
     answer = frictionloop(*WORDS, "--out", "r.h5")
     assert answer.code == 130
     assert "interrupted: 9 of 38 cells done, kept in r.h5" in answer.err
@@ -129,5 +129,5 @@ def test_what_is_wrong_is_said_before_any_law_is_designed(frictionloop, monkeypa
     def designed(*_):
         raise AssertionError("a law was designed")
 
-    monkeypatch.setattr(synthesis, "synthesised", designed)
+    monkeypatch.setattr(controller_synthesis, "synthesised", designed)
     assert frictionloop("compare", *words.split()).code == 2

@@ -14,11 +14,11 @@ import pytest
 
 import frictionloop as fl
 from frictionloop.analysis.stability import rings_if_linear
-from frictionloop.device import bench_boards, measured_run, transport
+from frictionloop.device import run_accuracy, simulated_boards, transport
 from frictionloop.device.emulator.processor import _whole
+from frictionloop.firmware.parameter_files import fingerprint
 from frictionloop.firmware.parameter_words import firmware_words
-from frictionloop.firmware.words import fingerprint
-from frictionloop.quantities.schema import schema, table_hash
+from frictionloop.quantities.protocol_schema import schema, table_hash
 
 LOOKUP = ("--controller.kind", "lookup")
 SLIPPERY = ("--motion.load_n", "4", "--open")  # the finger is pressed until its friction is more than the sensor takes
@@ -270,7 +270,7 @@ def test_a_run_is_recorded_and_said(frictionloop, tmp_path):
 @pytest.mark.parametrize("device_knows_f_a", [True, False])
 def test_a_loop_that_rings_is_found(monkeypatch, device_knows_f_a):
     if not device_knows_f_a:
-        monkeypatch.setattr(bench_boards.BenchPipe, "felt", lambda *_: None)
+        monkeypatch.setattr(simulated_boards.BenchPipe, "felt", lambda *_: None)
     rings = fl.device.run("sim:", fl.bench(), 0.5)
     assert "LOOP-UNSTABLE" in [each.code for each in rings.findings] and rings.saturation_index > 0.5
     assert (rings.rms_error_n is None) != device_knows_f_a
@@ -312,7 +312,7 @@ def test_a_file_is_loaded_and_its_set_point_is_played(frictionloop, tmp_path):
 
 
 def test_a_device_that_knows_no_force_on_the_finger_is_drawn(frictionloop, monkeypatch, tmp_path):
-    monkeypatch.setattr(bench_boards.BenchPipe, "felt", lambda *_: None)
+    monkeypatch.setattr(simulated_boards.BenchPipe, "felt", lambda *_: None)
     answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "0.1", "--out", "run.h5", "--plot", "r.svg")
     assert (answer.code, answer.err) == (0, "")
     assert "f_a" not in fl.load(tmp_path / "run.h5")
@@ -348,7 +348,7 @@ def test_ctrl_c_says_where_the_recording_is(frictionloop, monkeypatch, tmp_path)
 
         return stop
 
-    monkeypatch.setattr(measured_run, "_steps", impatient)
+    monkeypatch.setattr(run_accuracy, "_steps", impatient)
     answer = frictionloop("device", "run", "sim:", *LOOKUP, "--duration-s", "1", "--out", "cut.h5")
     count = fl.load(tmp_path / "cut.h5").sizes["time"]
     assert 250 < count < 1000
@@ -373,7 +373,7 @@ def kept(monkeypatch):
     def same_board(address, system=None, seed=0):
         if address not in boards:
             system = system or fl.bench()
-            boards[address] = bench_boards.BenchPipe(bench_boards.Simulated(system), system, seed)
+            boards[address] = simulated_boards.BenchPipe(simulated_boards.Simulated(system), system, seed)
         return boards[address].opened
 
     for room in ("device", "transport"):

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.control.cost import BEYOND, WORST_TICK, highest_rate_hz, worst_tick
+from frictionloop.control.instruction_cost import BEYOND, WORST_TICK, highest_rate_hz, worst_tick
 from frictionloop.device.emulator import budget
 from frictionloop.firmware import image
 from frictionloop.firmware.image import BOARDS
-from frictionloop.quantities.schema import firmware_folder, parameter_words, word_count
+from frictionloop.quantities.protocol_schema import firmware_folder, parameter_words, word_count
 
 PI = ("--preset", "bench", "--controller.kind", "pi", "--controller.kp", "0.06", "--controller.ki", "134")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +13,8 @@ from pathlib import Path
 import pytest
 
 import frictionloop as fl
-from frictionloop.quantities.version import cited_version
+from frictionloop.quantities.code_version import cited_version
+from frictionloop.quantities.compile_events import compiling
 
 VERBS = ("reproduce", "simulate", "sweep", "compare")
 
@@ -105,8 +107,8 @@ def report(monkeypatch):
 def test_reproduce_prints_the_verdict_and_where_the_page_is(frictionloop, report):
     answer = frictionloop("reproduce")
     assert (answer.code, answer.err) == (0, "")
-    assert answer.out.startswith("1     yes, if the gains are re-tuned: A PI reduces the variability of friction")
-    assert "(spread ÷ 3 per newton with Kp = 0, Ki = 111 1/s)" in answer.out
+    assert answer.out.startswith("1     yes, if 10 is not N/N: A PI reduces the variability of friction")
+    assert "(spread ÷ 3 per newton with Kp = 0, Ki = 111 1/s)" in " ".join(answer.out.split())
     assert "report/index.html" in answer.out
     found = frictionloop("reproduce", "--out", "deep/er", "--json").json()
     assert [each["id"] for each in found["claims"]] == ["pi-reduces-variability", "resonance"] and found[
@@ -138,3 +140,20 @@ def test_a_command_that_is_told_to_end_is_interrupted_as_by_ctrl_c(monkeypatch, 
         app.main(["simulate"])
     assert left.value.code == 130 and capsys.readouterr().err == "interrupted\n"
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_compilation_does_not_hold_up_the_end(monkeypatch):
+    """Python would look at the signal only when the compiler is done: the system ends the process."""
+    from frictionloop.cli import app
+
+    taken = []
+
+    def work(*_, **__):
+        for inside in (compiling(), nullcontext()):
+            with inside:
+                taken.append(signal.getsignal(signal.SIGTERM))
+
+    monkeypatch.setattr(app, "app", work)
+    with pytest.raises(SystemExit):
+        app.main(["simulate"])
+    assert taken[0] == signal.SIG_DFL and callable(taken[1])

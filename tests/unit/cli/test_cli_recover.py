@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.device import measured_run
-from frictionloop.device.recorded_run import check_folder
+from frictionloop.device import run_accuracy
+from frictionloop.device.device_run import check_folder
 from frictionloop.loop.growing_file import Column, Spool
 
 COLUMNS = {"f_m": Column("f8", {"units": "N", "long_name": "measured force"})}
@@ -65,7 +65,7 @@ def test_what_cannot_be_recovered_is_one_line(frictionloop, partial):
 
 @pytest.mark.slow
 def test_of_a_long_run_the_last_part_is_scored(frictionloop, monkeypatch):
-    monkeypatch.setattr(measured_run, "SCORED_S", 0.2)
+    monkeypatch.setattr(run_accuracy, "SCORED_S", 0.2)
     found = frictionloop("device", "run", "sim:", "--duration-s", "0.5", "--out", "run.h5", "--json").json()
     assert (found["samples"], found["scored_samples"]) == (2500, 1000)
     assert fl.load("run.h5").sizes["time"] == 2500

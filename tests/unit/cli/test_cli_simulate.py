@@ -188,11 +188,11 @@ def test_a_column_of_times_that_nobody_asked_for_is_said_to_be_the_default(frict
 
 
 def test_a_recording_is_read_once(frictionloop, sliding, monkeypatch):
-    from frictionloop.recordings import whole
+    from frictionloop.recordings import file_opening
 
-    reads, reader = [], whole.READERS[".csv"]
-    counted = {**whole.READERS, ".csv": lambda path, **more: reads.append(path) or reader(path, **more)}
-    monkeypatch.setattr(whole, "READERS", counted)
+    reads, reader = [], file_opening.READERS[".csv"]
+    counted = {**file_opening.READERS, ".csv": lambda path, **more: reads.append(path) or reader(path, **more)}
+    monkeypatch.setattr(file_opening, "READERS", counted)
     frictionloop("simulate", "--preset", "feasible", *sliding, "--disturbance.column", "1", "--duration-s", "0.1")
     assert len(reads) == 1
 

@@ -11,9 +11,9 @@ from matplotlib.image import imread
 
 import frictionloop as fl
 from frictionloop.cli import screen
-from frictionloop.cli.must_hold import MustHold
+from frictionloop.cli.design import MustHold
 from frictionloop.design import Requirements
-from frictionloop.design.synthesis import SYNTHESES
+from frictionloop.design.controller_synthesis import SYNTHESES
 from frictionloop.findings import CATALOGUE
 
 DESIGN, CONTROLLER, CHECK = "design", ("design", "controller"), ("design", "check")

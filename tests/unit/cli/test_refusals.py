@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import pytest
 
-from frictionloop.loop.blocks import forget
+from frictionloop.loop.registered_blocks import forget
 from frictionloop.quantities import FrictionloopError
 
 REFUSED = Path(__file__).parents[2] / "golden" / "refused"

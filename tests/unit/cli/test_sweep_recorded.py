@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionloop as fl
-from frictionloop.analysis.levels import at_levels
+from frictionloop.analysis.operating_point import at_levels
 from frictionloop.loop.sweep_figure import figure_of
 
 N = 6

@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Collection, Iterable, Mapping, MutableMapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from frictionloop.design.comparison import trial_protocol
-from frictionloop.design.comparison.entrants import Entrant, Overrides, entrants
-from frictionloop.design.comparison.scores import spread
+from frictionloop.design.comparison.comparison_scores import spread
+from frictionloop.design.comparison.trial_protocol import Entrant, Overrides, entrants
 from frictionloop.findings import Result, shown
-from frictionloop.findings.result import Row, frame, plain
+from frictionloop.findings.result import Row, Table, Tables, frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.physics.fingers import Fingers
-from frictionloop.preview.arrivals import delivered_to, spread_n
+from frictionloop.preview.pattern_arrival import delivered_to, spread_n
 from frictionloop.preview.prepared_stroke import playable_forces, prepared
 from frictionloop.quantities import FrictionloopError, must_be
 from frictionloop.rendering.effect import Effect
-from frictionloop.rendering.effect_source import EffectSource
+from frictionloop.rendering.effect_setpoint import EffectSource
 from frictionloop.rendering.effect_toml import find
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
 
 SEED = 0
 """Seed of all noise: the same for every finger, law and effect."""
@@ -84,16 +80,16 @@ def arrived(
     return found | {"contrast_low": float(low), "contrast_high": float(high)}
 
 
-def _designed(entrant: Entrant, system: System, spare: bool) -> Iterator[Overrides]:
-    """Yield what a law changes; nothing if it cannot run on this bench and is spared."""
+def _designed(entrant: Entrant, system: System, spare: bool) -> Overrides | None:
+    """Return what a law changes; None if it cannot run on this bench and is spared."""
     try:
         changes = entrant(system)
         system.evolve(changes)
     except FrictionloopError:
         if not spare:
             raise
-        return
-    yield changes
+        return None
+    return changes
 
 
 ALREADY = "setpoint"
@@ -116,11 +112,9 @@ SPREAD = {
 """Deciles of the second."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class EffectComparison(Result):
+class EffectComparison(Result, schema="compare.effects/1", without="cells"):
     """How much of effects arrives under control laws, on the capable of some fingers."""
 
-    SCHEMA: ClassVar[str] = "compare.effects/1"
     system: System
     effects: Mapping[str, Effect]
     fingers: int
@@ -135,11 +129,11 @@ class EffectComparison(Result):
 
     def best(self, effect: str) -> str:
         """Return the law under which the slope of what arrives is nearest to 1 at its worst speed."""
-        laws = {law: abs(cell["contrast"] - 1.0) for (law, name, _), cell in self.cells.items() if name == effect}
+        worst: dict[str, float] = {}
         for (law, name, _), cell in self.cells.items():
             if name == effect:
-                laws[law] = max(laws[law], abs(cell["contrast"] - 1.0))
-        return min(laws, key=lambda law: laws[law])
+                worst[law] = max(worst.get(law, 0.0), abs(cell["contrast"] - 1.0))
+        return min(worst, key=lambda law: worst[law])
 
     def rows(self) -> list[Row]:
         """Return the best law of each effect, and how many fingers are capable."""
@@ -152,11 +146,11 @@ class EffectComparison(Result):
         able = ", ".join(map(str, speeds.values()))
         return [*found, ("capable", f"{able} of {self.fingers} fingers at {', '.join(map(shown, speeds))} mm/s")]
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return medians over the capable fingers, and deciles."""
         return {"effects": self._table(HEADS), "deciles": self._table(SPREAD)}
 
-    def _table(self, heads: Mapping[str, tuple[str, float]]) -> pd.DataFrame:
+    def _table(self, heads: Mapping[str, tuple[str, float]]) -> Table:
         rows = [
             {"law": row["law"], "effect": row["effect"], "mm/s": row["speed_mm_s"]}
             | {head: factor * row[name] for name, (head, factor) in heads.items()}
@@ -164,17 +158,15 @@ class EffectComparison(Result):
         ]
         return frame(rows, "law")
 
-    def tidy(self) -> pd.DataFrame:
+    def tidy(self) -> Table:
         """Return `scores` as a table."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         return pd.DataFrame(self.scores)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name."""
-        own = super().to_dict()
-        del own["cells"]
-        return own | plain({"scores": self.scores})
+        return super().to_dict() | plain({"scores": self.scores})
 
 
 def compare_effects(
@@ -227,7 +219,7 @@ def compare_effects(
         for law, entrant in fields.items():
             left = [(name, speed) for name in named for speed in speeds if (law, name, speed) not in found]
             bar.doing(f"designing {law}")
-            changes = next(_designed(entrant, system, spare=laws is None), None) if left else None
+            changes = _designed(entrant, system, spare=laws is None) if left else None
             for name, speed in itertools.product(named, speeds):
                 if changes is not None and (name, speed) in left:
                     bar.doing(f"{law}, {name} at {speed:g} mm/s")

@@ -1,33 +1,28 @@
-"""Control laws compared on one bench, on fingers that none of them was tuned on."""
+"""Control laws compared on one bench, on fingers that none of them was tuned on, and which law to take."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import xarray as xr
 
-from frictionloop.analysis.levels import RECORDED, at_levels
+from frictionloop.analysis.operating_point import RECORDED, at_levels
 from frictionloop.design.comparison import trial_protocol
-from frictionloop.design.comparison.entrants import Entrant
+from frictionloop.design.comparison.comparison_run import LawRuns, run_laws
+from frictionloop.design.comparison.comparison_scores import scores
 from frictionloop.design.comparison.law_margins import Row, margin_rows, score_rows, tidy_rows
-from frictionloop.design.comparison.recommendation import left_by, recommended
-from frictionloop.design.comparison.run import LawRuns, run_laws
-from frictionloop.design.comparison.scores import scores
-from frictionloop.findings import Finding, Result, shown
+from frictionloop.design.comparison.trial_protocol import Entrant
+from frictionloop.design.population_margins import MOST_PEAK
+from frictionloop.findings import Condition, Finding, Result, shown
+from frictionloop.findings.result import Figure, Table, Tables, frame, plain
 from frictionloop.findings.result import Row as Line
-from frictionloop.findings.result import frame, plain
 from frictionloop.findings.shown import between
 from frictionloop.loop.progress import progress_bar
 from frictionloop.parameters import System
 from frictionloop.quantities import check_known
 from frictionloop.quantities.whole_files import only_writer
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-    from matplotlib.figure import Figure
 
 SHOWN = {
     "residual_rms_n": ("sines, mN", 1e3),
@@ -50,11 +45,9 @@ MARGINS = {
 FIRST = 4
 
 
-@dataclass(frozen=True, kw_only=True)
-class Comparison(Result):
+class Comparison(Result, schema="compare/1"):
     """How control laws do on one bench, and which to take."""
 
-    SCHEMA: ClassVar[str] = "compare/1"
     runs: LawRuns
     scored: xr.Dataset
     """Scores over law, speed, slip length and finger (`scores`)."""
@@ -80,17 +73,14 @@ class Comparison(Result):
         able = ", ".join(str(int(each)) for each in self.scored["capable"].sum("finger").values)
         speeds = ", ".join(map(shown, ran.speeds_mm_s))
         found.append(("capable", f"{able} of {len(ran.people)} fingers at {speeds} mm/s"))
-        levels, steps = (
-            ", ".join(map(shown, trial_protocol.LEVELS_N)),
-            between(*trial_protocol.STEP_LEVELS_N, "N"),
-        )
+        levels, steps = ", ".join(map(shown, trial_protocol.LEVELS_N)), between(*trial_protocol.STEP_LEVELS_N, "N")
         return [*found, ("forces", f"sines and holds at {levels} N, steps {steps}")]
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return a line a law at its worst speed and slip length, and the scores and margins at each of them."""
         return {"laws": self._laws(), "scores": self._scores(), "margins": self._margins()}
 
-    def _laws(self) -> pd.DataFrame:
+    def _laws(self) -> Table:
         def worst(rows: Iterable[Row], name: str) -> float:
             values = [float(row[name]) for row in rows if row[name] is not None]
             return max((each for each in values if not math.isnan(each)), default=math.nan)
@@ -111,7 +101,7 @@ class Comparison(Result):
             row for row in self.scores if (row["law"], row["score"], row["population"]) == (law, score, self.population)
         ]
 
-    def _scores(self) -> pd.DataFrame:
+    def _scores(self) -> Table:
         cells: dict[tuple[Any, ...], dict[str, Any]] = {}
         for law in self.runs.laws:
             for name, (head, factor) in SHOWN.items():
@@ -121,7 +111,7 @@ class Comparison(Result):
                     cell |= {head: factor * row["median"], f"{head} worst": factor * row["worst_decile"]}
         return frame(list(cells.values()), "law")
 
-    def _margins(self) -> pd.DataFrame:
+    def _margins(self) -> Table:
         rows = [
             {"law": row["law"], "mm/s": row["speed_mm_s"], "um": row["slip_length_um"]}
             | {head: row[name] for name, head in MARGINS.items()}
@@ -130,9 +120,9 @@ class Comparison(Result):
         ]
         return frame(rows, "law")
 
-    def tidy(self) -> pd.DataFrame:
+    def tidy(self) -> Table:
         """Return every score and margin, one row each."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         return pd.DataFrame(tidy_rows(list(self.scores), list(self.margins)))
 
@@ -210,3 +200,121 @@ def compare(
         recommended=law,
         findings=(*why, *out, *([Finding("OWN-FORCES")] if recorded else [])),
     )
+
+
+Rows = Sequence[Row]
+DEFAULT = "notch_pi"
+"""The law that is recommended unless another leaves less by more than fingers differ (docs/which-law.md)."""
+NEVER = {"lookup", "printed_pi"}
+"""Not recommended: no control, and gains for another device."""
+ROUGHER = 1.3
+"""Ratio of what touch feels under two laws from which it is told (chosen)."""
+MOST_PEAK_OFF = 4.0
+"""Largest Ms on a finger of the largest gain with the resonance 10 % lower (assumed)."""
+ENOUGH = 10
+"""Capable fingers at each speed below which nothing is recommended: the worst decile of fewer is a single finger."""
+
+
+class Left(NamedTuple):
+    """What a law leaves where it leaves the most: over fingers, at one speed and slip length."""
+
+    worst_n: float
+    """Worst decile of the residual, N."""
+    median_n: float
+
+    @property
+    def scatter_n(self) -> float:
+        """How far fingers are apart: from the median to the worst decile, N."""
+        return self.worst_n - self.median_n
+
+
+def recommended(rows: Rows, margins: Rows) -> tuple[str | None, tuple[Finding, ...]]:
+    """Return the law to take, None if none is, and what decides it.
+
+    Of those stable with the resonance 5 % off it is the default, or one that is clearly better; where the default does
+    not bear the fingers of the largest gain, the best of those that do.
+    """
+    if few := too_few(rows):
+        return None, (few,)
+    left = left_by(rows)
+    rings = {law: _unstable_at(margins, law, 5) for law in left}
+    stable = {law: each for law, each in left.items() if rings[law] is None}
+    if not stable:
+        return None, tuple(each for each in rings.values() if each is not None)
+    why = loud = _loud(margins, DEFAULT) if DEFAULT in stable else None
+    if loud is not None and (calm := {law: each for law, each in stable.items() if _loud(margins, law) is None}):
+        law = min(calm, key=lambda name: calm[name].worst_n)
+    else:
+        law = best = min(stable, key=lambda law: stable[law].worst_n)
+        why = rings.get(DEFAULT)
+        if DEFAULT in stable and best != DEFAULT:
+            default = stable[DEFAULT]
+            law = best if default.worst_n - stable[best].worst_n > default.scatter_n else DEFAULT
+            why = _close(stable, law, best)
+    found = [why, *_rougher(rows, law, stable), _unstable_at(margins, law, 10)]
+    return law, tuple(each for each in found if each is not None)
+
+
+def _loud(margins: Rows, law: str) -> Finding | None:
+    """Return that a law comes close to ringing on fingers of the largest gain; None of one that bears them."""
+    limits = {"sensitivity_peak_gain": MOST_PEAK, "sensitivity_peak_gain_low": MOST_PEAK_OFF}
+    for name, limit in limits.items():
+        peak = max((row.get(name, 0.0) for row in margins if row["law"] == law), default=0.0)
+        if not peak <= limit:
+            return Finding("LAW-LOUD", value=peak, limit=limit, more={"law": law})
+    return None
+
+
+def too_few(rows: Rows) -> Finding | None:
+    """Return that a speed has too few capable fingers to decide anything; None where all have enough."""
+    counts = {
+        population: {row["speed_mm_s"]: row["fingers"] for row in rows if row["population"] == population}
+        for population in ("all", "capable")
+    }
+    speed = min(counts["capable"], key=lambda each: counts["capable"][each])
+    able, drawn = counts["capable"][speed], counts["all"][speed]
+    if able >= ENOUGH:
+        return None
+    more = f"--fingers {10 * math.ceil(0.1 * ENOUGH * drawn / able)}" if able else ""
+    where = Condition(speed_mm_s=speed)
+    return Finding("COMPARE-FEW", value=able, limit=ENOUGH, where=where, remedy=more, more={"fingers": drawn})
+
+
+def left_by(rows: Rows) -> dict[str, Left]:
+    """Return what each law leaves, of capable fingers; without laws that are not to be taken."""
+    found: dict[str, Left] = {}
+    for row in rows:
+        if row["population"] == "capable" and row["score"] == "residual_rms_n" and row["law"] not in NEVER:
+            here = Left(row["worst_decile"], row["median"])
+            found[row["law"]] = max(found.get(row["law"], here), here)
+    return {law: left for law, left in found.items() if math.isfinite(left.worst_n)}
+
+
+def _close(stable: Mapping[str, Left], law: str, best: str) -> Finding:
+    """Return how another law differs from the recommended one, and how far fingers do."""
+    other, apart = best if law == DEFAULT else DEFAULT, stable[DEFAULT].scatter_n
+    value, limit = 1e3 * stable[other].worst_n, 1e3 * stable[law].worst_n
+    return Finding("LAW-CLOSE", value=value, unit="mN", limit=limit, more={"law": other, "apart": 1e3 * apart})
+
+
+def _rougher(rows: Rows, law: str, stable: Collection[str]) -> Iterator[Finding]:
+    """Yield that touch feels clearly more of the error than under another law that is stable."""
+    felt: dict[str, float] = {}
+    for row in rows:
+        touched = row["population"] == "capable" and row["score"] == "relative_index"
+        if touched and row["law"] in stable and math.isfinite(row["median"]):
+            felt[row["law"]] = max(felt.get(row["law"], 0.0), row["median"])
+    calmest = min(felt, key=lambda each: felt[each], default=law)
+    if calmest != law and law in felt and felt[law] >= ROUGHER * felt[calmest]:
+        yield Finding("LAW-ROUGHER", value=felt[law], limit=felt[calmest], more={"law": calmest})
+
+
+def _unstable_at(margins: Rows, law: str, percent: int) -> Finding | None:
+    """Return where a law is not known to be stable with the resonance off by so much; None if it is everywhere."""
+    rows: list[dict[str, Any]] = [row for row in margins if row["law"] == law]
+    off = [row for row in rows if not math.isfinite(row[f"sensitivity_peak_{percent}"])]
+    if rows and not off:
+        return None
+    speeds, lengths = (tuple(sorted({row[name] for row in off})) for name in ("speed_mm_s", "slip_length_um"))
+    where = Condition(speed_mm_s=speeds or None, slip_length_um=lengths or None)
+    return Finding("LAW-UNSTABLE", limit=percent, where=where, more={"law": law})

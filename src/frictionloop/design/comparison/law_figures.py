@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from frictionloop.design.comparison.comparison_run import LawRuns
+from frictionloop.design.comparison.comparison_scores import spread
 from frictionloop.design.comparison.law_margins import sensitivities, step_traces
-from frictionloop.design.comparison.run import LawRuns
-from frictionloop.design.comparison.scores import spread
 from frictionloop.design.comparison.trial_protocol import ORACLE, STEP_EVERY_S, STEP_LEVELS_N
 from frictionloop.figures.style import BLACK, BLUE, GREY, ORANGE, SILVER, VERMILLION, new_figure, styled
 

@@ -11,12 +11,12 @@ import xarray as xr
 
 from frictionloop.analysis.linear import LinearLoop, linearise
 from frictionloop.analysis.margins import Margins
-from frictionloop.control.cost import worst_tick
+from frictionloop.control.instruction_cost import worst_tick
 from frictionloop.design.comparison import trial_protocol
-from frictionloop.design.comparison.entrants import on_device
-from frictionloop.design.comparison.run import LawRuns, occluded_at
-from frictionloop.design.comparison.scores import SCORES, spread
-from frictionloop.design.loop_gains import loop_gain
+from frictionloop.design.comparison.comparison_run import LawRuns, occluded_at
+from frictionloop.design.comparison.comparison_scores import SCORES, spread
+from frictionloop.design.comparison.trial_protocol import on_device
+from frictionloop.design.population_margins import loop_gain
 from frictionloop.loop.simulate import simulate
 from frictionloop.parameters import System
 from frictionloop.quantities import FrictionloopError
@@ -196,8 +196,7 @@ def margin_rows(comparison: LawRuns, done: Callable[[], Any] = lambda: None) -> 
     """
     found = []
     for law, overrides in comparison.laws.items():
-        worst = worst_tick(comparison.system.evolve(overrides).controller.kind)
-        cost = {"tick_instructions": worst}
+        cost = {"tick_instructions": worst_tick(comparison.system.evolve(overrides).controller.kind)}
         for speed in comparison.speeds_mm_s:
             for z in comparison.cells["slip_length_um"].values:
                 where = {"law": law, "speed_mm_s": speed, "slip_length_um": float(z)}

@@ -1,4 +1,4 @@
-"""What every entrant is put through: the protocol of Section 4.2 on fingers that nobody has tuned for.
+"""What every entrant is put through: the protocol of Section 4.2 on fingers nobody has tuned for; and who competes.
 
 Three sines of 0.1 N and 1 Hz around 0.4, 0.6 and 0.8 N (paper, Sec. 4.2); the same levels held; steps between 0.35
 and 0.75 N; and landings, a finger that lifts and lands once a second. A run is a second that does not count, then ten
@@ -6,24 +6,43 @@ periods of the sine, in strokes of 3 s and at most 240 mm; nothing counts on the
 over (`motion.unscored_n`), but ``turn_peak`` tells of it. Of every three fingers one meets a sensor whose resonance
 is as the bench says, one 5 % below and one 5 % above; what the controller believes stays, unless it is one that is
 told what each device's own ringing shows (`measured`).
+
+Of the three devices that fingers meet, one has the bench's resonance and two are 5 % off; every law believes the
+bench's, and has to bear what is there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from frictionloop.design.operating_grid import OperatingGrid
-from frictionloop.parameters import Constant, Sine, Source, Steps, System, check_system
-from frictionloop.parameters.controller import Timing
+from frictionloop.analysis.operating_point import at_levels
+from frictionloop.design import controller_synthesis
+from frictionloop.design.operating_grid import OperatingGrid, with_longest_contact
+from frictionloop.design.people_reach import with_own
+from frictionloop.design.pi_synthesis import retune
+from frictionloop.design.requirements import Requirements
+from frictionloop.parameters import (
+    RETUNED,
+    Constant,
+    PiController,
+    Sine,
+    Source,
+    Steps,
+    SuspendedSensor,
+    System,
+    bench,
+    check_system,
+)
+from frictionloop.parameters.controller import CONTROLLERS, Timing
 from frictionloop.parameters.motion import TURN_SHARE
 from frictionloop.physics.fingers import Fingers, check_finger, fingers, nearest_to_median
 from frictionloop.physics.reach import capable
-from frictionloop.quantities import FrictionloopError, must_be
+from frictionloop.quantities import FrictionloopError, check_each_once, check_known, must_be
 
 TUNING_SEED = 3
 """Seed of the fingers that laws may be tuned on, and of nothing that is scored."""
@@ -115,10 +134,15 @@ def population(system: System, count: int, seed: int) -> Fingers:
     FrictionloopError
         For the tuning seed, a count or a seed out of range, or a bench that is none.
     """
-    check_bench(system)
+    check_system(system)
+    check_finger(system)
     if seed == TUNING_SEED:
         raise must_be("seed", seed, "another than for tuning")
-    return each_resonance(system, without_lengths(fingers(count, seed)))
+    people = without_lengths(fingers(count, seed))
+    if system.sensor.kind != "suspended":
+        return people
+    shifts = [RESONANCES[i % len(RESONANCES)] * system.sensor.resonance_hz for i in range(len(people))]
+    return Fingers(each | {"sensor.resonance_hz": shift} for each, shift in zip(people, shifts, strict=True))
 
 
 def without_lengths(people: Fingers) -> Fingers:
@@ -130,14 +154,6 @@ def without_lengths(people: Fingers) -> Fingers:
 def lengths_of(system: System) -> tuple[float, ...]:
     """Return the slip lengths that are compared, um: both ends of what a design holds, the longer first."""
     return OperatingGrid(None).lengths_of(system)
-
-
-def each_resonance(system: System, people: Fingers) -> Fingers:
-    """Return fingers that meet the resonance as described, 5 % lower and 5 % higher in turn."""
-    if system.sensor.kind != "suspended":
-        return people
-    shifts = [RESONANCES[i % len(RESONANCES)] * system.sensor.resonance_hz for i in range(len(people))]
-    return Fingers(each | {"sensor.resonance_hz": shift} for each, shift in zip(people, shifts, strict=True))
 
 
 def speeds_of(system: System, speeds_mm_s: Iterable[float]) -> tuple[float, ...]:
@@ -171,16 +187,12 @@ def able(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DUR
     return np.asarray(reached(system, people, speed_mm_s, hold_s)["capable"].values)
 
 
-def reached(
-    system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S, *, load_moves: bool = False
-) -> xr.Dataset:
+def reached(system: System, people: Fingers, speed_mm_s: float, hold_s: float = DURATION_S) -> xr.Dataset:
     """Return what `capable` says of fingers on the strokes of the protocol."""
-    blocks = {"friction": system.friction, "motion": system.motion}
-    own = {f"{name}.{key}": value for name, block in blocks.items() for key, value in block}
-    own |= {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": stroke_mm(speed_mm_s)}
+    strokes = {"motion.speed_mm_s": speed_mm_s, "motion.stroke_mm": stroke_mm(speed_mm_s)}
+    some = with_own(system, Fingers(strokes | each for each in people))
     largest_um = min(system.plate.max_amplitude_um, system.controller.model.max_amplitude_um)
-    some = [own | each for each in people]
-    return capable(some, LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s, load_moves=load_moves)
+    return capable(some, LOW_N, HIGH_N, max_amplitude_um=largest_um, contact_s=hold_s)
 
 
 def median_finger(people: Fingers, some: np.ndarray) -> Mapping[str, Any] | None:
@@ -208,7 +220,76 @@ def check_free(given: Iterable[str]) -> None:
             raise FrictionloopError(f"{path}: the {whose} sets it")
 
 
-def check_bench(system: System) -> None:
-    """Refuse a system without a finger that moves."""
-    check_system(system)
-    check_finger(system)
+Overrides = Mapping[str, Any]
+Entrant = Callable[[System], Overrides]
+"""From a bench to overrides of its controller. It may tune on fingers of `protocol.TUNING_SEED`, never on others."""
+
+
+def printed_pi(system: System) -> Overrides:
+    """Return the gains of the paper, Sec. 2.3."""
+    printed = PiController()
+    return {"controller.kind": "pi", "controller.kp": printed.kp, "controller.ki": printed.ki}
+
+
+def retuned_pi(system: System) -> Overrides:
+    """Return the gains of `RETUNED` on the bench they were made for, on another those that `retune` finds."""
+    own = {path: value for path, value in RETUNED.items() if path.startswith("controller.")}
+    plain = system.evolve(printed_pi(system))
+    if plain == bench():
+        return {"controller.kind": "pi", **own}
+    return {"controller.kind": "pi", **retune(plain).overrides}
+
+
+def designed(law: str, asked: Requirements | None = None) -> Entrant:
+    """Return the entrant of a law in `SYNTHESES`, designed as `fl.design.controller` does unless asked otherwise."""
+
+    def entrant(system: System) -> Overrides:
+        levels = with_longest_contact(at_levels(system), ())
+        return controller_synthesis.synthesised(levels, law, asked or Requirements())[0].overrides
+
+    return entrant
+
+
+DESIGN_S = {"notch_pi": 3.0, "limit_observer": 40.0, "hinf": 8.0}
+"""Time of a synthesis in s (measured once)."""
+DESIGNED = {law: designed(law) for law in DESIGN_S}
+"""Those whose synthesis takes a while."""
+ENTRANTS: dict[str, Entrant] = {
+    "lookup": lambda system: {"controller.kind": "lookup"},
+    "printed_pi": printed_pi,
+    "retuned_pi": retuned_pi,
+    **DESIGNED,
+}
+"""Every entrant by name; one more is one more line."""
+
+
+def entrants(names: Iterable[str] | Mapping[str, Entrant] | None = None) -> dict[str, Entrant]:
+    """Return entrants by name in the order asked for, all of them if None, a mapping as it is.
+
+    Raises
+    ------
+    FrictionloopError
+        For a name that no entrant has, with near ones, one given twice, or no name at all.
+    """
+    if isinstance(names, Mapping) and names:
+        return dict(names)
+    known = ENTRANTS | {kind: _from_outside(kind) for kind in sorted(CONTROLLERS.outside)}
+    asked = list(known if names is None else names)
+    check_known("laws", asked, known)
+    check_each_once("laws", "law", asked)
+    return {name: known[name] for name in asked}
+
+
+def _from_outside(kind: str) -> Entrant:
+    """Return a law from outside the package (`fl.register`) with the defaults of its own parameters."""
+    fields = CONTROLLERS[kind].model_fields
+    own = {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
+    gains = {f"controller.{name}": value for name, value in own.items() if name not in Timing.model_fields}
+    return lambda system: {"controller.kind": kind} | gains
+
+
+def on_device(system: System, factor: float) -> System:
+    """Return a system whose sensor has its resonance times a factor; one without a resonance is as it was."""
+    if not isinstance(system.sensor, SuspendedSensor):
+        return system
+    return system.evolve({"sensor.resonance_hz": factor * system.sensor.resonance_hz})

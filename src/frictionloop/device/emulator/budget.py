@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionloop.device.codec import encode
+from frictionloop.device.emulator.instruction_counts import InstructionTrace, Spent
 from frictionloop.device.emulator.teensy import BACKGROUND, PORT, TICK, TeensyEmulator
-from frictionloop.device.emulator.trace import InstructionTrace, Spent
 from frictionloop.firmware.effect_tables import HEAD, STEP, STEPS
-from frictionloop.quantities.schema import schema
-from frictionloop.rendering.program import Do
+from frictionloop.quantities.protocol_schema import schema
+from frictionloop.rendering.effect_program import Do
 
 TICK_HZ = 5000
 NONCE = 77

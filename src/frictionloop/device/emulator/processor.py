@@ -14,7 +14,7 @@ from typing import Any
 from frictionloop.device.emulator.registers import PAGE, PAGES, Bank
 from frictionloop.firmware.image_files import FLASH, FLASH_BYTES, RAM_BYTES, check_teensy, entry_of, loaded
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.extra import needed
+from frictionloop.quantities.optional_libraries import needed
 
 LONGEST_S = 5.0
 """Of the host's time, at least; at most twice that (assumed: a tick takes a millisecond)."""

@@ -5,16 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 from frictionloop.findings import Finding, Result, shown
-from frictionloop.findings.result import Row, toml_table
-from frictionloop.hardware.plate import carrier_pwm
-from frictionloop.hardware.plate import envelope as plate_envelope
-from frictionloop.hardware.plate.carrier import EnvelopeCheck, actual_carrier_hz, check_envelope
-from frictionloop.hardware.plate.carrier_pwm import band_pass
-from frictionloop.hardware.plate.drive import Effort, FingerEffect, bare, effort, finger_effect, modal_damping_n_s_per_m
-from frictionloop.hardware.plate.envelope import quality_for_bandwidth
+from frictionloop.findings.result import Row, Tables, frame, toml_table
+from frictionloop.hardware.plate import carrier_simulation as plate_carrier
+from frictionloop.hardware.plate import drive_requirements as plate_drive
+from frictionloop.hardware.plate.carrier_simulation import EnvelopeCheck, actual_carrier_hz, band_pass, check_envelope
+from frictionloop.hardware.plate.drive_requirements import (
+    Effort,
+    FingerEffect,
+    bare,
+    effort,
+    finger_effect,
+    modal_damping_n_s_per_m,
+    quality_for_bandwidth,
+)
 from frictionloop.hardware.plate.modes import (
     PlateMode,
     PlateReading,
@@ -24,11 +30,8 @@ from frictionloop.hardware.plate.modes import (
     resonance_hz,
     thickness_for_mm,
 )
+from frictionloop.parameters.doubtful_values import unusual
 from frictionloop.parameters.plate_design import PlateDesign
-from frictionloop.parameters.unit_sanity import unusual
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
 
 PASSED, TUNED = 0.5, 0.9
 """Gain of the band-pass, and share of the amplitude of a tuned drive, below which either is told (assumed)."""
@@ -93,11 +96,9 @@ class Wanted:
     bandwidth_hz: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlateAnswers(Result):
+class PlateAnswers(Result, schema="design.plate/1"):
     """Everything about one design."""
 
-    SCHEMA: ClassVar[str] = "design.plate/1"
     design: PlateDesign
     """Its Q and amplitude are those without a finger."""
     vibration: Vibration
@@ -150,15 +151,15 @@ class PlateAnswers(Result):
         if said:
             yield "wanted", "; ".join(said)
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return readings of the paper and errors of the envelope if they were asked for, the block, all figures."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         found = {}
         if self.readings:
-            found["the paper's plate"] = pd.DataFrame([_read(each) for each in self.readings]).set_index("wave along")
+            found["the paper's plate"] = frame([_read(each) for each in self.readings], "wave along")
         if self.carrier:
-            found["off the first-order envelope, %"] = pd.DataFrame(map(_error, self.carrier)).set_index("drive")
+            found["off the first-order envelope, %"] = frame([_error(each) for each in self.carrier], "drive")
         parts = {name: asdict(getattr(self, name)) for name in ("vibration", "effort", "finger", "electronics")}
         flat = {f"{part}.{key}": value for part, values in parts.items() for key, value in values.items()}
         mode = {f"mode.{key}": value for key, value in flat.pop("vibration.mode").items()}
@@ -242,8 +243,8 @@ def _vibration(design: PlateDesign) -> Vibration:
         mindlin_hz=mode_of(design, "mindlin").frequency_hz,
         thin_hz=mode_of(design, "thin").frequency_hz,
         resonance_hz=resonance,
-        time_constant_s=plate_envelope.time_constant_s(resonance, quality),
-        bandwidth_hz=plate_envelope.bandwidth_hz(resonance, quality),
+        time_constant_s=plate_drive.time_constant_s(resonance, quality),
+        bandwidth_hz=plate_drive.bandwidth_hz(resonance, quality),
     )
 
 
@@ -255,9 +256,9 @@ def _electronics(design: PlateDesign, resonance: float) -> Electronics:
         ticks=ticks,
         carrier_hz=carrier_hz,
         detuning_hz=carrier_hz - resonance,
-        detuned_gain=plate_envelope.detuned_gain(resonance, design.drive.quality_factor, carrier_hz - resonance),
+        detuned_gain=plate_drive.detuned_gain(resonance, design.drive.quality_factor, carrier_hz - resonance),
         levels=ticks // 2,
-        largest_step_um=design.drive.max_amplitude_um * carrier_pwm.amplitude_step(0.0, ticks),
+        largest_step_um=design.drive.max_amplitude_um * plate_carrier.amplitude_step(0.0, ticks),
         filter_delay_s=float(band.group_delay_s(carrier_hz)),
         filter_gain=gain,
         second_harmonic=float(abs(band.response(2 * carrier_hz))) / gain,

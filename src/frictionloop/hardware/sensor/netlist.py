@@ -13,7 +13,7 @@ import numpy as np
 from scipy.constants import Boltzmann
 
 from frictionloop.hardware.sensor import front_end
-from frictionloop.hardware.sensor.electrodes import capacitance_f
+from frictionloop.hardware.sensor.front_end import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 from frictionloop.quantities import replacing
 

@@ -12,7 +12,7 @@ from scipy.constants import Boltzmann
 from scipy.constants import g as GRAVITY
 
 from frictionloop.hardware.sensor import front_end, springs
-from frictionloop.hardware.sensor.electrodes import capacitance_f
+from frictionloop.hardware.sensor.front_end import capacitance_f
 from frictionloop.parameters.sensor_design import SensorDesign
 
 EXCITATION = "excitation.amplitude_noise_rthz"

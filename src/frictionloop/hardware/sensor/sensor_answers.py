@@ -5,25 +5,20 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from frictionloop.findings import Condition, Finding, Result, shown
-from frictionloop.findings.result import Row, plain, toml_table
+from frictionloop.findings.result import Row, Tables, frame, plain, toml_table
 from frictionloop.hardware.sensor import front_end, noise_budget, springs
-from frictionloop.hardware.sensor.electrodes import Sides, capacitance_f, check_geometry
-from frictionloop.hardware.sensor.noise_budget import Budget
+from frictionloop.hardware.sensor.front_end import Sides, capacitance_f, check_geometry
 from frictionloop.hardware.sensor.sensor_search import HEADROOM, SensorProposal, SensorRequirement, propose_sensor
+from frictionloop.parameters.doubtful_values import unusual
 from frictionloop.parameters.sensor_design import SensorDesign
-from frictionloop.parameters.toml_files import read_design
-from frictionloop.parameters.unit_sanity import unusual
-
-if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
+from frictionloop.parameters.toml_reader import read_design
 
 PAPER_NOISE_N = 5e-5
 """Noise that is asked for if a requirement names none (paper, Sec. 3.1)."""
@@ -52,13 +47,6 @@ class Omitted(NamedTuple):
         return math.hypot(*self.at_rest_n.values())
 
 
-def omitted(at_rest: Budget, at_range: Budget) -> Omitted:
-    """Return what the block of kind "suspended" leaves out: its density is that of the electronics at rest."""
-    forces_n = {term.name: term.rms_n for term in at_rest.terms if not term.white and term.parameter != CONVERTER}
-    rest, load = (math.hypot(*(term.rms_n for term in each.terms if term.white)) for each in (at_rest, at_range))
-    return Omitted(forces_n, math.sqrt(max(load**2 - rest**2, 0.0)), at_range.force_n)
-
-
 class BlockError(NamedTuple):
     """Largest deviation of the loop's block with the delay added, up to 500 Hz."""
 
@@ -66,11 +54,9 @@ class BlockError(NamedTuple):
     phase_deg: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class SensorAnswers(Result):
+class SensorAnswers(Result, schema="design.sensor/1"):
     """The figures of one sensor design."""
 
-    SCHEMA: ClassVar[str] = "design.sensor/1"
     design: SensorDesign
     stiffness: springs.Stiffness
     """Of the suspension, N/m."""
@@ -116,12 +102,30 @@ class SensorAnswers(Result):
     @property
     def suspended(self) -> dict[str, Any] | None:
         """Values of the ``sensor`` block of kind "suspended" that stands for it in the loop; None if it clips."""
-        return None if self.clips else suspended_values(self.design)
+        if self.clips:
+            return None
+        design = self.design
+        return {
+            "kind": "suspended",
+            "moving_mass_kg": design.moving.mass_kg,
+            "resonance_hz": self.resonance_hz,
+            "q": design.moving.q,
+            "cutoff_hz": design.filters.cutoff_hz,
+            "noise_density_n_rthz": self.at_rest.white_density_n_rthz,
+            "adc_bits": design.adc.bits,
+            "range_n": design.adc.range_n,
+        }
 
     @property
     def omitted(self) -> Omitted | None:
         """Noise that this block leaves out; None if it clips."""
-        return None if self.clips else omitted(self.at_rest, self.at_range)
+        if self.clips:
+            return None
+        at_rest, at_range = self.at_rest, self.at_range
+        # The block's density is that of the electronics at rest; its converter's noise follows from its bits.
+        forces_n = {term.name: term.rms_n for term in at_rest.terms if not term.white and term.parameter != CONVERTER}
+        rest, load = (math.hypot(*(term.rms_n for term in each.terms if term.white)) for each in (at_rest, at_range))
+        return Omitted(forces_n, math.sqrt(max(load**2 - rest**2, 0.0)), at_range.force_n)
 
     def rows(self) -> list[Row]:
         """Return resonance, springs, electrodes, noise and delay."""
@@ -150,9 +154,9 @@ class SensorAnswers(Result):
             ("delay", f"{shown(1e6 * self.delay_s)} us, part of controller.delay_s"),
         ]
 
-    def tables(self) -> dict[str, pd.DataFrame]:
+    def tables(self) -> Tables:
         """Return the block for a System, unless an amplifier clips; other electrodes, and the noise term by term."""
-        import pandas as pd
+        import pandas as pd  # type: ignore[import-untyped]
 
         found = {} if self.suspended is None else {"block": toml_table("sensor", self.suspended)}
         if self.proposal is not None:
@@ -168,7 +172,7 @@ class SensorAnswers(Result):
             }
             for term, there in zip(self.at_rest.terms, self.at_range.terms, strict=True)
         ]
-        found["noise"] = pd.DataFrame(terms).set_index("noise")
+        found["noise"] = frame(terms, "noise")
         return found | {"figures": pd.DataFrame({"value": self._figures()}, dtype=object).rename_axis("figure")}
 
     def _figures(self) -> dict[str, Any]:
@@ -187,7 +191,8 @@ class SensorAnswers(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything by name; None what a sensor that clips has not."""
-        missing = None if self.omitted is None else {**self.omitted._asdict(), "rest_rms_n": self.omitted.rest_rms_n}
+        left_out = self.omitted
+        missing = None if left_out is None else {**left_out._asdict(), "rest_rms_n": left_out.rest_rms_n}
         found: dict[str, Any] = {"clips": self.clips, "sensor": self.suspended, "not_in_sensor": missing}
         found["dynamic_range_db"] = self.dynamic_range_db
         withheld = {"nonlinearity": None, "block_error": None} if self.clips else {}
@@ -228,22 +233,25 @@ def sensor(
     noises = {"noise_rms_n": noise_rms_n, "noise_density_n_rthz": noise_density_n_rthz}
     given = {name: value for name, value in noises.items() if value is not None}
     if not given and resonance_hz is None and range_n is None:
-        return analysed(described, findings=(*unusual(described), *_doubts(described)))
-    own = springs.resonance_hz(described) if resonance_hz is None else resonance_hz
-    most_n = described.load.range_n if range_n is None else range_n
-    proposal = propose_sensor(SensorRequirement(own, most_n, **(given or {"noise_rms_n": PAPER_NOISE_N})), described)
-    found = (*unusual(described), *_doubts(proposal.design))
-    return analysed(proposal.design, proposal, found)
+        found = _analysed(described)
+    else:
+        own = springs.resonance_hz(described) if resonance_hz is None else resonance_hz
+        most_n = described.load.range_n if range_n is None else range_n
+        required = SensorRequirement(own, most_n, **(given or {"noise_rms_n": PAPER_NOISE_N}))
+        proposal = propose_sensor(required, described)
+        found = _analysed(proposal.design, proposal)
+    return found.with_findings((*unusual(described), *_doubts(found)))
 
 
-def _doubts(design: SensorDesign) -> Iterator[Finding]:
+def _doubts(found: SensorAnswers) -> Iterator[Finding]:
     """Yield where an amplifier clips; else what the excitation adds under load, and what the block lacks."""
-    clips, rest = clips_from_n(design), noise_budget.noise_budget(design)
-    loaded = noise_budget.noise_budget(design, design.load.range_n)
-    if clips is not None:
-        peak_v, swing_v = _peak_v(design), design.amplifier.swing_v
-        less = float(f"{HEADROOM * design.excitation.amplitude_v * swing_v / peak_v:.3g}")
-        yield Finding("AMP-CLIPS", value=clips, unit="N", limit=swing_v, remedy={"excitation.amplitude_v": less})
+    design, rest, loaded, missing = found.design, found.at_rest, found.at_range, found.omitted
+    if missing is None:
+        swing_v = design.amplifier.swing_v
+        less = {
+            "excitation.amplitude_v": float(f"{HEADROOM * design.excitation.amplitude_v * swing_v / found.peak_v:.3g}")
+        }
+        yield Finding("AMP-CLIPS", value=found.clips_from_n, unit="N", limit=swing_v, remedy=less)
         return
     if loaded.rms_n > LOUD * rest.rms_n and loaded.dominant.parameter == noise_budget.EXCITATION:
         yield Finding(
@@ -254,33 +262,12 @@ def _doubts(design: SensorDesign) -> Iterator[Finding]:
             where=Condition(force_n=loaded.force_n),
             remedy={"readout.form": "ratio"},
         )
-    missing = omitted(rest, loaded)
     name = max(missing.at_rest_n, key=missing.at_rest_n.__getitem__)
     lacks = {"term": name, "loaded": 1e6 * missing.under_load_n}
     yield Finding("NOISE-OUTSIDE", value=1e6 * missing.rest_rms_n, unit="uN", limit=1e6 * rest.rms_n, more=lacks)
 
 
-def suspended_values(design: SensorDesign) -> dict[str, Any]:
-    """Return the values of the loop's ``sensor`` block of kind "suspended" that stands for a design.
-
-    Its noise density is that of the electronics at rest, before the low-pass; the converter's noise follows from its
-    bits, vibration and tilt are no part of the block.
-    """
-    return {
-        "kind": "suspended",
-        "moving_mass_kg": design.moving.mass_kg,
-        "resonance_hz": springs.resonance_hz(design),
-        "q": design.moving.q,
-        "cutoff_hz": design.filters.cutoff_hz,
-        "noise_density_n_rthz": noise_budget.noise_budget(design).white_density_n_rthz,
-        "adc_bits": design.adc.bits,
-        "range_n": design.adc.range_n,
-    }
-
-
-def analysed(
-    design: SensorDesign, proposal: SensorProposal | None = None, findings: tuple[Finding, ...] = ()
-) -> SensorAnswers:
+def _analysed(design: SensorDesign, proposal: SensorProposal | None = None) -> SensorAnswers:
     """Return what a sensor of this geometry does."""
     check_geometry(design)
     range_n, travel_m = design.load.range_n, springs.travel_m(design)
@@ -292,7 +279,7 @@ def analysed(
         stress_mpa=springs.peak_stress_pa(design.springs, travel_m) * 1e-6,
         capacitance_f=capacitance_f(design),
         amplitude_v=sum(front_end.amplitudes_v(design)) / 2,
-        peak_v=_peak_v(design),
+        peak_v=max(front_end.peak_amplifier_v(design, force) for force in (-range_n, range_n)),
         clips_from_n=clips_from_n(design),
         nonlinearity=_nonlinearity(design),
         at_rest=noise_budget.noise_budget(design),
@@ -301,13 +288,7 @@ def analysed(
         delay_s=front_end.carrier_delay_s(design),
         block_error=_block_error(design),
         proposal=proposal,
-        findings=findings,
     )
-
-
-def _peak_v(design: SensorDesign) -> float:
-    range_n = design.load.range_n
-    return max(front_end.peak_amplifier_v(design, force) for force in (-range_n, range_n))
 
 
 def clips_from_n(design: SensorDesign) -> float | None:

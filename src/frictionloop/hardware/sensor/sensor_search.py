@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 from scipy.optimize import brentq
 
 from frictionloop.hardware.sensor import front_end, springs
-from frictionloop.hardware.sensor.electrodes import check_geometry
+from frictionloop.hardware.sensor.front_end import check_geometry
 from frictionloop.hardware.sensor.noise_budget import Budget, noise_budget
 from frictionloop.parameters.sensor_design import ArcSprings, SensorDesign
 from frictionloop.quantities import FrictionloopError, must_be, unit_of
-from frictionloop.quantities.checks import ABOVE_0, number
+from frictionloop.quantities.value_checks import ABOVE_0, number
 
 SMALLEST_GAP_UM, LARGEST_GAP_UM = 30.0, 500.0
 """Gaps that a workshop holds, and beyond which an electrode's edges matter (both assumed)."""

@@ -10,11 +10,10 @@ import xarray as xr
 from scipy.special import ndtr
 
 from frictionloop.parameters import ResonantPlate
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities import Array
+from frictionloop.quantities.counter_noise import normals
 
 PLATE_STREAM = 31
-UM_PER_DRIVE = 2.5
-"""Amplitude in um at the resonance and full drive (paper, Sec. 4.1)."""
 JUMP_STREAM = 33
 
 
@@ -40,8 +39,7 @@ def plate_sweep_rig(
         Seed of the noise.
     """
     plate = plate or ResonantPlate()
-    width = plate.frequency_hz / plate.q
-    middle = plate.frequency_hz
+    middle, width = plate.frequency_hz, plate.frequency_hz / plate.q
     hertz = np.asarray(
         np.linspace(middle - 1.4 * width, middle + 1.6 * width, 31) if frequencies_hz is None else frequencies_hz
     )
@@ -100,15 +98,13 @@ def plate_switch_rig(
     # A mode decays at its damped frequency, which the drive is off by the detuning.
     damped_hz = plate.frequency_hz * math.sqrt(1 - 1 / (4 * plate.q**2))
     carrier = np.exp(2j * math.pi * (damped_hz + detuning_hz) * time)
-    units = {"units": "um"}
-    return xr.Dataset(
-        {
-            "vibration": ("time", (amplitude * carrier).real + noise[0], units),
-            "envelope": ("time", np.abs(amplitude) + noise[1], units),
-        },
-        {"time": ("time", time, {"units": "s"})},
-        {"source": "simulated"},
-    )
+    vibration, envelope = (amplitude * carrier).real + noise[0], np.abs(amplitude) + noise[1]
+    return _over_time(time, "um", vibration=vibration, envelope=envelope)
+
+
+def _over_time(time: Array, unit: str, **channels: Array) -> xr.Dataset:
+    data = {name: ("time", values, {"units": unit}) for name, values in channels.items()}
+    return xr.Dataset(data, {"time": ("time", time, {"units": "s"})}, {"source": "simulated"})
 
 
 def jumps_rig(
@@ -157,9 +153,4 @@ def jumps_rig(
         late = np.maximum(time - sampled - delay_s, 0.0)
         answer += sign * (late > 0 if plate_hz is None else -np.expm1(-2 * math.pi * plate_hz * late))
     answer += noise * normals(seed, JUMP_STREAM + 1, 0, time.size)
-    units = {"units": "V"}
-    return xr.Dataset(
-        {"jump": ("time", jump, units), "answer": ("time", answer, units)},
-        {"time": ("time", time, {"units": "s"})},
-        {"source": "simulated"},
-    )
+    return _over_time(time, "V", jump=jump, answer=answer)

@@ -19,7 +19,6 @@ from itertools import accumulate
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from frictionloop.identification.rigs.sensor_rig import (
@@ -31,11 +30,10 @@ from frictionloop.identification.rigs.sensor_rig import (
 )
 from frictionloop.loop.simulate import check_seed
 from frictionloop.parameters.calibration_bench import CalibrationBench, Pulley
-from frictionloop.quantities import must_be
-from frictionloop.quantities.checks import number
-from frictionloop.quantities.normals import normals
+from frictionloop.quantities import Array, must_be
+from frictionloop.quantities.counter_noise import normals
+from frictionloop.quantities.value_checks import number
 
-Array = NDArray[np.float64]
 STEPS_UP = tuple(round(0.025 * k, 3) for k in range(11))
 UP_AND_DOWN_KG = (*STEPS_UP, *STEPS_UP[-2::-1])
 """0 to 250 g, 2.45 N, and back in steps of 25 g (assumed; Fig. 4a goes to about 2.5 N)."""
@@ -123,7 +121,9 @@ def weights_rig(
     dwell_s = number("dwell_s", dwell_s, "s", bench.weights.placing_s, why=" (weights.placing_s)")
     seed = check_seed(seed)
     each = round(dwell_s * rate_hz)
-    weight_n = _tension(masses * (1 + _errors(masses, bench, seed)), each, rate_hz, bench)
+    _, which = np.unique(masses, return_inverse=True)
+    uniform = 2 * ndtr(normals(seed, OWN_STREAM, 0, int(which.max()) + 1)) - 1
+    weight_n = _tension(masses * (1 + bench.weights.tolerance * uniform[which]), each, rate_hz, bench)
     read_n = held_response(bench, pulled(weight_n, bench.pulley), rate_hz)
     read_n += spring_noise(bench, read_n.size, rate_hz, seed)
     channels = {"mass": np.repeat(masses, each), "f_m": reading(bench, read_n)}
@@ -145,12 +145,6 @@ def _masses(masses_kg: Sequence[float], bench: CalibrationBench) -> Array:
     for mass in masses[~(np.isfinite(masses) & (masses >= 0) & (masses <= most))][:1]:
         raise must_be("masses_kg", float(mass), f"0 to {math.floor(most * 1e4) / 1e4:g}, for sensor.range_n", "kg")
     return masses
-
-
-def _errors(masses: Array, bench: CalibrationBench, seed: int) -> Array:
-    _, which = np.unique(masses, return_inverse=True)
-    uniform = 2 * ndtr(normals(seed, OWN_STREAM, 0, int(which.max()) + 1)) - 1
-    return bench.weights.tolerance * uniform[which]
 
 
 def _tension(masses: Array, each: int, rate_hz: float, bench: CalibrationBench) -> Array:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from frictionloop.loop.kernel.access import doubles, load, store
-from frictionloop.loop.kernel.clock_tile import late_step, lift_delay
+from frictionloop.loop.kernel.irregular_ticks import late_step, lift_delay
 from frictionloop.loop.kernel.motion_tile import lift_motion
-from frictionloop.loop.kernel.signals import lift_spread
+from frictionloop.loop.kernel.signal_generation import lift_spread
 from frictionloop.loop.kernel.slab import ROW, vibration_rows
-from frictionloop.loop.kernel.tiles import Lifting, lift
+from frictionloop.loop.kernel.slab_access import doubles, load, store
+from frictionloop.loop.kernel.step_lifting import Lifting, lift
 from frictionloop.physics.finger_step import FORCES, heading_step, limits_of, settled_of, substep_of
 from frictionloop.physics.plate import pulse_step
 from frictionloop.physics.vibration import Vibration
-from frictionloop.quantities.arithmetic import fma, step
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.quantities.scalar_math import fma, step
 from frictionloop.sensing.force_sensor import convert_step, suspension_step
 
 _NOW, _CONTACT, _GIVEN, _AGEING = ROW["motion"], ROW["contact"], ROW["contact_coefficients"], ROW["ageing"]

@@ -14,8 +14,8 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
-from frictionloop.loop.kernel.quadrature import segment_lengths, sensor_moments
-from frictionloop.quantities.arithmetic import fma, step
+from frictionloop.loop.kernel.period_quadrature import segment_lengths, sensor_moments
+from frictionloop.quantities.scalar_math import fma, step
 
 DERIVATIVES = 4
 """Data per end: the value and three derivatives."""

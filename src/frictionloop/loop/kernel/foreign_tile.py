@@ -1,7 +1,7 @@
 """Tiles whose program comes from outside: effects, and laws in plain Python.
 
 An effect runs at the place that the controller knows of, and at the true place beside it; the program is what
-`rendering.program` says. Lanes of a tile share it; each has its own state.
+`rendering.effect_program` says. Lanes of a tile share it; each has its own state.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ import ctypes
 from typing import Any
 
 from frictionloop.control.law import Law
-from frictionloop.loop.kernel.access import doubles, load, store
-from frictionloop.loop.kernel.columns import Slab
 from frictionloop.loop.kernel.slab import ROW, law_rows
-from frictionloop.loop.kernel.tiles import Lifting
-from frictionloop.quantities import trees
-from frictionloop.quantities.blame import theirs
-from frictionloop.rendering.program import build_play
+from frictionloop.loop.kernel.slab_access import doubles, load, store
+from frictionloop.loop.kernel.slab_columns import Slab
+from frictionloop.loop.kernel.step_lifting import Lifting
+from frictionloop.quantities import flat_tuples
+from frictionloop.quantities.outside_errors import theirs
+from frictionloop.rendering.effect_program import build_play
 from frictionloop.sensing.measurement import Measurement
 
 
@@ -77,9 +77,9 @@ class PythonLaw:
     def _lane(self, lane: int) -> None:
         states, gains = self.slab.view(self.state_rows), self.slab.view(self.gain_rows)
         measured = Measurement(*self.slab.view("measurement")[:, lane].tolist())
-        before = trees.shaped(self.law.state, states[:, lane].tolist())
-        given = trees.shaped(self.law.gains, gains[:, lane].tolist())
+        before = flat_tuples.shaped(self.law.state, states[:, lane].tolist())
+        given = flat_tuples.shaped(self.law.gains, gains[:, lane].tolist())
         setpoint_n = float(self.slab.view("setpoint")[0, lane])
         after, (u, saturated) = self.law.step(before, measured, setpoint_n, given, self.dt)
-        states[:, lane] = trees.flat(after)
+        states[:, lane] = flat_tuples.flat(after)
         self.slab.view("u")[0, lane], self.slab.view("saturated")[0, lane] = u, saturated

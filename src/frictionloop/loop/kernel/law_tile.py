@@ -6,10 +6,10 @@ from typing import Any
 
 from frictionloop.control.law import Law
 from frictionloop.control.lookup import interpolate_step, inverse_step, overdrive_step, table_position
-from frictionloop.loop.kernel.access import doubles
 from frictionloop.loop.kernel.slab import ROW, law_rows
-from frictionloop.loop.kernel.tiles import Lifting, lift, lift_gather
-from frictionloop.quantities.arithmetic import is_compiled, step
+from frictionloop.loop.kernel.slab_access import doubles
+from frictionloop.loop.kernel.step_lifting import Lifting, lift, lift_gather
+from frictionloop.quantities.scalar_math import is_compiled, step
 
 _U, _MODEL, _COMMAND = ROW["u"], ROW["model"], ROW["command"]
 _INVERSE, _WANTED = _MODEL[:2], (ROW["u"], ROW["saturated"])

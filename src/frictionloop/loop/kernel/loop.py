@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from frictionloop.loop.kernel.access import call, load, wholes
-from frictionloop.loop.kernel.columns import Slab
-from frictionloop.loop.kernel.shared import Shared, pointer_to
-from frictionloop.loop.kernel.tiles import Lifting, compiled_tile
+from frictionloop.loop.kernel.slab_access import call, load, wholes
+from frictionloop.loop.kernel.slab_columns import Slab
+from frictionloop.loop.kernel.step_lifting import Lifting, compiled_tile
+from frictionloop.loop.kernel.tile_record import Shared, pointer_to
 from frictionloop.loop.metric import Tally
-from frictionloop.physics.sources import Sampler
-from frictionloop.quantities.arithmetic import step
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.physics.signal_values import Sampler
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.quantities.scalar_math import step
 
 
 @step

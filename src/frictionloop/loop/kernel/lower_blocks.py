@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.endpoint_quadrature import TERMS, segment_ends
-from frictionloop.loop.kernel.quadrature import segment_nodes, segment_weights
-from frictionloop.loop.kernel.signals import FORMULAS
+from frictionloop.loop.kernel.period_quadrature import segment_nodes, segment_weights
+from frictionloop.loop.kernel.signal_generation import FORMULAS
 from frictionloop.loop.kernel.slab import SEGMENT_ROWS
-from frictionloop.loop.kernel.structure import moves, substeps_of, switch_s
+from frictionloop.loop.kernel.slab_columns import Slab, column
+from frictionloop.loop.kernel.tile_compatibility import moves, substeps_of, switch_s
 from frictionloop.parameters import (
     ColouredNoise,
     Constant,
@@ -28,18 +28,18 @@ from frictionloop.parameters import (
     Strokes,
     System,
 )
-from frictionloop.physics.contact import ContactCoefficients, contact_coefficients
+from frictionloop.physics.bristle_contact import ContactCoefficients, contact_coefficients
 from frictionloop.physics.finger_step import Motion
-from frictionloop.physics.friction_limit import ageing_coefficients, limit_coefficients, occlusion_coefficients
+from frictionloop.physics.limit_scaling import ageing_coefficients, limit_coefficients, occlusion_coefficients
 from frictionloop.physics.motion import load_plan, scored_edge_m, stroke_plan
 from frictionloop.physics.plate import plate_coefficients
 from frictionloop.physics.roughness import cells_per_m, roughness_table
-from frictionloop.physics.sources import Sampler, sampler, sweep_turns
+from frictionloop.physics.signal_values import Sampler, sampler, sweep_turns
 from frictionloop.physics.tremor import tremor_coefficients, tremor_start
-from frictionloop.rendering.effect_source import EffectSource
-from frictionloop.rendering.program import START
+from frictionloop.rendering.effect_program import START
+from frictionloop.rendering.effect_setpoint import EffectSource
+from frictionloop.sensing.finger_tracking import touch_coefficients
 from frictionloop.sensing.force_sensor import converter, noise_coefficients, suspension_coefficients
-from frictionloop.sensing.touch import touch_coefficients
 
 _HOW = {Constant: "sine", Sine: "sine", LogSweep: "log_sweep", Steps: "held"}
 """How signals are made; all others are linear between samples."""

@@ -9,13 +9,12 @@ import numpy as np
 
 from frictionloop.control.laws import law_of
 from frictionloop.control.lookup import inverse_numbers, lookup_table, no_overdrive, overdrive_gains
-from frictionloop.loop.kernel.columns import Slab, column
 from frictionloop.loop.kernel.loop import Tile
 from frictionloop.loop.kernel.lower_blocks import keys_of, lower_bench, lower_plant, lower_signal, lower_swing
-from frictionloop.loop.kernel.programs import set_programs
-from frictionloop.loop.kernel.shared import Shared, scratch
 from frictionloop.loop.kernel.slab import LANES, law_rows, vibration_rows
-from frictionloop.loop.kernel.structure import (
+from frictionloop.loop.kernel.slab_columns import Slab, column
+from frictionloop.loop.kernel.step_lifting import compiled_tile
+from frictionloop.loop.kernel.tile_compatibility import (
     divided,
     effect_of,
     is_irregular,
@@ -25,13 +24,14 @@ from frictionloop.loop.kernel.structure import (
     segments_of,
     substeps_of,
 )
-from frictionloop.loop.kernel.tiles import compiled_tile
+from frictionloop.loop.kernel.tile_order import set_programs
+from frictionloop.loop.kernel.tile_record import Shared, scratch
 from frictionloop.loop.kernel.traces import places_of, traces_of
 from frictionloop.loop.metric import Tally
 from frictionloop.parameters import Model, System
 from frictionloop.physics.friction import halving_amplitude_um
 from frictionloop.physics.vibration import vibration_of
-from frictionloop.quantities import trees
+from frictionloop.quantities import flat_tuples
 
 SETPOINT_STREAM, DISTURBANCE_STREAM = 1, 2
 """Streams of coloured noise; 0 is the sensor noise."""
@@ -153,5 +153,5 @@ def _model(model: Model) -> dict[str, Any]:
 def _lower_tally(slab: Slab, tally: Tally, place: int, systems: Sequence[System]) -> None:
     start_of, rate_hz = tally.start_of, systems[0].controller.rate_hz
     if start_of is not None:
-        rows = trees.shaped(tally.state, range(place + 1, place + 1 + trees.size(tally.state)))
+        rows = flat_tuples.shaped(tally.state, range(place + 1, place + 1 + flat_tuples.size(tally.state)))
         slab.fill(lambda setpoint: {rows: start_of(setpoint, rate_hz)}, [s.setpoint for s in systems])

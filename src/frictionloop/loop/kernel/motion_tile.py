@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from frictionloop.loop.kernel.slab import ROW
-from frictionloop.loop.kernel.tiles import Lifting, lift, lift_gather
+from frictionloop.loop.kernel.step_lifting import Lifting, lift, lift_gather
 from frictionloop.physics.finger_step import factor_step, landed_step, move_step, scored_step
 from frictionloop.physics.roughness import roughness_between, roughness_cells
 from frictionloop.physics.tremor import tremor_step
-from frictionloop.quantities.arithmetic import step
-from frictionloop.sensing.touch import touch_step
+from frictionloop.quantities.scalar_math import step
+from frictionloop.sensing.finger_tracking import touch_step
 
 _NOW, _NEXT, _ROUGH, _LIMIT = ROW["motion"], ROW["motion_next"], ROW["rough"], ROW["limit_coefficients"]
 _TREMOR, _PLANS = (ROW["tremor_along"], ROW["tremor_across"]), (ROW["stroke_plan"], ROW["load_plan"])

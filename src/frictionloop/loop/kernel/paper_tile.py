@@ -1,23 +1,23 @@
-"""The loop of Section 2: nothing feeds back inside a control period, so one step takes all of it (kernel/ends.py)."""
+"""The loop of Section 2: nothing feeds back inside a control period, so one step takes all of it."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from frictionloop.control.laws import LAWS
-from frictionloop.loop.kernel.access import doubles, load, store
-from frictionloop.loop.kernel.clock_tile import lift_delay
 from frictionloop.loop.kernel.endpoint_quadrature import TERMS, end_step
+from frictionloop.loop.kernel.irregular_ticks import lift_delay
 from frictionloop.loop.kernel.law_tile import lift_law, lift_limits
 from frictionloop.loop.kernel.loop import run_program
-from frictionloop.loop.kernel.signals import lift_spread
+from frictionloop.loop.kernel.signal_generation import lift_spread
 from frictionloop.loop.kernel.slab import ROW, SEGMENT_ROWS
-from frictionloop.loop.kernel.tiles import Lifting, lift, lifting
+from frictionloop.loop.kernel.slab_access import doubles, load, store
+from frictionloop.loop.kernel.step_lifting import Lifting, lift, lifting
 from frictionloop.loop.kernel.traces import build_record
 from frictionloop.physics.friction import remaining_step
 from frictionloop.physics.plate import limit_step, lowpass_step
-from frictionloop.quantities.arithmetic import step
-from frictionloop.quantities.normals import BLOCK
+from frictionloop.quantities.counter_noise import BLOCK
+from frictionloop.quantities.scalar_math import step
 from frictionloop.sensing.force_sensor import sensor_node, sensor_start
 
 

@@ -12,19 +12,19 @@ from typing import Any
 from frictionloop.control.law import Law
 from frictionloop.control.lookup import OverdriveGains
 from frictionloop.loop.kernel.endpoint_quadrature import TERMS
-from frictionloop.loop.kernel.quadrature import MAX_SEGMENTS, NODES
-from frictionloop.physics.contact import ContactCoefficients, ContactState
+from frictionloop.loop.kernel.period_quadrature import MAX_SEGMENTS, NODES
+from frictionloop.physics.bristle_contact import ContactCoefficients, ContactState
 from frictionloop.physics.finger_step import Motion
-from frictionloop.physics.friction_limit import AgeingCoefficients, LimitCoefficients, OcclusionCoefficients
+from frictionloop.physics.limit_scaling import AgeingCoefficients, LimitCoefficients, OcclusionCoefficients
 from frictionloop.physics.motion import LoadPlan, StrokePlan
 from frictionloop.physics.plate import PlateCoefficients
 from frictionloop.physics.tremor import TremorCoefficients, TremorState
 from frictionloop.physics.vibration import Vibration
-from frictionloop.quantities import FrictionloopError, trees
-from frictionloop.rendering.program import STACK, EffectState
+from frictionloop.quantities import FrictionloopError, flat_tuples
+from frictionloop.rendering.effect_program import STACK, EffectState
+from frictionloop.sensing.finger_tracking import TouchCoefficients, TouchState
 from frictionloop.sensing.force_sensor import Converter, NoiseCoefficients, SuspensionCoefficients, SuspensionState
 from frictionloop.sensing.measurement import Measurement
-from frictionloop.sensing.touch import TouchCoefficients, TouchState
 
 LANES = 32
 """Lanes of a full tile: best of 16 to 256 in C, and 4 registers of 8 doubles."""
@@ -115,9 +115,9 @@ _SHAPES: dict[str, Any] = {
 def _numbered() -> dict[str, Any]:
     numbers, found = count(), {}
     for name, shape in _SHAPES.items():
-        size = shape if isinstance(shape, int) else trees.size(shape)
+        size = shape if isinstance(shape, int) else flat_tuples.size(shape)
         own = tuple(islice(numbers, size))
-        found[name] = trees.shaped(shape, own) if isinstance(shape, type) else own if size > 1 else own[0]
+        found[name] = flat_tuples.shaped(shape, own) if isinstance(shape, type) else own if size > 1 else own[0]
     return found
 
 
@@ -136,18 +136,18 @@ def law_rows(law: Law) -> tuple[Any, Any, tuple[int, ...]]:
     FrictionloopError
         For a law with more numbers than there is room for.
     """
-    states, gains, numbers = trees.size(law.state), trees.size(law.gains), ROW["law"]
+    states, gains, numbers = flat_tuples.size(law.state), flat_tuples.size(law.gains), ROW["law"]
     if 2 * states + gains > LAW_ROWS:
         raise FrictionloopError(
             f'law "{law.kind}": {states} states, {gains} gains: 2 x states + gains at most {LAW_ROWS}'
         )
     kept = numbers[states + gains : 2 * states + gains]
-    return trees.shaped(law.state, numbers), trees.shaped(law.gains, numbers[states:]), kept
+    return flat_tuples.shaped(law.state, numbers), flat_tuples.shaped(law.gains, numbers[states:]), kept
 
 
 def vibration_rows(vibration: Vibration) -> Any:
     """Return the row numbers of a friction law's coefficients, in the shape that its step takes."""
-    needed = trees.size(vibration.coefficients)
+    needed = flat_tuples.size(vibration.coefficients)
     if needed > VIBRATION_ROWS:
         raise FrictionloopError(f'friction law "{vibration.kind}": {needed} coefficients; at most {VIBRATION_ROWS}')
-    return trees.shaped(vibration.coefficients, ROW["vibration"])
+    return flat_tuples.shaped(vibration.coefficients, ROW["vibration"])

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from frictionloop.loop.kernel.access import doubles, load, store
 from frictionloop.loop.kernel.slab import ROW, ROWS
-from frictionloop.loop.kernel.structure import effect_of, kernel_of
-from frictionloop.loop.kernel.tiles import Lifting
+from frictionloop.loop.kernel.slab_access import doubles, load, store
+from frictionloop.loop.kernel.step_lifting import Lifting
+from frictionloop.loop.kernel.tile_compatibility import effect_of, kernel_of
 from frictionloop.loop.metric import Sample, Tally
 from frictionloop.loop.metrics import TALLIES
 from frictionloop.parameters import System
-from frictionloop.quantities import trees
+from frictionloop.quantities import flat_tuples
 
 TRACES = ("f_r", "f_a", "f_m", "u", "a", "d", "saturated")
 BENCH_TRACES = (*TRACES, "position", "speed", "load", "limit", "floor", "sliding", "scored")
@@ -62,7 +62,7 @@ def places_of(tallies: Sequence[Tally]) -> tuple[dict[Tally, int], int]:
     """
     places, after = {}, ROWS
     for tally in dict.fromkeys((*TALLIES, *tallies)):
-        places[tally], after = after, after + 1 + trees.size(tally.state)
+        places[tally], after = after, after + 1 + flat_tuples.size(tally.state)
     return {tally: places[tally] for tally in dict.fromkeys(tallies)}, after
 
 
@@ -70,7 +70,7 @@ def build_tally(lifting: Lifting, tally: Tally, first: int) -> Any:
     """Lift a tally's step over the periods that count, or over all."""
     width, compiled, count = lifting
     step, everywhere, inside = tally.step, tally.everywhere, ROW["scored"]
-    state_rows = trees.shaped(tally.state, range(first + 1, first + 1 + trees.size(tally.state)))
+    state_rows = flat_tuples.shaped(tally.state, range(first + 1, first + 1 + flat_tuples.size(tally.state)))
 
     @compiled
     def update(s, n, k, at, o):  # type: ignore[no-untyped-def]

@@ -12,11 +12,10 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, TypeVar
 
-from frictionloop.report.beyond import ORACLE
+from frictionloop.report.control_law_study import ORACLE
 from frictionloop.report.number_text import number, shown, with_unit
-from frictionloop.report.paper_protocol import IDEAL, PRINTED
-from frictionloop.report.results import variants
-from frictionloop.report.systems import FEASIBLE
+from frictionloop.report.paper_protocol import IDEAL, PRINTED, SLOW, WITH_KP
+from frictionloop.report.system_comparison import FEASIBLE
 from frictionloop.report.tolerances import YARDSTICKS
 
 T = TypeVar("T")
@@ -30,9 +29,9 @@ class Verdict(StrEnum):
     """What the numbers say of a claim or a statement; these are its words everywhere."""
 
     YES = "yes"
-    """Every reading of the text gives an accepted number."""
+    """Every reading of the text, and whatever it leaves open, gives an accepted number."""
     YES_IF = "yes, if"
-    """A named condition, which the text leaves open, gives one."""
+    """One named condition, which the text leaves open, gives one."""
     NO = "no"
     NOT_COUNTED = "not counted"
 
@@ -131,11 +130,14 @@ class Claim:
         """Numbers as texts name them."""
         return {name: _told(value) for name, value in {**self.all_values, **self.told}.items()}
 
-    def holds_under(self, part: str) -> bool:
-        """Return whether numbers of this name, or all with this part in their names, are there and accepted."""
+    def under(self, part: str) -> dict[str, Value]:
+        """Return the number of this name, or all with this part in their names, that have a vote."""
         votes = {**self.readings, **self.assumed}
-        names = [part] if part in votes else list(having(votes, [part]))
-        return bool(names) and all(self.holds[name] for name in names)
+        return {part: votes[part]} if part in votes else having(votes, [part])
+
+    def holds_under(self, part: str) -> bool:
+        """Return whether there are such numbers, all accepted."""
+        return bool(self.under(part)) and all(self.holds[name] for name in self.under(part))
 
     @property
     def verdict(self) -> Verdict:
@@ -144,7 +146,7 @@ class Claim:
             return Verdict.NOT_COUNTED
         if self.condition is not None:
             return Verdict.YES_IF if self.holds_under(self.condition[0]) else Verdict.NO
-        return Verdict.YES if all(self.holds[name] for name in self.readings) else Verdict.NO
+        return Verdict.YES if all(self.holds[name] for name in (*self.readings, *self.assumed)) else Verdict.NO
 
     @property
     def verdict_text(self) -> str:
@@ -167,18 +169,34 @@ class Claim:
         return f"{shown(low, self.digits)} to {high_text}"
 
     @property
+    def rule(self) -> str:
+        """The yardstick in a few words."""
+        return self.tolerance.partition("; ")[0].replace(" (assumed)", "")
+
+    @property
+    def more_rules(self) -> str:
+        """What else ``accepted`` comes from."""
+        return self.tolerance.partition("; ")[2]
+
+    @property
     def paper_and_ours(self) -> tuple[str, str]:
-        """What is printed and the number here, with units."""
-        return with_unit(self.published, self.unit, self.digits), with_unit(self.ours, self.unit, self.digits)
+        """What is printed and the number here, with units; that under the condition too, where it is another."""
+        here = with_unit(self.ours, self.unit, self.digits)
+        if self.verdict is Verdict.YES_IF and self.condition:
+            value = next(iter(self.under(self.condition[0]).values()))
+            if (there := with_unit(value, self.unit, self.digits)) != here:
+                here = f"{here}; {there} if {self.condition[1]}"
+        return with_unit(self.published, self.unit, self.digits), here
 
     def to_dict(self) -> dict[str, Any]:
         """Return the claim for JSON: an end of ``accepted`` that is infinite becomes null."""
         words = ("id", "title", "place", "quote", "published", "ours", "unit", "measure", "quantity")
+        ends = [end if math.isfinite(end) else None for end in self.accepted]
         more = ("group", "meant", "note", "explanation", "seeds", "command")
         return {
             **{name: getattr(self, name) for name in words},
             **{name: dict(getattr(self, name)) for name in ("readings", "assumed", "compared")},
-            "tolerance": {"accepted": [_finite(end) for end in self.accepted], "from": self.tolerance},
+            "tolerance": {"accepted": ends, "from": self.tolerance},
             "verdict": self.verdict_text,
             **{name: getattr(self, name) for name in more},
         }
@@ -195,11 +213,7 @@ def lacking(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
     return {name: value for name, value in values.items() if name not in kept}
 
 
-def _finite(value: float) -> Value:
-    return value if math.isfinite(value) else None
-
-
-OPEN_TO_ASSUME = (FEASIBLE, *variants())
+OPEN_TO_ASSUME = (FEASIBLE, SLOW, WITH_KP)
 """What the text leaves open: numbers with one of these in their name vote as assumptions."""
 WITHOUT_VOTE = (PRINTED, IDEAL, ORACLE)
 """On the bench: gains that ring there, a device without what the text says of it, a law that nobody can build."""
@@ -223,17 +237,23 @@ Numbers = Mapping[str, Any]
 """What is computed for a claim: readings, assumed, compared and told of `Claim`."""
 
 
-def numbers(values: Mapping[str, Value], *, compared: Collection[str] = (), **told: float | str | None) -> Numbers:
+def numbers(
+    values: Mapping[str, Value],
+    *,
+    compared: Collection[str] = WITHOUT_VOTE,
+    assumed: Collection[str] = OPEN_TO_ASSUME,
+    **told: float | str | None,
+) -> Numbers:
     """Return the numbers of a claim, sorted by what is in their names: readings, assumptions, mere comparisons.
 
-    ``compared`` are parts of names that this claim alone sorts so; ``told`` is for its texts, which may name the values
-    too: ``{reachable set-point}``.
+    ``compared`` and ``assumed`` are the parts of names that sort them; ``told`` is for its texts, which may name the
+    values too: ``{reachable set-point}``.
     """
-    voting = lacking(values, (*WITHOUT_VOTE, *compared))
+    voting = lacking(values, compared)
     return {
-        "readings": lacking(voting, OPEN_TO_ASSUME),
-        "assumed": having(voting, OPEN_TO_ASSUME),
-        "compared": having(values, (*WITHOUT_VOTE, *compared)),
+        "readings": lacking(voting, assumed),
+        "assumed": having(voting, assumed),
+        "compared": having(values, compared),
         "told": {name: _told(each) for name, each in told.items()},
     }
 

@@ -18,10 +18,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from frictionloop.quantities import FrictionloopError
-from frictionloop.quantities.extra import needed
-from frictionloop.studio.connections import HEADERS, LOOPBACK, Doors, Guest, file_answer, listening, talk
-from frictionloop.studio.experiment.desk import Desk
-from frictionloop.studio.experiment.hearing import EXPERIMENTER, PARTICIPANT
+from frictionloop.quantities.optional_libraries import needed
+from frictionloop.studio.connections import HEADERS, LOOPBACK, Doors, Guest, file_answer, listening, refused, talk
+from frictionloop.studio.experiment.page_messages import EXPERIMENTER, PARTICIPANT
+from frictionloop.studio.experiment.page_respondent import Desk
 
 STATIC = Path(__file__).parent / "static"
 SHARED = Path(__file__).parent.parent / "static"
@@ -46,13 +46,11 @@ def experiment_app(desk: Desk, doors: Doors) -> Starlette:
         if role not in (PARTICIPANT, EXPERIMENTER):
             return PlainTextResponse("there are /participant and /experimenter", 404, headers=HEADERS)
         if not allowed(request, role):
-            return PlainTextResponse("Use the address that was printed.", 403, headers=HEADERS)
-        return file_answer(FILES[f"{role}.html"])
+            return refused()
+        return file_answer(FILES, f"{role}.html")
 
     async def file(request: Request) -> Response:
-        if (name := request.path_params["name"]) not in FILES:
-            return PlainTextResponse("no such file", 404, headers=HEADERS)
-        return file_answer(FILES[name])
+        return file_answer(FILES, request.path_params["name"])
 
     async def socket(socket: WebSocket) -> None:
         role = socket.path_params["role"]

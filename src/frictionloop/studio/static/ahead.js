@@ -27,7 +27,7 @@ export function lookAhead(plate, link) {
     else if (told.why) list.replaceChildren(told.why);
     else {
       const there = REASONS.filter(({ name }) => told.shares[name] > 0);
-      list.replaceChildren(`${told.arrives}. `, ...(there.length ? there.map((reason) => key(reason, told.shares[reason.name])) : ["All of it is within reach."]));
+      list.replaceChildren(told.arrives ? `${told.arrives}. ` : "", ...(there.length ? there.map((reason) => key(reason, told.shares[reason.name])) : ["All of it is within reach."]));
     }
   }
 }

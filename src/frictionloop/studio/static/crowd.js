@@ -1,5 +1,5 @@
 // Twelve fingers that feel the same stroke at once: a picture for each, on one scale; a click takes that finger.
-import { SIGNALS, colour } from "./signals.js";
+import { LEAST_N, SIGNALS, colour } from "./signals.js";
 
 const PEOPLE = 12, SHOWN_S = 0.8, RATE_HZ = 200, MOST_N = 1.5, EVERY_MS = 30;
 const HINT = "People differ. See what each of twelve fingers feels of your stroke, with the loop open and closed.";
@@ -131,7 +131,7 @@ export class Crowd {
     let from = null;
     for (let row = 0; row <= kept; row++) {
       const value = row < kept ? values[(first + row) % this.size] : NaN, at = this.size - kept + row;
-      if (Number.isNaN(value)) {
+      if (!(value >= LEAST_N)) {
         if (from !== null) close(from, at - 1);
         from = null;
       } else {

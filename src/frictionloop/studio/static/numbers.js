@@ -3,15 +3,13 @@ import { say } from "./say.js";
 
 const FORMS = {
   error_n: (value) => `${(1e3 * value).toFixed(0)} mN`,
-  felt: (value) => (value < 10 ? value.toFixed(1) : value.toFixed(0)),
   r2: (value) => value.toFixed(2),
   contrast: (value) => `${(100 * value).toFixed(0)} %`,
   saturated: (value) => `${(100 * value).toFixed(0)} %`,
 };
 
 const ROWS = [
-  ["error", "error_n"], ['<abbr title="In thresholds of touch, 1 to 500 Hz: felt above 1">error as felt</abbr>', "felt"],
-  ["R² to the wish", "r2"], ["contrast given", "contrast"], ["at its limit", ""],
+  ["error", "error_n"], ["R² to the wish", "r2"], ["contrast given", "contrast"], ["at its limit", ""],
 ];
 
 // The table is made where it is shown first: the live page and that of recorded runs have the same.
@@ -37,19 +35,11 @@ function verdict(told) {
   const { device, armed } = document.body.dataset;
   if (device && armed !== "true") return "The plate is off: arm the open or the closed loop.";
   if (open == null && closed == null) return "Slide on the plate: the numbers begin after a fifth of a second.";
-  if (saturated > 0.3 && swings > 0.1) return "The command runs from limit to limit: the gain is too high for this loop.";
+  if (saturated > 0.3 && swings > 0.1) return "The command runs from limit to limit: the gain is too high for this loop. Presets have gains that hold.";
   if (beyond > 0.3) return "The wish is often out of this finger's reach: no controller delivers it there.";
   if (open == null || closed == null) return "One loop runs at a time here: run the other one to compare them.";
   const share = closed / open, limited = saturated > 0.3 ? ` For ${percent(saturated)} of the time the plate is at its limit.` : "";
-  if (share < 0.8) return `The closed loop leaves ${percent(share)} of the open loop's error.${felt(told)}${limited}`;
+  if (share < 0.8) return `The closed loop leaves ${percent(share)} of the open loop's error.${limited}`;
   if (share <= 1.25) return `Open and closed loop err alike here.${limited}`;
   return "The closed loop makes it worse here: its gains ring, or its model is wrong.";
-}
-
-// Of a smaller error the hand may notice little: what it feels best is faster than the loop.
-function felt({ open_felt: open, closed_felt: closed, closed_fast: fast }) {
-  if (open == null || closed == null) return "";
-  if (closed < 1) return " What is left is below the threshold of touch.";
-  if (closed > 0.8 * open && fast > 0.5) return ` As felt they are alike: ${percent(fast)} of it is above 100 Hz, as skin is rough, and faster than the loop.`;
-  return "";
 }

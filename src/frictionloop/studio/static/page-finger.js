@@ -1,4 +1,4 @@
-// The live finger of live/finger.py and live/session.py, from the same events to the same bits (tests/studio/test_static_page.py).
+// The live finger of live/pointer_motion.py and live/live_session.py, from the same events to the same bits (tests/studio/test_static_page.py).
 const LATE_S = 1 / 60, KEPT = 256, OFFSETS = 128, FASTEST_MM_S = 400, LANDING_N_S = 25, TURN_S = 0.1, STROKE_MM = 80;
 const BLOCKS_HZ = 200, SPARSE = 5, CATCH_UP_S = 0.5, GONE_S = 0.25;
 const between = (value, low, high) => Math.min(Math.max(value, low), high);

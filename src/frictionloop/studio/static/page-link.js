@@ -1,11 +1,13 @@
 // The link of a page without a server: the loops run here, and tell the page what a server would.
 import { mapOf } from "./maps.js";
+import { reasonsOf } from "./page-ahead.js";
+import { Twelve } from "./page-crowd.js";
 import { Session } from "./page-finger.js";
 import { Loops, unpacked } from "./page-loops.js";
-import { numbersOf } from "./page-numbers.js";
+import { WINDOW_S, numbersOf } from "./page-numbers.js";
 
 const data = JSON.parse(document.getElementById("bench").textContent), names = Object.keys(data.hello.channels);
-const TOLD_MS = 200, WINDOW_S = 2, EVERY = 5, UNDONE = 100;
+const TOLD_MS = 200, EVERY = 5, UNDONE = 100, MOVED_N = 0.02;
 
 export class Link extends EventTarget {
   constructor() {
@@ -18,9 +20,8 @@ export class Link extends EventTarget {
     this.dispatchEvent(Object.assign(new Event(name), { detail }));
   }
   begin(loops) {
-    this.loops = loops;
-    this.up = true;
-    this.session = new Session((path) => loops.advance(path), data.rate);
+    Object.assign(this, { loops, up: true, session: new Session((path) => this.advance(path), data.rate) });
+    this.session.ghostOn = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.tell("link", { up: true });
     this.tell("hello", data.hello);
     this.show();
@@ -28,7 +29,7 @@ export class Link extends EventTarget {
     document.getElementById("rates").title = `Computed on this page, to the bits of fl.simulate (${loops.build} fma).`;
     const go = () => { requestAnimationFrame(go); this.step(); };
     go();
-    setInterval(() => { this.tell("numbers", this.numbers()); this.status(); }, TOLD_MS);
+    setInterval(() => this.tellBeside(), TOLD_MS);
     // A page that nobody sees rests, and has nothing to make good.
     document.addEventListener("visibilitychange", () => { this.session.begun = NaN; });
   }
@@ -45,17 +46,46 @@ export class Link extends EventTarget {
       python: ["import frictionloop as fl", "", "system = fl.bench().evolve({", ...lines, `    "setpoint.effect": ${find || python(data.effects[""])},`, "})", "run = fl.simulate(system, duration_s=5.0)"].join("\n"),
       command: ["frictionloop studio", ...(at.effect ? [`--effect ${at.effect}`] : []), ...flags].join(" "),
     });
-    if (this.shown !== at.effect) unpacked(data.maps[at.effect]).then((map) => this.tell("map", this.map = mapOf(map)));
-    this.shown = at.effect;
+    if (this.shown !== at.effect) {
+      this.map = null;
+      unpacked(data.maps[at.effect]).then((map) => this.tell("map", this.map = mapOf(map)));
+    }
+    Object.assign(this, { shown: at.effect, reach: null });
     this.status();
   }
   status() {
     const { stopped, ghostOn, ghost, load, line, dropped } = this.session;
     const state = this.why ? "dead" : stopped ? "stopped" : "running";
     this.tell("status", {
-      state, why: this.why, source: "simulated", pages: 1, driven: true, drives: true, may_drive: true, dropped_s: dropped,
+      state, why: this.why, source: "simulated", pages: 0, driven: true, drives: true, may_drive: true, dropped_s: dropped,
       ghost: ghostOn, ghost_mm_s: ghost.speed, load_n: load, line_mm: this.map?.rows > 1 ? 0 : line, device: null,
     });
+  }
+  advance(path) {
+    const rows = this.loops.advance(path), row = this.twelve?.follow(path, this.session.ticks + path.length / 3);
+    if (row) this.tell("people", row);
+    return rows;
+  }
+  lookAt(on) {
+    this.twelve = null;
+    try {
+      if (on) this.twelve = new Twelve(this.loops, data);
+    } catch (error) {
+      this.tell("crowd", { state: "refused", why: error.message });
+    }
+  }
+  tellBeside() {
+    const numbers = this.numbers();
+    this.tell("numbers", numbers);
+    this.status();
+    const other = numbers.reach?.some((end, which) => !(Math.abs(end - this.reach?.[which]) < MOVED_N)); // it breathes with the finger's noise
+    if (this.ahead && this.map && other) {
+      this.reach = numbers.reach;
+      this.tell("reach", reasonsOf(this.map, data.steep[this.shown], this.reach));
+    }
+    if (!this.twelve) return;
+    const [x, load] = ["x_mm", "load_n"].map((name) => this.past[names.indexOf(name)]);
+    this.tell("crowd", { state: "ready", why: "", people: this.twelve.summary(x, load, this.session.ticks) });
   }
   step() {
     if (this.why) return;
@@ -91,6 +121,8 @@ export class Link extends EventTarget {
       ghost_speed: () => { session.ghost.speed = more.mm_s; },
       load: () => { session.load = more.load_n; },
       sound: () => { this.listens = more.on; },
+      reach: () => { Object.assign(this, { ahead: more.on, reach: null }); },
+      crowd: () => this.lookAt(more.on),
       effect: () => this.choose((at) => { at.effect = more.name; }),
       finger: () => this.choose((at) => {
         at.finger = data.axes.fingers.choices[more.number % data.axes.fingers.choices.length] ?? "";
@@ -132,6 +164,7 @@ export class Link extends EventTarget {
   put(at) {
     this.loops.at = at;
     this.loops.change();
+    this.twelve?.put(at);
     this.show();
   }
   async bring() {

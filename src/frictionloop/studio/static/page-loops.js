@@ -4,6 +4,9 @@ export async function unpacked(text) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
+// A plain stroke, to prove and to time loops by: place (m), speed (m/s) and load (N) of each period.
+export const plain = (periods) => Float64Array.from({ length: 3 * periods }, (_, i) => [1e-5 * Math.floor(i / 3), 0.05, 0.5][i % 3]);
+
 export class Loops {
   // The build that fuses is taken where 64 periods of it have the simulator's bits; the other has them everywhere.
   static async open(data) {
@@ -11,16 +14,21 @@ export class Loops {
     for (const build of ["fused", "exact"]) {
       const code = await unpacked(data.wasm[build]);
       if (!WebAssembly.validate(code)) continue;
-      const loops = new Loops(data, blob, (await WebAssembly.instantiate(code)).instance.exports, build);
+      const loops = new Loops(data, blob, await WebAssembly.compile(code), build);
       if (loops.proven()) return loops;
     }
     throw new Error("this browser does not compute the simulator's numbers");
   }
-  constructor(data, blob, wasm, build) {
-    Object.assign(this, { data, blob, wasm, build, top: wasm.__heap_base.value, at: { ...data.start }, known: new Map() });
+  constructor(data, blob, module, build, known = new Map()) {
+    const wasm = new WebAssembly.Instance(module).exports;
+    Object.assign(this, { data, blob, module, wasm, build, top: wasm.__heap_base.value, at: { ...data.start }, known });
     this.shape = new Float64Array(this.words(data.shape).buffer);
     this.loops = ["closed", "open"].map((which) => ({ which, rooms: {} }));
     for (const loop of this.loops) this.lay(loop, this.image(loop), true);
+  }
+  // Loops of their own on the same numbers.
+  another() {
+    return new Loops(this.data, this.blob, this.module, this.build, this.known);
   }
   // Words of 64 bits, packed as differences, all first bytes first.
   words([offset, count]) {
@@ -117,8 +125,7 @@ export class Loops {
   }
   // Whether 64 periods have the simulator's bits; both loops then begin anew.
   proven() {
-    const path = Float64Array.from({ length: 192 }, (_, i) => [1e-5 * Math.floor(i / 3), 0.05, 0.5][i % 3]);
-    const told = new BigUint64Array(Float64Array.from(this.advance(path).flatMap((row) => [...row])).buffer);
+    const told = new BigUint64Array(Float64Array.from(this.advance(plain(64)).flatMap((row) => [...row])).buffer);
     for (const loop of this.loops) this.lay(loop, loop.fresh, true);
     return this.words(this.data.proof).every((word, i) => word === told[i]);
   }

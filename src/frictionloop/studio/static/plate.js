@@ -1,5 +1,5 @@
 // The plate: the effect as a relief of grey, a ruler at true scale, and the finger on it.
-import { colour } from "./signals.js";
+import { colour, larger } from "./signals.js";
 
 export const CSS_MM = 96 / 25.4;
 const WIDE_MM = 255; // the bench's plate
@@ -93,7 +93,7 @@ export class Plate {
   ruler(g, x, width, height) {
     g.fillStyle = g.strokeStyle = colour("--ink");
     g.globalAlpha = 0.75;
-    g.font = "11px system-ui";
+    g.font = `${11 * larger()}px system-ui`;
     g.textAlign = "center";
     g.lineWidth = 1;
     g.beginPath();
@@ -101,7 +101,7 @@ export class Plate {
       const long = mm % 10 === 0 ? 9 : mm % 5 === 0 ? 6 : 3.5;
       g.moveTo(Math.round(x(mm)) + 0.5, height);
       g.lineTo(Math.round(x(mm)) + 0.5, height - long);
-      if (mm % 20 === 0 && x(mm) > 20 && x(mm) < width - 20) g.fillText(mm === 0 ? "0 mm" : mm, x(mm), height - 13);
+      if (mm % 20 === 0 && x(mm) > 20 && x(mm) < width - 20) g.fillText(mm === 0 ? "0 mm" : mm, x(mm), height - 11 - 2 * larger());
     }
     g.stroke();
     g.globalAlpha = 1;

@@ -37,8 +37,9 @@ export class Ring {
   latest(name) {
     return this.count ? this.values[name][(this.count - 1) % this.size] : NaN;
   }
-  // Lowest and highest value in each of so many stretches, so that no peak is lost on the way to the screen.
-  envelope(names, from, to, stretches) {
+  // Lowest and highest value in each of so many stretches, so that no peak is lost on the way to the screen;
+  // values below the least are left out.
+  envelope(names, from, to, stretches, least) {
     const kept = Math.min(this.count, this.size), first = this.count - kept;
     const start = Math.max(first, this.count - 1 - Math.round((this.now - from) * this.rate));
     const stop = Math.max(start, this.count - Math.round((this.now - to) * this.rate));
@@ -52,6 +53,7 @@ export class Ring {
         let low = Infinity, high = -Infinity, lowAt = 0, highAt = 0;
         for (let j = at; j < end; j++) {
           const value = values[j % this.size];
+          if (value < least) continue;
           if (value < low) { low = value; lowAt = j; }
           if (value > high) { high = value; highAt = j; }
         }

@@ -7,7 +7,7 @@ export function saving(scopeOf) {
   document.getElementById("save-svg").onclick = () => {
     const scope = scopeOf();
     if (!scope) return;
-    const link = document.createElement("a"), address = URL.createObjectURL(new Blob([svgOf(scope.plot, scope.axis)], { type: "image/svg+xml" }));
+    const link = document.createElement("a"), address = URL.createObjectURL(new Blob([svgOf(scope)], { type: "image/svg+xml" }));
     Object.assign(link, { download: "frictionloop.svg", href: address });
     link.click();
     setTimeout(() => URL.revokeObjectURL(address), 10000);

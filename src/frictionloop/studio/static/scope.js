@@ -1,15 +1,15 @@
 // The scope: forces and amplitudes over time, or over the place of the finger.
 import uPlot from "./vendor/uPlot.esm.js";
 import { hairlines } from "./hairlines.js";
-import { SIGNALS, below, colour } from "./signals.js";
+import { LEAST_N, SIGNALS, colour, larger } from "./signals.js";
 import { Trail } from "./trail.js";
 
-const BIN_MM = 0.25, LEAST_N = -0.1; // where the skin swings over at a turn, the force is far below, and said so
+const BIN_MM = 0.25, SWINGS_S = 0.1;
 const DATA_MS = 100; // the moving picture knows the newest; numbers under a cursor and the scale follow so late
 
 export class Scope {
   constructor(element, ring, plateMm) {
-    Object.assign(this, { element, ring, span: 4, axis: "time", paused: false, dirty: true, trail: new Trail(), since: -Infinity });
+    Object.assign(this, { element, ring, span: 4, axis: "time", paused: false, dirty: true, trail: new Trail(), since: -Infinity, told: "" });
     const bins = Math.round(plateMm / BIN_MM);
     this.half = plateMm / 2;
     this.places = Array.from({ length: bins }, (_, bin) => (bin + 0.5) * BIN_MM - this.half);
@@ -28,8 +28,8 @@ export class Scope {
   }
   build() {
     this.plot?.destroy();
-    const axis = { stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, font: "12px system-ui" };
-    const time = this.axis === "time";
+    const axis = { stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, font: `${12 * larger()}px system-ui`, labelFont: `bold ${12 * larger()}px system-ui`, labelSize: 18 * larger(), space: 45 * larger() };
+    const time = this.axis === "time", size = larger();
     const series = SIGNALS.map((s) => ({
       label: s.name, stroke: colour(s.colour), width: s.width, dash: s.dash, show: s.shown, scale: s.scale ?? "y", spanGaps: !time, points: { show: false }, paths: (...of) => (this.moving ? null : hairlines(...of)),
     }));
@@ -38,8 +38,8 @@ export class Scope {
       ...this.size(),
       scales: { x: { time: false }, y: { range: (_, low, high) => [LEAST_N, Math.max(0.8, stepped(1.08 * high, 0.2))] }, um: { range: (_, low, high) => [0, Math.max(3, stepped(1.08 * high, 1))] } },
       axes: [
-        { ...axis, label: time ? "time (s)" : "place (mm)", labelSize: 18, size: 34 },
-        { ...axis, label: "force (N)", labelSize: 18, size: 44 },
+        { ...axis, label: time ? "time (s)" : "place (mm)", size: 34 * size },
+        { ...axis, label: "force (N)", size: 44 * size },
         { ...axis, scale: "um", side: 1, label: "amplitude (µm)", show: um, grid: { show: false } },
       ],
       cursor: { drag: { x: true, y: false, setScale: true }, points: { size: 7 } },
@@ -47,7 +47,7 @@ export class Scope {
       series: [{}, ...series],
       hooks: {
         setCursor: [(plot) => this.read(plot)],
-        draw: [(plot) => { if (this.moving) this.trail.draw(plot, this.ring, this.span); this.cut(plot, below(plot)); this.marks?.draw(plot); }],
+        draw: [(plot) => { if (this.moving) this.trail.draw(plot, this.ring, this.span); this.cut(plot); this.marks?.draw(plot); }],
         setSelect: [(plot) => { if (plot.select.width > 0) this.zoomed = true; }],
       },
     }, this.data(), this.element);
@@ -56,13 +56,13 @@ export class Scope {
     this.zoomed = false;
     this.dirty = true;
   }
-  cut({ ctx, bbox }, text) {
-    const ratio = devicePixelRatio || 1;
+  cut({ ctx, bbox }) {
+    const ratio = (devicePixelRatio || 1) * larger();
     ctx.save();
     ctx.fillStyle = colour("--soft");
     ctx.font = `${12 * ratio}px system-ui`;
     [ctx.textAlign, ctx.textBaseline] = ["left", "alphabetic"]; // the axes leave their own
-    ctx.fillText(text, bbox.left + 6 * ratio, bbox.top + bbox.height - 6 * ratio);
+    ctx.fillText(this.told, bbox.left + 6 * ratio, bbox.top + bbox.height - 6 * ratio);
     ctx.restore();
   }
   show(axis) {
@@ -82,7 +82,10 @@ export class Scope {
       // A fast finger skips places: what it crossed gets its value too.
       const from = this.bin !== null && Math.abs(bin - this.bin) < 12 ? this.bin : bin, way = Math.sign(bin - from) || 1;
       for (let b = from; b !== bin + way; b += way) {
-        SIGNALS.forEach((s, n) => { this.byPlace[n][b] = frame.channels[this.ring.names.indexOf(s.channel)][row]; });
+        SIGNALS.forEach((s, n) => {
+          const value = frame.channels[this.ring.names.indexOf(s.channel)][row];
+          this.byPlace[n][b] = value < LEAST_N ? null : value;
+        });
       }
       this.bin = bin;
     }
@@ -90,9 +93,11 @@ export class Scope {
   }
   data() {
     if (this.axis === "place") return [this.places, ...this.byPlace];
-    const now = this.ring.now;
-    const shown = SIGNALS.filter((s) => s.shown), stretches = Math.round(this.plot ? this.plot.bbox.width / 2 : 400);
-    const [x, ...curves] = this.ring.envelope(shown.map((s) => s.channel), now - this.span, now, stretches);
+    const { now } = this.ring, shown = SIGNALS.filter((s) => s.shown);
+    if (!shown.some(({ channel }) => this.ring.latest(channel) < LEAST_N)) this.above = now;
+    this.told = now - this.above > SWINGS_S ? "▼ below the axis" : "";
+    const stretches = Math.round(this.plot ? this.plot.bbox.width / 2 : 400);
+    const [x, ...curves] = this.ring.envelope(shown.map((s) => s.channel), now - this.span, now, stretches, LEAST_N);
     return [x, ...SIGNALS.map((s) => curves[shown.indexOf(s)] ?? [])];
   }
   read(plot) {

@@ -17,15 +17,11 @@ export function colour(name) {
   return colours.get(name);
 }
 
-// What lies below the axis of forces, in words: to show it would halve the scale of all that lies above.
-export function below({ data, scales }) {
-  let least = scales.y.min;
-  SIGNALS.forEach((signal, n) => {
-    if (!signal.shown || signal.scale) return;
-    for (const value of data[n + 1]) if (value != null && value < least) least = value;
-  });
-  return least < scales.y.min ? `▼ down to ${least.toFixed(1).replace("-", "\u2212")} N` : "";
-}
+// Less is no friction: at a turn the skin swings over, and its spring is along the motion.
+export const LEAST_N = -0.05;
+
+// Letters on a canvas grow with the page: how much larger than on a small screen.
+export const larger = () => parseFloat(getComputedStyle(document.documentElement).fontSize) / 16;
 
 // Checkboxes for all signals, or for these channels; each signal has one state, however often it is shown.
 export function legend(element, changed, channels) {

@@ -27,8 +27,9 @@ export function states(link) {
     if (detail.state === "dead") trouble(`The engine has stopped: ${detail.why}`);
     const parts = [];
     if (detail.state === "stopped") parts.push("The plate is at rest.");
-    parts.push(detail.drives ? "This page drives" : detail.driven ? "Another page drives" : "Nobody drives");
-    if (detail.pages > 1) parts.push(`${detail.pages} pages look on`);
+    if (detail.pages) parts.push(detail.drives ? "This page drives" : detail.driven ? "Another page drives" : "Nobody drives");
+    const looking = detail.pages - Number(detail.driven);
+    if (looking > 0) parts.push(looking === 1 ? "1 page looks on" : `${looking} pages look on`);
     if (detail.dropped_s > dropped + 0.05) [dropped, since] = [detail.dropped_s, performance.now()];
     if (performance.now() - since < 10000) parts.push(`this computer was too slow: ${dropped.toFixed(1)} s were left out`);
     if (!flashing) say($("status"), parts.join(" · "));

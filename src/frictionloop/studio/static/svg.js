@@ -1,9 +1,9 @@
 // The scope as a drawing that scales: the same curves, axes and legend as on the screen, as SVG.
-import { SIGNALS, below, colour } from "./signals.js";
+import { SIGNALS, colour } from "./signals.js";
 
 const WIDTH = 900, HEIGHT = 420, LEFT = 62, RIGHT = 60, TOP = 44, BOTTOM = 48;
 
-export function svgOf(plot, axis) {
+export function svgOf({ plot, axis, told }) {
   const shown = SIGNALS.filter((signal) => signal.shown), scale = plot.scales, um = shown.some((signal) => signal.scale === "um");
   const x = (value) => LEFT + ((value - scale.x.min) / (scale.x.max - scale.x.min)) * (WIDTH - LEFT - RIGHT);
   const y = (value, of) => HEIGHT - BOTTOM - ((value - of.min) / (of.max - of.min)) * (HEIGHT - TOP - BOTTOM);
@@ -28,7 +28,7 @@ export function svgOf(plot, axis) {
     parts.push(`<path d="${curve(plot.data[0], values, x, (value) => y(value, of))}" ${look(signal)}/>`);
   }
   parts.push("</g>");
-  text(LEFT + 6, HEIGHT - BOTTOM - 6, below(plot));
+  text(LEFT + 6, HEIGHT - BOTTOM - 6, told);
   for (const signal of shown) {
     parts.push(`<path d="M${legend} 22h28" ${look(signal)}/>`);
     text(legend + 34, 26, signal.name);

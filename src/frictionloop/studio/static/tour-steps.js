@@ -1,5 +1,4 @@
 // Seven steps for a reader of the paper: what is told, what is asked for, how the page is set up, when it is done.
-// Two of them show what only a server computes.
 const LAW = { "controller.kind": "notch_pi", "controller.feedforward": true }, PI = { "controller.kind": "pi" };
 // Skin that grows moist while one reads would take the wish out of reach.
 const CALM = { "friction.nominal_n": 0.95, "friction.occlusion_ratio": 1, "controller.delay_s": 0.0002, "plate.max_amplitude_um": 2.5, "sensor.noise_density_n_rthz": 2.3e-6 };
@@ -42,14 +41,14 @@ export const STEPS = [
     done: (page) => page.value("controller.delay_s") >= 0.001,
   },
   {
-    title: "Noise and limits", served: true,
+    title: "Noise and limits",
     told: "The plate vibrates by so much and no more: no loop delivers a friction below that of its full vibration, the short dashes in grey. What will not arrive is hatched. The sensor's noise sets another limit: with more of it, the gain has to be lower.",
     task: "Turn the plate's largest amplitude up until the hatching of what is out of reach is gone.",
     effect: "square", values: { ...CALM, ...LAW, "plate.max_amplitude_um": 1.6 }, signals: ["closed_n", "asked_n", "floor_n"], box: "plate",
     done: (page) => page.value("plate.max_amplitude_um") > 2 && page.beyond === 0,
   },
   {
-    title: "Whom it cannot serve", served: true,
+    title: "Whom it cannot serve",
     told: "A finger with little friction cannot be given more of it: vibration only lowers it. What it cannot be given is hatched; in the row a triangle marks a finger for whom the wish is often out of reach.",
     task: "In the row of twelve, take a finger that the loop serves well.",
     effect: "grating", values: { ...CALM, ...LAW, "friction.nominal_n": 0.35 }, signals: [...FORCES, "limit_n"], box: "friction", crowd: true,

@@ -1,7 +1,5 @@
 // The tour: each step sets the page up, asks for one thing to try, and says when it has been done.
-import { STEPS as ALL } from "./tour-steps.js";
-
-const STEPS = ALL.filter(({ served }) => !served || !document.getElementById("bench"));
+import { STEPS } from "./tour-steps.js";
 
 export function touring(link, open, card, show) {
   let at = -1, values = {};
@@ -43,7 +41,7 @@ export function touring(link, open, card, show) {
   }
   link.addEventListener("system", ({ detail }) => {
     values = Object.fromEntries(Object.values(detail.panels).flat().map((field) => [field.path, field.value]));
-    settled ||= at >= 0 && Object.entries(STEPS[at].values).every(([path, value]) => values[path] === value);
+    settled ||= at >= 0 && Object.entries(STEPS[at].values).every(([path, value]) => (values[path] ?? value) === value);
     page.beyond = null;
     look();
   });

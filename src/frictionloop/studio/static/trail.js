@@ -57,6 +57,7 @@ export class Trail {
       let low = Infinity, most = -Infinity, lowAt = 0, mostAt = 0;
       for (let row = stretch * rows; row < (stretch + 1) * rows; row++) {
         const value = values[row % ring.size];
+        if (value < min) continue;
         if (value < low) { low = value; lowAt = row; }
         if (value > most) { most = value; mostAt = row; }
       }

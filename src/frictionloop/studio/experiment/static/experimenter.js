@@ -79,7 +79,12 @@ function masked(db) {
 }
 $("masking").oninput = () => { const db = Number($("masking").value); $("masking-told").textContent = db < -60 ? "off" : `${db} dB`; };
 $("masking").onchange = () => { const db = Number($("masking").value); link.ask("masking", { db: db < -60 ? null : db }); };
-$("pause").onclick = () => link.ask(state === "paused" ? "go" : "pause");
+// The button is what was pressed last, also before the host has said so: else the second press would ask for the first again.
+$("pause").onclick = () => {
+  state = state === "paused" ? "running" : "paused";
+  link.ask(state === "paused" ? "pause" : "go");
+  told();
+};
 $("stop").onclick = () => {
   if ($("stop").dataset.sure) link.ask("abort");
   else { $("stop").dataset.sure = "yes"; $("stop").textContent = "Abort: sure?"; setTimeout(() => { delete $("stop").dataset.sure; $("stop").textContent = "Abort"; }, 4000); }
