@@ -205,7 +205,7 @@ def test_the_plate_is_at_rest_when_the_driving_page_is_gone(page, serve):
     until(lambda: room.session.finger.load_n > 0.4)
     page.close()
     until(lambda: room.session.finger.load_n == 0.0, timeout_s=1.0)
-    assert room.driver is None
+    until(lambda: room.driver is None)  # a page that says nothing is found before one that is gone
 
 
 def test_it_comes_back_when_the_server_does(page, serve):
@@ -257,7 +257,7 @@ def test_two_viewers_see_the_same_and_one_takes_over(page, serve):
     page.wait_for_selector("#take:visible")
     assert len(room.guests) == 2
     for each in (page, other):  # who drives does not look on
-        seen(each, "document.querySelector('#status').textContent.endsWith('page drives · 1 page looks on')")
+        seen(each, "document.querySelector('#status').textContent.includes('page drives · 1 page looks on')")
 
 
 def test_an_address_restores_the_loop(page, serve):

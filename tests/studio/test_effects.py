@@ -154,7 +154,7 @@ def test_a_picture_is_asked_about_and_laid_on_the_plate(page, serve):
     assert effect(room).pitch_mm == 0.8
     assert effect(room).values_n[0][:2] == (0.6, 0.3)
     until(lambda: page.is_hidden("#bring"))
-    assert "20 x 20" in page.text_content("#status")
+    until(lambda: "20 x 20" in page.text_content("#status"))
 
 
 @pytest.mark.slow
@@ -168,7 +168,7 @@ def test_what_cannot_be_read_is_told_in_the_dialog(page, serve):
     until(lambda: "recording" in page.text_content("#bring-why"))
     page.click("#bring-cancel")
     page.set_input_files("#effect-file", {"name": "notes.txt", "mimeType": "text/plain", "buffer": b"x"})
-    assert "a PNG or a WAV" in page.text_content("#status")
+    until(lambda: "a PNG or a WAV" in page.text_content("#status"))
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ PLAN = Protocol(
     title="How small a difference of friction is noticed",
     stimulus={"standard": 0.35},
     method={"kind": "staircase", "start": [0.15], "most": 0.2},
-    timeline={"stroke": {"length_mm": 10.0}, "response_s": 15.0, "cue_s": 0.2, "gap_s": 0.2},
+    timeline={"stroke": {"length_mm": 10.0}, "response_s": 60.0, "cue_s": 0.2, "gap_s": 0.2},
     blocks={"practice": 1},
     stop={"trials": 3},
     masking_db=-26.0,
@@ -70,7 +70,7 @@ def other(browser):
     context.close()
 
 
-def until(what, timeout_s=20.0):
+def until(what, timeout_s=60.0):
     end = time.monotonic() + timeout_s
     while not (value := what()):
         assert time.monotonic() < end, "waited in vain"
@@ -101,10 +101,8 @@ def test_a_session_on_two_pages(page, other, session):
     page.goto(going.addresses.participant)
     until(lambda: page.is_visible("#go"))
     page.keyboard.press("Space")
-    until(lambda: page.evaluate("document.body.dataset.step === 'stroke'"))
-    assert "Follow the dot: first stroke" in page.text_content("#said")
-    level = until(lambda: page.evaluate("window.noise.level()"))
-    assert level == pytest.approx(-26.0, abs=1.5)
+    until(lambda: "Follow the dot: first stroke" in page.text_content("#said"))
+    until(lambda: page.evaluate("window.noise.level()") == pytest.approx(-26.0, abs=1.5))
     asked(page)
     page.keyboard.press("1")
     asked(page)
