@@ -115,9 +115,9 @@ def test_streams_carry_strokes_and_markers_on_the_clock_of_the_device(tmp_path):
     def first(row):
         if not inlets:
             for name in ("frictionloop", "frictionloop-markers"):
-                (info,) = pylsl.resolve_byprop("source_id", f"{name}-P77", timeout=10)
+                (info,) = pylsl.resolve_byprop("source_id", f"{name}-P77", timeout=60)
                 inlets[name] = pylsl.StreamInlet(info)
-                inlets[name].open_stream(timeout=5)
+                inlets[name].open_stream(timeout=60)
 
     path = run(PLAN, tmp_path / "P77", "P77", streams=streams, progress=first).folder
     trials = read_trials(path)

@@ -10,8 +10,8 @@ from frictionloop.live.live_session import Session
 from frictionloop.studio.room import Room
 
 
-def until(what, timeout_s=30.0):
-    """Wait until something is true, and return it."""
+def until(what, timeout_s=120.0):
+    """Wait until something is true, which a busy machine is late with, and return it."""
     end = time.monotonic() + timeout_s
     while not (value := what()):
         assert time.monotonic() < end, "waited in vain"
@@ -26,12 +26,12 @@ def room_of(engine=None, ghost=False):
     return room
 
 
-def seen(page, expression, timeout_s=30.0):
+def seen(page, expression):
     """Wait until an expression is true in the page, whose policy forbids Playwright's own way."""
-    until(lambda: page.evaluate(expression), timeout_s)
+    until(lambda: page.evaluate(expression))
 
 
 def opened(page, url):
-    """Open a studio and wait until the page drives."""
+    """Open a studio and wait until the page knows what it shows."""
     page.goto(url)
-    seen(page, "document.querySelector('#status').textContent.includes('drives')")
+    seen(page, "document.querySelector('#source').textContent !== 'connecting'")

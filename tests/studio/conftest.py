@@ -70,6 +70,7 @@ def page(browser, serve):
     It closes before its server stops, which it would otherwise miss.
     """
     context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    context.set_default_timeout(120_000)
     opened, wrong = context.new_page(), []
     opened.excused = ()
     opened.on("console", lambda message: message.type == "error" and wrong.append(message.text))

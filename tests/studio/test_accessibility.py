@@ -17,7 +17,7 @@ WHY = "axe-playwright-python is not installed; it carries axe-core"
 
 def people(page):
     page.click("#crowd-on")
-    until(lambda: "mN open" in (page.get_attribute("#people button", "aria-label") or ""), timeout_s=60.0)
+    until(lambda: "mN open" in (page.get_attribute("#people button", "aria-label") or ""))
 
 
 def tour(page):

@@ -55,7 +55,7 @@ def test_the_row_of_fingers_is_shown_and_one_of_them_is_taken(page, serve):
     room = Room(Session(TwinEngine(GRATING)))
     opened(page, serve(room).url)
     page.click("#crowd-on")
-    until(lambda: page.text_content("#crowd-told").startswith("Error with the loop open"), timeout_s=60.0)
+    until(lambda: page.text_content("#crowd-told").startswith("Error with the loop open"))
     assert page.locator("#people button").count() == PEOPLE
     assert "mN open" in page.get_attribute("#people button:first-child", "aria-label")
     page.click("#people button:nth-child(4)")

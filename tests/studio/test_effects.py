@@ -175,7 +175,7 @@ def test_what_cannot_be_read_is_told_in_the_dialog(page, serve):
 def test_the_overlay_says_what_will_not_arrive(page, serve):
     room = room_of(level(0.9).evolve({"friction.nominal_n": 0.5}))
     opened(page, serve(room).url)
-    until(lambda: "out of this finger's reach" in page.text_content("#ahead-told"), timeout_s=30.0)
+    until(lambda: "out of this finger's reach" in page.text_content("#ahead-told"))
     page.uncheck("#ahead")
     seen(page, "document.querySelector('#ahead-told').textContent === ''")
     page.check("#ahead")
@@ -183,7 +183,7 @@ def test_the_overlay_says_what_will_not_arrive(page, serve):
     page.click("[data-effect=constant]")
     page.click("#presets-open")
     page.click("text=Usual finger")
-    until(lambda: "within reach" in page.text_content("#ahead-told"), timeout_s=30.0)
+    until(lambda: "within reach" in page.text_content("#ahead-told"))
 
 
 @pytest.mark.slow

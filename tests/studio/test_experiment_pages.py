@@ -6,6 +6,7 @@ import time
 from urllib.request import urlopen
 
 import pytest
+from studio_pages import until
 
 import frictionloop as fl
 from frictionloop.experiments import Protocol, read_trials, run
@@ -68,14 +69,6 @@ def other(browser):
     context = browser.new_context(viewport={"width": 1200, "height": 950})
     yield context.new_page()
     context.close()
-
-
-def until(what, timeout_s=60.0):
-    end = time.monotonic() + timeout_s
-    while not (value := what()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
-    return value
 
 
 def asked(page):

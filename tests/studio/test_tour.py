@@ -64,7 +64,7 @@ def test_every_step_is_done_by_what_it_asks_for(page, serve):
         page.wait_for_timeout(400)
         assert page.text_content("#tour-card .done") == "", number
         step(page)
-        seen(page, "document.querySelector('#tour-card .done').textContent.startsWith('✓')", timeout_s=40.0)
+        seen(page, "document.querySelector('#tour-card .done').textContent.startsWith('✓')")
         page.click("[data-tour=next]")
     assert page.is_hidden("#tour-card")
     until(lambda: room.session.engine.system == GRATING)  # as it was before the tour
@@ -78,14 +78,14 @@ def test_what_the_steps_say_is_so(page, serve):
     page.click("#tour")
     for _ in range(3):
         page.click("[data-tour=next]")
-    until(lambda: "gain is too high" in page.text_content("#verdict"), timeout_s=40.0)
+    until(lambda: "gain is too high" in page.text_content("#verdict"))
     gains_that_hold(page)
-    until(lambda: page.text_content("[data-number=saturated]") in ("0 %", "1 %"), timeout_s=20.0)
+    until(lambda: page.text_content("[data-number=saturated]") in ("0 %", "1 %"))
     page.click("[data-tour=next]")
 
     def error_mn():
         return float(page.text_content("[data-number=closed_error_n]").removesuffix(" mN").replace("–", "nan"))
 
-    until(lambda: error_mn() < 60.0, timeout_s=20.0)
+    until(lambda: error_mn() < 60.0)
     typed("controller.delay_s", "0.002")(page)
-    until(lambda: error_mn() > 120.0, timeout_s=20.0)
+    until(lambda: error_mn() > 120.0)
