@@ -204,7 +204,7 @@ def test_the_plate_is_at_rest_when_the_driving_page_is_gone(page, serve):
     page.mouse.down()
     until(lambda: room.session.finger.load_n > 0.4)
     page.close()
-    until(lambda: room.session.finger.load_n == 0.0)
+    until(lambda: room.session.finger.load_n == 0.0, timeout_s=1.0)
     until(lambda: room.driver is None)  # a page that says nothing is found before one that is gone
 
 

@@ -323,19 +323,14 @@ def test_the_tour_says_what_is_done_and_ends_where_it_began(page, play):
 
 def test_the_pointer_takes_the_finger_over_at_once(page, play):
     running(page, play.as_uri())
-    box, late_ms = page.locator("#plate").bounding_box(), []
-    for _ in range(10):  # what else runs on this machine makes a page late, but not ten times
-        page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + box["height"] / 2)
-        page.mouse.down()
-        for step in range(100):
-            page.mouse.move(box["x"] + (0.4 + 0.003 * step) * box["width"], box["y"] + box["height"] / 2)
-            page.wait_for_timeout(10)
-        said = until(lambda: re.search(r"pointer to force (\d+) ms", page.locator("#rates").text_content()))
-        late_ms.append(int(said[1]))
-        page.mouse.up()
-        if late_ms[-1] < 100:  # 9 ms on a quiet machine
-            break
-    assert late_ms[-1] < 100, late_ms
+    box = page.locator("#plate").bounding_box()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + box["height"] / 2)
+    page.mouse.down()
+    for step in range(100):
+        page.mouse.move(box["x"] + (0.4 + 0.003 * step) * box["width"], box["y"] + box["height"] / 2)
+        page.wait_for_timeout(10)
+    said = until(lambda: re.search(r"pointer to force (\d+) ms", page.locator("#rates").text_content()))
+    assert int(said[1]) < 100  # 9 ms on a quiet machine
 
 
 @pytest.mark.parametrize("build", ["fused", "exact"])
